@@ -1,9 +1,8 @@
-"""Operating points on many grid points: a semismooth Newton method from several starts for all points at once, then from neighbours, then
-by continuation.
+"""Operating points on many grid points: a semismooth Newton method from several starts, then from neighbours, then continuation.
 
-The starts are the model's own, and all movable laws sliding forward or backward. They are the same for every point, so whether a point has
-several solutions does not depend on the grid. A point that no start solves begins at the solution of its nearest neighbour; the remaining
-points are solved by continuation.
+The starts are the model's own, and all movable laws sliding forward or backward. They are the same for every point, so whether a point
+has several solutions does not depend on the grid. A point that no start solves begins at the solution of its nearest neighbour; the
+remaining points are solved by continuation.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Consistent values at the start: what the user fixes, what the model asks, and the modes that follow."""
+"""Consistent start values: from the user's values, the model's conditions, and the resulting modes."""

@@ -1,4 +1,4 @@
-"""What holds at the start of a run: equations of ``initial()``, declared starts, values given by name, discrete variables."""
+"""Conditions at the start of a run: equations of ``initial()``, declared starts, values given by name, discrete variables."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from powertrain.language.symbols import Symbol, column, free_symbols, key
 Array = NDArray[np.float64]
 DECLARED = "start of the variable"
 _DEPTH = 10
-"""How deep expressions are compared."""
+"""Depth to which expressions are compared."""
 
 
 @dataclass(frozen=True)
 class StartCondition:
-    """What holds at the start: a name or a place in the text, where it comes from, and the value."""
+    """A condition at the start: its name or source line, its origin, and the value."""
 
     label: str
     source: str
@@ -42,10 +42,10 @@ class StartEquation:
 
 
 class Discretes:
-    """The equations of ``initial()`` that give discrete variables their values, from parameters and time alone.
+    """The equations of ``initial()`` that determine discrete variables from parameters and time alone.
 
-    ``discretes`` are the names of the discrete variables by the keys of their symbols, ``places`` their places in ``m``; ``given`` are the
-    places of those with such an equation, and ``values`` what these give, of (t, m, p).
+    ``discretes``: names of the discrete variables by the keys of their symbols; ``places``: their indices in ``m``; ``given``: the indices
+    of those with such an equation; ``values``: the function (t, m, p) of their values.
     """
 
     def __init__(self, dae: HybridDae, equations: Sequence[StartEquation], discretes: Mapping[int, str]) -> None:
@@ -70,13 +70,13 @@ class Discretes:
         self._evaluated = ca.Function("powertrain_discretes", [dae.t, dae.m, dae.p], [ca.densify(self.values)])
 
     def set(self, t: float, m: Array, p: Array) -> None:
-        """Puts the values into ``m``."""
+        """Write the values into ``m``."""
         if self.given:
             m[self.given] = np.array(self._evaluated(t, m, p)).ravel()
 
 
 def discretes_of(compiled: Compiled) -> Discretes:
-    """The discrete variables of a model that its ``initial()`` gives."""
+    """The discrete variables of a model that its ``initial()`` determines."""
     names = {key(d.symbol): d.name for d in compiled.flat.discretes}
     return Discretes(compiled.dae, text_conditions(compiled), names)
 
@@ -104,14 +104,14 @@ def signal_condition(compiled: Compiled, name: str, value: float, source: str) -
 
 
 def declared_conditions(compiled: Compiled) -> list[StartEquation]:
-    """Declared starts: first those that are not zero, then absolute quantities, then the relative ones that are preferred as states."""
+    """Declared starts: first those that are not zero, then absolute quantities, then relative ones that are preferred as states."""
     declared = [u for u in compiled.variables.values() if u.start is not None]
     declared.sort(key=lambda u: (u.start == 0.0, u.prefer))
     return [signal_condition(compiled, u.name, u.start or 0.0, DECLARED) for u in declared]
 
 
 def unsettled(compiled: Compiled, conditions: Sequence[StartEquation]) -> str:
-    """The message for modes that each start changes again: what depends on them, and what to give instead."""
+    """The message for modes that change the start at every iteration: what depends on them, and what to give instead."""
     dae = compiled.dae
     laws = [f.name for f in dae.frictions] + [s.name for s in dae.switches] + [c.name for c in dae.contacts]
     said = f"{', '.join(laws[:8])}: the modes of these laws at the start do not settle"

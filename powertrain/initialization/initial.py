@@ -1,8 +1,8 @@
-"""Initialisation: which conditions fix the start, the solution for the states, and a report of what was used.
+"""Initialisation: which conditions determine the start, the solution for the states, and a report of the conditions used.
 
-Conditions in the order of their right: values given for this run, the equations of ``initial()``, declared ``start`` values, and zero
-for the states that are left. A condition that follows from those before it is not needed; it must agree with them unless a value
-of the run replaces it. Guesses only say where the search begins.
+Conditions in order of priority: values given for this run, the equations of ``initial()``, declared ``start`` values, and zero for the
+remaining states. A condition that follows from earlier ones is not needed; it must agree with them unless a value of the run replaces
+it. Guesses only say where the search begins.
 """
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ Array = NDArray[np.float64]
 _ROUNDS = 20
 _ITERATIONS = 60
 _STEP = 1e-12
-"""Steps that change no unknown by more, relative to one and to its size, are the last."""
+"""The iteration ends when no unknown changes by more than this, relative to one and to its size."""
 _SLIGHT = 1e-9
-"""Shares that count as nothing: of a row what others leave of it, of a condition by how much it is missed."""
+"""Negligible shares: of a row after elimination, and of the residual of a condition."""
 _DENSE = 200
 _KEPT = 16
 
 
 class InitialReport:
-    """The start of one run: the conditions that were used, those that follow from others, and the states they give."""
+    """The start of one run: the conditions used, those that follow from others, and the resulting states."""
 
     def __init__(
         self,
@@ -76,18 +76,18 @@ class InitialReport:
 
     @property
     def open(self) -> tuple[int, ...]:
-        """The places of the states that no condition reaches."""
+        """The indices of the states that no condition affects."""
         return tuple(self._open)
 
     @cached_property
     def used(self) -> tuple[StartCondition, ...]:
-        """The conditions that were solved, and the states that none of them reaches."""
+        """The conditions that were solved, and the states that none of them affects."""
         rest = [StartCondition(self._names[k], "not determined otherwise", float(self._y[k])) for k in self._open]
         return (*self._conditions(True), *rest)
 
     @cached_property
     def implied(self) -> tuple[StartCondition, ...]:
-        """The conditions that follow from those before them."""
+        """The conditions that follow from earlier ones."""
         return self._conditions(False)
 
     @cached_property
@@ -123,7 +123,7 @@ class Initializer:
     def solve(
         self, engine: Simulator, t: float, p: Array, m: Array, starts: Mapping[str, float], guesses: Mapping[str, float]
     ) -> tuple[Array, Array, Array, InitialReport]:
-        """States, algebraic unknowns, held values and the report. Raises InitializationError where the conditions cannot be met."""
+        """States, algebraic unknowns, held values and the report. Raises InitializationError if the conditions cannot be satisfied."""
         held = self._discretes.places.keys() & starts.keys()
         names = tuple(name for name in starts if name not in held)
         if names not in self._plans:
@@ -136,7 +136,7 @@ class Initializer:
 
 
 def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol]:
-    """The algebraic equations, unless they depend on modes and no condition needs their unknowns: then both are found together, later."""
+    """The algebraic equations, unless they depend on modes and no condition needs their unknowns; then both are solved together later."""
     if not dae.z.numel():
         return []
     needed = bool(conditions) and any(ca.which_depends(column(conditions), dae.z, 1, True))
@@ -145,7 +145,7 @@ def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol
 
 
 class _Plan:
-    """The conditions for one set of given names, made independent at the point where they are solved, by Newton's method."""
+    """The conditions for one set of given names, made independent at the point of solution, by Newton's method."""
 
     def __init__(self, compiled: Compiled, conditions: list[StartEquation], given: int) -> None:
         self.compiled, self.conditions, self.given = compiled, conditions, given
@@ -186,7 +186,7 @@ class _Plan:
         y = self._guess(guesses, self.guess.copy(), asked=True) if guesses else self.guess.copy()
         target = np.concatenate([np.zeros(self.nz), given, self.declared])
         for (place, slope, offset), value in zip(self.known, given[self.plain].tolist(), strict=True):
-            y[place] = (value - offset) / slope  # from elsewhere Newton's method may not get there
+            y[place] = (value - offset) / slope  # from another start Newton's method may not converge
         for _ in range(_ROUNDS):
             choice = self._newton(t, y, m, p, target)
             if not self.modal:
@@ -202,7 +202,7 @@ class _Plan:
 
     @cached_property
     def places(self) -> dict[str, tuple[int, float, float]]:
-        """The signals that are slope * unknown + offset with numbers: name -> (place of the unknown, slope, offset)."""
+        """The signals of the form slope * unknown + offset with numbers: name -> (index of the unknown, slope, offset)."""
         found = {name: self._place(name) for name in self.compiled.signals}
         return {name: place for name, place in found.items() if place is not None}
 
@@ -236,7 +236,7 @@ class _Plan:
         )
 
     def _evaluate(self, t: float, y: Array, m: Array, p: Array) -> tuple[Array, Array]:
-        """All rows and the nonzeros of their Jacobian, until the next call."""
+        """All rows and the nonzeros of their Jacobian, valid until the next call."""
         self.arguments[0][0] = t
         for array, value in zip(self.arguments[1:], (y, m, p), strict=True):
             array[: value.size] = value
@@ -244,7 +244,7 @@ class _Plan:
         return self.results[0], self.results[1]
 
     def _newton(self, t: float, y: Array, m: Array, p: Array, target: Array) -> _Choice:
-        """Solves the chosen conditions for the unknowns they own, in place; what nobody owns keeps its guess."""
+        """Solve the chosen conditions for the unknowns they own, in place; other unknowns keep their guesses."""
         if not len(target) or not len(y):
             return _Choice(self, [], [])
         choice, open_rows = self._choose(self._evaluate(t, y, m, p)[1])
@@ -276,7 +276,7 @@ class _Plan:
         return choice
 
     def _round_off(self, gap: Array, nonzeros: Array, y: Array) -> NDArray[np.bool_]:
-        """Which rows are zero but for the round-off of their terms; of stiff equations it is all there is."""
+        """Which rows are zero within the round-off of their terms; stiff equations cannot do better."""
         with np.errstate(invalid="ignore"):
             terms = np.bincount(self.rows, np.abs(nonzeros * y[self.columns]), len(gap))
         return np.asarray(np.abs(gap) <= ROUND_OFF * terms)
@@ -301,7 +301,7 @@ class _Plan:
         return self.conditions[row - self.nz].label if row >= self.nz else self.compiled.dae.equation(row)
 
     def _choose(self, nonzeros: Array) -> tuple[_Choice, list[int]]:
-        """Rows and the unknowns they own, in order (what those before determine is left out); implicit rows without one."""
+        """Independent rows and the unknowns they own, in order, and implicit rows without an unknown."""
         known = self.choices.get(nonzeros.tobytes())
         if known is not None:
             return known, []
@@ -340,7 +340,7 @@ class _Plan:
         return InitialReport(self.conditions, values, choice.taken, self.compiled.states, y, choice.open_states)
 
     def _refuse(self, condition: StartEquation, value: float, reached: float) -> None:
-        """A condition that was left out must hold, unless a value given for this run took its place or it is only a declared start."""
+        """An omitted condition must hold, unless a value given for this run replaced it or it is only a declared start."""
         asked = (
             f"asks for {value:g} {condition.unit}, but the other conditions already give {reached:g} {condition.unit}"
         )
@@ -350,7 +350,7 @@ class _Plan:
 
 
 class _Choice:
-    """The rows that are solved, the unknowns they own, and where the entries of their square system lie.
+    """The rows that are solved, the unknowns they own, and the positions of the entries of their square system.
 
     ``displaces``: an implicit equation owns a state.
     """
@@ -369,7 +369,7 @@ class _Choice:
         self.open_states = sorted(set(range(plan.n)) - set(owned))
 
     def factors(self, nonzeros: Array) -> Solver:
-        """What solves the square system with these nonzeros, a row of all of them."""
+        """The solver of the square system with these nonzeros; each row has all of them."""
         entries, size = nonzeros[0, self.inside], len(self.chosen)
         if size > _DENSE and np.isfinite(entries).all():
             return _sparse(entries, self.i, self.k, size)
@@ -379,7 +379,7 @@ class _Choice:
 
 
 def _sparse(entries: Array, rows: NDArray[np.intp], columns: NDArray[np.intp], size: int) -> Solver:
-    """Dense elimination takes the cube of the size; SciPy's sparse one, slow to import, has run-time pivoting, as is needed here."""
+    """Dense elimination grows with the cube of the size; SciPy's sparse solver is slow to import, but pivots at run time as needed here."""
     from scipy.sparse import csc_array
     from scipy.sparse.linalg import splu
 
@@ -391,7 +391,7 @@ def _sparse(entries: Array, rows: NDArray[np.intp], columns: NDArray[np.intp], s
 
 
 def _reduce(row: dict[int, float], basis: dict[int, tuple[int, dict[int, float]]]) -> None:
-    """Subtracts multiples of the basis rows until ``row`` has no entry at a pivot; ``basis``: pivot -> (age, row), zero at older pivots."""
+    """Subtract basis rows until ``row`` has no entry at a pivot. ``basis``: pivot -> (age, row), zero at older pivots."""
     pending = [(basis[k][0], k) for k in row if k in basis]
     heapq.heapify(pending)
     while pending:

@@ -1,1 +1,1 @@
-"""How expressions become numbers: functions at one point and at many, Newton steps, sparse elimination, the C compiler."""
+"""How expressions become numbers: functions at one point and at many, Newton's method, sparse elimination, the C compiler."""

@@ -1,4 +1,4 @@
-"""Libraries built behind runs: one thread passes code to the C compiler while the runs go on with the functions as they are."""
+"""Libraries built in the background: one thread calls the C compiler while runs continue with uncompiled functions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from powertrain.numerics.compiled import Compilable, code_of, compiler, known, l
 
 
 class Build:
-    """The library of some functions, which the thread builds when its turn comes."""
+    """The library of some functions, built by the thread when its turn comes."""
 
     def __init__(self, functions: Mapping[str, Compilable], code: str, command: tuple[str, ...]) -> None:
         self._functions, self._code, self._command = functions, code, command
@@ -30,7 +30,7 @@ class Build:
         self.done = True
 
     def functions(self) -> dict[str, ca.Function]:
-        """The functions from the library; where it could not be built a warning says why, and they stay as they are."""
+        """The functions from the library; if it could not be built, the uncompiled functions, with a warning that gives the reason."""
         try:
             if self._error is not None:
                 raise self._error
@@ -41,7 +41,7 @@ class Build:
 
 
 class _Thread:
-    """Builds one after the other, so that one core is left for the runs. It ends with the program; what is not done then is left."""
+    """Builds one library at a time and leaves a core for the runs. It ends with the program; unfinished builds are dropped."""
 
     def __init__(self) -> None:
         self._queue: SimpleQueue[Build] = SimpleQueue()
@@ -67,7 +67,7 @@ _THREAD = _Thread()
 
 
 def begin(functions: Mapping[str, Compilable]) -> dict[str, ca.Function] | Build | None:
-    """The functions from a library that the cache has, else the build of one; None where there is no compiler or no cache."""
+    """The functions from a cached library, else the build of one; None if there is no compiler or no cache."""
     code = code_of(functions)
     try:
         command = compiler()
@@ -81,7 +81,7 @@ def begin(functions: Mapping[str, Compilable]) -> dict[str, ca.Function] | Build
 
 
 def progress() -> str:
-    """How many libraries of this program are built, where some are still to come."""
+    """How many libraries of this program are built, if some are still to come."""
     asked, done = _THREAD.asked, _THREAD.done
     return f"machine code {done} of {asked}" if done < asked else ""
 
@@ -90,7 +90,7 @@ Install = Callable[[dict[str, ca.Function]], None]
 
 
 class Builds:
-    """The builds that one engine waits for, and what to do with the functions of each."""
+    """The builds for which one engine waits, and what to do with the functions of each."""
 
     def __init__(self) -> None:
         self._waiting: list[tuple[Build, Install]] = []
@@ -98,14 +98,14 @@ class Builds:
     def finished(
         self, functions: dict[str, ca.Function], fast: Mapping[str, Compilable], install: Install
     ) -> dict[str, ca.Function]:
-        """``fast`` from the cache, or ``functions`` until ``adopt`` finds the library of ``fast`` built and calls ``install``."""
+        """``fast`` from the cache; else ``functions``, until ``adopt`` finds the library of ``fast`` and calls ``install``."""
         found = begin(fast)
         if isinstance(found, Build):
             self._waiting.append((found, install))
         return found if isinstance(found, dict) else functions
 
     def adopt(self) -> None:
-        """Install what has been built since; runs call it at their beginning, so that every run has one set of functions."""
+        """Install libraries that have been built; called at the start of a run, so that each run has one set of functions."""
         ready = [(build, install) for build, install in self._waiting if build.done]
         self._waiting = [entry for entry in self._waiting if not entry[0].done]
         for build, install in ready:

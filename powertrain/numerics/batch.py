@@ -1,9 +1,9 @@
 """Expressions evaluated at many points.
 
-``Lanes`` is built at once and calls a function for one point after the other: for some thousands of points. ``Columns`` is for
-millions: CasADi's virtual machine spends most of its time on finding the next instruction, so the tape of a scalar function is replayed
-on columns of points, which keeps the interpreter busy with arithmetic and the operands in the processor's cache. That takes some 20
-microseconds an instruction to build. ``Evaluated`` in ``powertrain.numerics.buffers`` is for one point.
+``Lanes`` is built quickly and calls a function point by point: for some thousands of points. ``Columns`` is for millions: CasADi's virtual
+machine spends most of its time on fetching instructions, so the tape of a scalar function is replayed on columns of points. This keeps
+the processor busy with arithmetic and the operands in its cache. Building it takes about 20 microseconds per instruction. ``Evaluated``
+in ``powertrain.numerics.buffers`` is for one point.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ Rows = NDArray[np.float64]
 LANES = 256
 _DEPTH = 20
 TOGETHER = 64
-"""Points of one call of ``Lanes``."""
+"""Points per call of ``Lanes``."""
 building = threading.RLock()
-"""Held while functions are made of expressions that several threads share."""
+"""Held while functions are built from expressions that several threads share."""
 
 
 class Lanes:
-    """A column of expressions of several columns, the last of which is the same for all points. Serves one thread."""
+    """A column of expressions of several columns, the last of which is common to all points. Serves one thread."""
 
     def __init__(self, inputs: Sequence[Symbol], outputs: Symbol) -> None:
         with building:
@@ -49,7 +49,7 @@ class Lanes:
         self._bound = Bound(wide, [*self._given, self._common], [self._found])
 
     def __call__(self, points: Sequence[Array], common: Array) -> Array:
-        """A row of values for each point; ``points`` are arrays for all inputs but the last, a row each."""
+        """One row of values per point; ``points`` are arrays for all inputs but the last, one row per point."""
         count, k = len(points[0]), self.size
         result = np.empty((count, k))
         rows = [a[:, None] if a.ndim == 1 else a for a in points]
@@ -67,9 +67,9 @@ class Lanes:
 
 
 class Tape:
-    """``outputs`` as functions of scalars that differ from point to point (``varying``) and of a column that is the same for all.
+    """``outputs`` as functions of scalars that differ between points (``varying``) and of a column common to all.
 
-    ``least`` and ``most`` are the points of one call of ``into``, here ``lanes``.
+    ``least`` and ``most`` are the numbers of points in one call of ``into``, here ``lanes``.
     """
 
     def __init__(
@@ -86,11 +86,11 @@ class Tape:
         self._kept: tuple[object, ...] = ()
 
     def set_common(self, values: Array) -> None:
-        """The values that are the same for all points."""
+        """Set the values common to all points."""
         self._common[: values.size] = values
 
     def into(self, arguments: Sequence[Array], results: Sequence[Array]) -> None:
-        """Evaluates ``lanes`` points, which are contiguous arrays, straight into ``results``."""
+        """Evaluate ``lanes`` points, given as contiguous arrays, directly into ``results``."""
         views = [view(a) for a in (*arguments, *results)]
         self._kept = tuple(views)
         buffer, n = self._buffer, self.inputs
@@ -114,7 +114,7 @@ class Tape:
 
     @cached_property
     def _block(self) -> tuple[Rows, Rows, Bound]:
-        """What is given and found at ``lanes`` points, and what computes it."""
+        """Arguments and results at ``lanes`` points, and the function that computes them."""
         given, found = np.zeros((self.inputs, self.lanes)), np.zeros((self.outputs, self.lanes))
         return given, found, Bound(self.function, [*given, self._common], list(found))
 
@@ -123,9 +123,9 @@ _FEW, _MANY = 32, 1024
 
 
 class Columns:
-    """``outputs`` as functions of scalars that differ from point to point (``varying``) and of a column that is the same for all.
+    """``outputs`` as functions of scalars that differ between points (``varying``) and of a column common to all.
 
-    ``compile``: in machine code, where they can be written in C.
+    ``compile``: as machine code, if they can be written in C.
     """
 
     def __init__(
@@ -143,7 +143,7 @@ class Columns:
         self._compile = compile
 
     def set_common(self, values: Array) -> None:
-        """The values that are the same for all points."""
+        """Set the values common to all points."""
         self._values = values.copy()
         for each in self._tapes.values():
             each.set_common(values)
@@ -153,7 +153,7 @@ class Columns:
         return self.of_needed(rows[self.needed])
 
     def of_needed(self, rows: Rows) -> Rows:
-        """The same for those rows only that are needed."""
+        """The same for only those rows that are needed."""
         lanes = 0 if self._compile else _MANY if rows.shape[1] > _MANY // 4 else _FEW
         if lanes not in self._tapes:
             self._tapes[lanes] = column_tape(
@@ -166,15 +166,15 @@ class Columns:
 def column_tape(
     name: str, varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol], lanes: int, compile: bool
 ) -> Tape | VectorTape:
-    """``outputs`` at ``lanes`` points; in machine code at as many as are given, where ``compile`` asks for it and C can be written."""
+    """``outputs`` at ``lanes`` points; with ``compile``, machine code for any number of points, if they can be written in C."""
     found = vector_tape(varying, common, outputs) if compile else None
     return Tape(name, varying, common, outputs, lanes) if found is None else found
 
 
 def lifted(scalar: ca.Function, varying: int, lanes: int, expressions: Sequence[Symbol]) -> ca.Function:
-    """The same function of columns of ``lanes`` values for its first inputs; the other inputs are the same for all lanes.
+    """The same function with columns of ``lanes`` values as its first inputs; the other inputs are common to all lanes.
 
-    ``expressions`` are those that ``scalar`` was made of.
+    ``expressions`` are those from which ``scalar`` was built.
     """
     arguments = [ca.MX.sym(f"a{i}", lanes) for i in range(varying)]
     others = [ca.MX.sym(f"c{i}", scalar.size1_in(i)) for i in range(varying, scalar.n_in())]
@@ -204,7 +204,7 @@ class _OfColumns:
 
 
 def _call(function: ca.Function, arguments: Sequence[ca.MX], lanes: int) -> list[ca.MX]:
-    """One function called for every lane: its results one after the other, a column of lanes each."""
+    """One function called for every lane: its results in turn, each a column of lanes."""
     rows = [_filled(a, lanes).T for a in arguments]
     columns, first = [], 0
     for i in range(function.n_in()):
@@ -216,11 +216,11 @@ def _call(function: ca.Function, arguments: Sequence[ca.MX], lanes: int) -> list
 
 def _filled(value: ca.MX, lanes: int) -> ca.MX:
     value = ca.densify(value)
-    return value if value.numel() == lanes else value * ca.MX.ones(lanes, 1)  # a repetition is one operation a lane
+    return value if value.numel() == lanes else value * ca.MX.ones(lanes, 1)  # a repetition would be one operation per lane
 
 
 def all_hold(margins: Sequence[Symbol]) -> Symbol:
-    """One where no margin is negative (nor nan), else zero."""
+    """One if no margin is negative (or nan), else zero."""
     result = Symbol(1)
     for margin in margins:
         result = result * (margin >= 0)
@@ -228,7 +228,7 @@ def all_hold(margins: Sequence[Symbol]) -> Symbol:
 
 
 def different(expressions: Sequence[Symbol]) -> list[Symbol]:
-    """The expressions without repetitions and without constants that are not negative."""
+    """The expressions without duplicates and without constants that are not negative."""
     kept: list[Symbol] = []
     for expression in expressions:
         trivial = expression.is_constant() and float(expression) >= 0.0

@@ -1,4 +1,4 @@
-"""CasADi functions bound once to preallocated numpy arrays: a call then costs a tenth of a microsecond plus the arithmetic."""
+"""CasADi functions bound once to preallocated numpy arrays; the overhead of a call is a tenth of a microsecond."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from powertrain.compiler.hybrid import HybridDae
 
 Array = NDArray[np.float64]
 PREFIX = "powertrain_"
-"""Of the names of CasADi functions."""
+"""Prefix of the names of CasADi functions."""
 CHECKS = (0.25, 0.5, 0.75)
-"""Where inside a step the event indicators are looked at, besides its end."""
+"""Positions inside a step at which event indicators are evaluated, besides its end."""
 INFO = 5
 """Entries of ``Memory.info`` before the indicators' minima; see ``powertrain.integration.step_control``."""
 
 
 class Bound:
-    """A Function with its arguments and results fixed to arrays; ``call()`` evaluates it.
+    """A Function with its arguments and results bound to arrays; ``call()`` evaluates it.
 
-    CasADi's handle keeps neither the buffer object nor the arrays alive, so they are kept here, for as long as ``call`` is used.
+    CasADi's handle keeps neither the buffer object nor the arrays alive, so this object does; keep it as long as ``call`` is used.
     """
 
     __slots__ = ("_kept", "call")
@@ -42,9 +42,9 @@ class Bound:
 
 
 class Evaluated:
-    """A Function with arrays of its own, for values that come from elsewhere; results are dense matrices.
+    """A Function with its own arrays, for arbitrary arguments; results are dense matrices.
 
-    A call costs a tenth of what the same Function costs with numpy arrays as arguments. Serves one thread.
+    A call takes a tenth of the time of the same Function with numpy arguments. Serves one thread.
     """
 
     def __init__(self, function: ca.Function) -> None:
@@ -58,7 +58,7 @@ class Evaluated:
         self._bound = Bound(function, self._given, results)
 
     def __call__(self, *values: float | Array) -> list[Array]:
-        """The results, which no later call changes."""
+        """The results, in arrays that no later call changes."""
         for given, size, value in zip(self._given, self._sizes, values, strict=True):
             given[:size] = value
         self._bound.call()
@@ -72,7 +72,7 @@ def _buffer(function: ca.Function) -> tuple[Any, Callable[[], None]]:
 
 
 def view(array: Array) -> Any:
-    """The array as a memoryview, whose items are read and written faster than numpy's."""
+    """The array as a memoryview, which accesses single items faster than numpy."""
     return memoryview(cast(Any, array))
 
 
@@ -87,10 +87,10 @@ def zeros(n: int) -> Array:
 
 
 class Memory:
-    """The arrays all functions of one engine share. ``y`` and ``slope`` are double-buffered: a step reads one side and writes the other.
+    """The arrays shared by all functions of one engine. ``y`` and ``slope`` are double-buffered: a step reads one side, writes the other.
 
-    ``record`` is what is kept of a step: the place of its held values, its time and size, and its dense output.
-    ``laws`` (the values of all friction laws) and ``loaded`` (switches that depend on torques) are kept from their first use on.
+    ``record`` is what is stored of a step: the index of its held values, its time and size, and its dense output.
+    ``laws`` (the values of all friction laws) and ``loaded`` (switches that depend on torques) are built at their first use.
     """
 
     def __init__(self, dae: HybridDae, indicators: int, timed: int) -> None:
@@ -124,7 +124,7 @@ class Memory:
         self.jacobian = zeros(unknowns**2 if unknowns <= 100 else 0)
 
     def instant(self, side: int) -> tuple[float, Array, Array, Array, Array]:
-        """Time, states, algebraic unknowns, held values and parameters, as they are on one side."""
+        """Time, states, algebraic unknowns, held values and parameters on one side."""
         n, unknowns, held, parameters = self._sizes
         y = self.y[side]
         return float(self.time[0]), y[:n], y[n:unknowns], self.m[:held], self.p[:parameters]

@@ -1,7 +1,7 @@
-"""Passing functions through the machine's C compiler, cached on disk by what they are compiled from.
+"""Compiles functions with the machine's C compiler; libraries are cached on disk.
 
-The cache is a folder of the user's own. An entry is two files: the library, called by the hash of its content, and a text called by the
-hash of all it was built from, which names the library. A library is loaded where it has the content that its name says.
+The cache is a folder owned by the user. An entry consists of two files: the library, named by the hash of its content, and a text file,
+named by the hash of the library's sources, which names the library. A library is loaded only if its content matches its name.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ FLAGS = ("-O2", "-fPIC", "-shared", "-ffp-contract=off")
 _INLINE = {
     f"return f{name}(x, y);": f"return x {sign} y || y != y ? x : y;" for name, sign in (("min", "<="), ("max", ">="))
 }
-"""The same numbers without a call of the library, whatever is nan; limits and indicators are full of these two."""
+"""The same numbers without a library call, also for nan; limits and indicators contain many of these two."""
 
 
 def cache_directory() -> Path:
@@ -43,7 +43,7 @@ def cache_directory() -> Path:
 
 @dataclass(frozen=True)
 class InC:
-    """A function that is written in C already."""
+    """A function already written in C."""
 
     function: ca.Function
     code: str
@@ -57,20 +57,20 @@ Compilable: TypeAlias = ca.Function | InC
 
 
 def compile_functions(functions: Mapping[str, Compilable]) -> dict[str, ca.Function]:
-    """The same functions from a shared library; where the cache cannot be used a warning says why, and they stay as they are.
+    """The same functions from a shared library; if the cache cannot be used, the functions unchanged, with a warning that gives the reason.
 
-    Raises PowertrainError where there is no compiler or it fails.
+    Raises PowertrainError if there is no compiler or it fails.
     """
     code, command = code_of(functions), compiler()
     try:
         return loaded(functions, library(code, command))
-    except (OSError, RuntimeError) as error:  # the latter from a file system that does not allow programs
+    except (OSError, RuntimeError) as error:  # RuntimeError from a file system that forbids executables
         warn_of_cache(error)
         return uncompiled(functions)
 
 
 def uncompiled(functions: Mapping[str, Compilable]) -> dict[str, ca.Function]:
-    """The functions as CasADi has them."""
+    """The functions as CasADi functions."""
     return {key: each.function if isinstance(each, InC) else each for key, each in functions.items()}
 
 
@@ -104,12 +104,12 @@ def loaded(functions: Mapping[str, Compilable], library: Path) -> dict[str, ca.F
 
 
 def library(code: str, compiler: tuple[str, ...]) -> Path:
-    """The library of the code, built where the cache has none or a damaged one."""
+    """The library of the code, built if the cache has none or a damaged one."""
     return known(code, compiler) or _built(code, compiler, _entry(code, compiler))
 
 
 def known(code: str, compiler: tuple[str, ...]) -> Path | None:
-    """The library of the code, where the cache has a whole one."""
+    """The library of the code, if the cache has an undamaged one."""
     entry = _entry(code, compiler)
     digest = entry.read_text(encoding="ascii", errors="replace") if entry.is_file() else ""
     found = entry.parent / f"powertrain_{digest}.so"
@@ -117,14 +117,14 @@ def known(code: str, compiler: tuple[str, ...]) -> Path | None:
 
 
 def _entry(code: str, compiler: tuple[str, ...]) -> Path:
-    """The text that names the library of the code, by the hash of all it is built from."""
+    """The text file that names the library of the code, itself named by the hash of the sources."""
     folder = _own_folder(cache_directory() / "compiled")
     origin = "\n".join((code, *FLAGS, *compiler, _version(compiler), sys.platform, platform.machine()))
     return folder / f"{hashlib.sha256(origin.encode()).hexdigest()}.txt"
 
 
 def _own_folder(folder: Path) -> Path:
-    """The folder, which only its owner can read and write. OSError where it belongs to somebody else."""
+    """The folder, which only its owner can read and write. OSError if it belongs to another user."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     folder.mkdir(mode=0o700, exist_ok=True)
     found = folder.lstat()
@@ -142,7 +142,7 @@ def _digest(path: Path) -> str:
 
 
 def _built(code: str, compiler: tuple[str, ...], entry: Path) -> Path:
-    """Compiles the code and enters it into the cache; every file comes to its name complete."""
+    """Compile the code and enter it into the cache; files get their names only when complete."""
     with tempfile.TemporaryDirectory(dir=entry.parent) as folder:
         source, built, named = Path(folder) / "steps.c", Path(folder) / "steps.so", Path(folder) / "entry"
         source.write_text(code, encoding="utf-8")
@@ -157,7 +157,7 @@ def _built(code: str, compiler: tuple[str, ...], entry: Path) -> Path:
 
 
 def compiler(what: str = "compile=True") -> tuple[str, ...]:
-    """The command of the C compiler with its arguments; PowertrainError, saying what needs it, where there is none."""
+    """The command of the C compiler with its arguments; PowertrainError if there is none, with ``what`` needs it."""
     try:
         chosen = shlex.split(os.environ.get("CC") or "")
     except ValueError as error:
@@ -172,7 +172,7 @@ def compiler(what: str = "compile=True") -> tuple[str, ...]:
 
 @lru_cache
 def _version(compiler: tuple[str, ...]) -> str:
-    """What the compiler says it is; nothing where it does not know the question."""
+    """The compiler's version text; empty if it does not support the question."""
     return _run([*compiler, "--version"]).stdout
 
 

@@ -1,8 +1,8 @@
-"""Gaussian elimination of many small systems of one sparsity at once, on columns: an entry of all systems is one array.
+"""Gaussian elimination of many small systems with one sparsity pattern at once: each entry is an array over all systems.
 
-The next pivot is in the shortest row. It serves all systems in which it is not small beside the rest of that row; the others go on
-apart, with a pivot of their own (threshold pivoting: I. S. Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices,
-Oxford 2017, section 5.2). Systems that are few, or have no pivot, are solved one by one.
+The next pivot is in the shortest row. It serves all systems in which it is not small compared with the rest of that row; the other
+systems continue separately, with their own pivot (threshold pivoting: I. S. Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse
+Matrices, Oxford 2017, section 5.2). Small groups of systems, and systems without a pivot, are solved one by one.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ import numpy as np
 from powertrain.numerics.newton import Array, Index, Mask, Solver, solved
 
 THRESHOLD = 0.1
-"""The share of the largest entry of its row that a pivot has at least."""
+"""The smallest allowed pivot, relative to the largest entry of its row."""
 FEW = 128
-"""So few systems are solved sooner one by one."""
+"""Up to this number, systems are solved faster one by one."""
 
 
 class Pattern:
-    """Square matrices with entries at the same places."""
+    """Square matrices with entries at the same positions."""
 
     def __init__(self, sparsity: ca.Sparsity) -> None:
         self.rows, self.columns = np.array(sparsity.row(), np.intp), np.array(sparsity.get_col(), np.intp)
         self.size = sparsity.size1()
 
     def solver(self, entries: Array) -> Solver:
-        """The solver of the matrices with these ``entries``, a row for each matrix."""
+        """The solver of the matrices with these ``entries``, one row per matrix."""
 
         def solve(right: Array) -> Array:
             if len(right) < FEW:
@@ -42,13 +42,13 @@ class Pattern:
         return solve
 
     def dense(self, entries: Array) -> Array:
-        """The matrices in full."""
+        """The matrices as dense arrays."""
         full = np.zeros((len(entries), self.size, self.size))
         full[:, self.rows, self.columns] = entries
         return full
 
     def _eliminate(self, entries: Array, right: Array, found: Array) -> Index:
-        """Solves systems, a column each, into ``found``; which are left."""
+        """Solve systems, one per column, into ``found``; return those that remain."""
         table: list[dict[int, Array]] = [{} for _ in range(self.size)]
         for i, j, values in zip(self.rows.tolist(), self.columns.tolist(), entries, strict=True):
             table[i][j] = values
@@ -82,7 +82,7 @@ class Pattern:
 
 @dataclass
 class _Part:
-    """Some systems half done: their numbers, the rows that are left of them, right sides, rows without a pivot, pivots as (row, column)."""
+    """Some partly eliminated systems: numbers, remaining rows, right-hand sides, rows without pivot, pivots as (row, column)."""
 
     systems: Index
     table: list[dict[int, Array]]
@@ -102,11 +102,11 @@ class _Part:
         return min(self.open, key=lambda i: len(self.table[i]))
 
     def shortest_column(self, columns: list[int]) -> int:
-        """The one among ``columns`` with entries in the fewest rows."""
+        """The column among ``columns`` with entries in the fewest rows."""
         return min(columns, key=lambda j: sum(j in self.table[i] for i in self.open))
 
     def eliminate(self, i: int, j: int) -> None:
-        """Takes unknown j out of all rows but i."""
+        """Eliminate unknown j from all rows but i."""
         self.pivots.append((i, j))
         self.open.remove(i)
         for k in self.open:

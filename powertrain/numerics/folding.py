@@ -1,8 +1,8 @@
-"""A function with numbers in the places of some entries of its inputs: constants are folded, and nothing else.
+"""A function with constants for some entries of its inputs: constants are folded, and nothing else is changed.
 
-CasADi simplifies more than that: (a + b) - b becomes a, which is another number. Where it would, an operand is hidden from it, as the
-magnitude of itself with the sign of itself. The results are those of the whole function to the last bit, but for the sign of a zero, and
-where a factor of zero meets a value that is not finite.
+CasADi simplifies more: (a + b) - b becomes a, which is another number. Where it would, an operand is hidden as its own magnitude with its
+own sign. The results equal those of the general function to the last bit, except for the sign of a zero, and where a factor of zero
+meets a value that is not finite.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Value: TypeAlias = float | Symbol
 
 
 def folded(function: ca.Function, known: Mapping[tuple[int, int], float]) -> ca.Function:
-    """The same function of the same inputs, where (input, entry) in ``known`` has that value."""
+    """The same function of the same inputs, with the values in ``known`` for entries (input, entry)."""
     inputs: list[Symbol] = function.sx_in()
     outputs: list[Symbol] = [ca.densify(e) for e in function.call(inputs)]
     scalars = [e for output in outputs for e in _entries(output)]
@@ -35,12 +35,12 @@ def folded(function: ca.Function, known: Mapping[tuple[int, int], float]) -> ca.
 
 
 class _Folding:
-    """Operations of numbers and expressions, each of them once."""
+    """Operations of numbers and expressions, each built once."""
 
     def __init__(self) -> None:
         self._known: dict[
             tuple[int, ...], tuple[tuple[Symbol, ...], Symbol]
-        ] = {}  # operands, so that they stay where they are
+        ] = {}  # operands, to keep them alive
 
     def constant(self, value: float) -> Value:
         return value
@@ -80,7 +80,7 @@ class _Folding:
         return self._written(code, a, Symbol(b))
 
     def _written(self, code: int, *operands: Symbol) -> Symbol:
-        """The operation as it is written; signs alone are drawn together."""
+        """The operation without simplification; only signs are combined."""
         a, b = operands[0], operands[-1]
         if code == ca.OP_ADD and b.is_op(ca.OP_NEG):
             return self._written(ca.OP_SUB, a, b.dep(0))

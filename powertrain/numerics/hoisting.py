@@ -1,4 +1,4 @@
-"""What depends on constants alone, taken out of a function that is called many times with the same ones."""
+"""Moves what depends only on constants out of a function that is called many times with the same constants."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from powertrain.language.symbols import column
 def hoisted(
     name: str, inputs: Sequence[ca.SX], constants: Sequence[ca.SX], outputs: Sequence[ca.SX]
 ) -> tuple[ca.Function, ca.Function]:
-    """A function (inputs, constants, values) -> outputs, and the one that gives these values: constants -> values."""
+    """A function (inputs, constants, values) -> outputs, and the function for these values: constants -> values."""
     outputs = ca.cse(list(outputs))
     numbers = column([output.nz[:] for output in outputs])
     short, symbols, values = ca.extract_parametric(numbers, ca.vertcat(*constants), {})

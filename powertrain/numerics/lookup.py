@@ -1,7 +1,7 @@
-"""Linear tables looked up at columns of points. CasADi's interpolants take one point after the other, and their slopes once more each.
+"""Linear tables looked up at columns of points. CasADi's interpolants take one point at a time, and their derivatives search again.
 
-In every direction s is the share of the interval that is passed, x = x_i + s (x_i+1 - x_i); the value is linear in each s, and the
-slope in one direction is the difference between the ends of that interval over its length.
+In every direction s is the position within the interval, x = x_i + s (x_i+1 - x_i). The value is linear in each s, and the slope in one
+direction is the difference between the ends of the interval divided by its length.
 """
 
 from __future__ import annotations
@@ -17,31 +17,31 @@ import casadi as ca
 from powertrain.language.tables import LinearTable, known
 
 REVERSE, FORWARD = "adj1_wrap_", "fwd1_wrap_"
-"""CasADi's names for derivatives of an interpolant: (x, nothing, seed) -> seed times slopes, and (x, nothing, seeds) -> the sum of both."""
+"""CasADi's names for derivatives of an interpolant: (x, nothing, seed) -> seed times slopes, and (x, nothing, seeds) -> their sum."""
 
 
 class Searches(Protocol):
-    """What stands for numbers at columns of points, with the operations of arithmetic."""
+    """Columns of points in place of numbers, with arithmetic operations."""
 
     def interval(self, points: Sequence[float], mode: str, x: Any) -> Any:
-        """The number of the interval between ``points`` that x lies in, found in the way of ``mode``."""
+        """The number of the interval between ``points`` that contains x, found by the method ``mode``."""
         ...
 
     def entries(self, numbers: Sequence[float], places: Sequence[Any]) -> list[Any]:
-        """Some of the numbers."""
+        """The numbers at these places."""
         ...
 
 
 def looked_up(
     function: ca.Function, operands: Sequence[Any], searches: Searches, lookups: dict[tuple[int, ...], Lookup]
 ) -> list[Any] | None:
-    """What a table's function, or a derivative of it, gives; None for other functions. ``lookups`` are those made already."""
+    """The value or derivative of a table's function; None for other functions. ``lookups`` are those made already."""
     name = function.name()
     table = known.get(name.removeprefix(REVERSE).removeprefix(FORWARD))
     if table is None:
         return None
     count = len(table.points)
-    place = tuple(id(each) for each in (table, *operands[:count]))  # which the lookup keeps alive
+    place = tuple(id(each) for each in (table, *operands[:count]))  # the lookup keeps these alive
     if place not in lookups:
         lookups[place] = Lookup(table, operands[:count], searches)
     found = lookups[place]
@@ -60,13 +60,13 @@ class OfColumns:
         return ca.low(ca.DM(list(points)), x, {"lookup_mode": mode})
 
     def entries(self, numbers: Sequence[float], places: Sequence[ca.MX]) -> list[ca.MX]:
-        """Some of the numbers."""
+        """The numbers at these places."""
         whole = ca.MX(ca.DM(numbers))
         return [whole.nz[place] for place in places]
 
 
 class Lookup:
-    """One table at the columns ``arguments``, one for each axis."""
+    """One table at the columns ``arguments``, one per axis."""
 
     def __init__(self, table: LinearTable, arguments: Sequence[Any], searches: Searches) -> None:
         self.of = table, arguments
@@ -91,11 +91,11 @@ class Lookup:
         return self._reduced(None)
 
     def slopes(self) -> list[Any]:
-        """The derivatives by all arguments."""
+        """The derivatives with respect to all arguments."""
         return [self._reduced(k) for k in range(self._count)]
 
     def _reduced(self, by: int | None) -> Any:
-        """The corners brought together axis by axis; ``by`` this one as a slope."""
+        """The corners combined axis by axis; along ``by`` as a slope."""
         values = self._corners
         for k in reversed(range(self._count)):
             ends = zip(values[::2], values[1::2], strict=True)

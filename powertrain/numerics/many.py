@@ -14,13 +14,13 @@ from powertrain.numerics.batch import Columns, Lanes
 from powertrain.numerics.buffers import Array
 
 _MANY = 4096
-"""From so many points on, building the functions that work on columns of points pays."""
+"""From this number of points on, building functions for columns of points pays."""
 
 
 class Many:
-    """A column of expressions of several columns, the last of which is the same for all points. Serves one thread.
+    """A column of expressions of several columns, the last of which is common to all points. Serves one thread.
 
-    At many points every instruction works on hundreds of them before the next one begins, eight times as fast as point by point.
+    For many points each instruction processes hundreds of points at once, eight times as fast as point by point.
     """
 
     def __init__(self, inputs: Sequence[Symbol], outputs: Symbol) -> None:
@@ -41,7 +41,7 @@ class Many:
         return Columns("samples", varying, self._inputs[-1], self._outputs)
 
     def __call__(self, points: Sequence[Array], common: Array) -> NDArray[np.float64]:
-        """A row of values for each point; ``points`` are arrays for all inputs but the last, a row each."""
+        """One row of values per point; ``points`` are arrays for all inputs but the last, one row per point."""
         found = np.empty((len(points[0]), self.size))
         found[:] = self._constant
         if not self._places or not len(found):
@@ -55,7 +55,7 @@ class Many:
         return found
 
     def _needed(self, points: Sequence[Array]) -> Iterator[tuple[Array, int]]:
-        """The columns of points that the expressions contain: of which array, and where in it."""
+        """The columns of points that the expressions contain: array, and column in it."""
         ends = np.cumsum([group.numel() for group in self._inputs[:-1]])
         for index in self._many.needed.tolist():
             which = int(np.searchsorted(ends, index, side="right"))

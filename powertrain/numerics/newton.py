@@ -2,8 +2,8 @@
 
     F'(z) step = -F(z),   z <- z + share step
 
-A step helps if the one after it with the same matrix, F'(z)^-1 F(z + share step), is shorter. Steps are measured in the unknowns' own
-sizes, so that neither the units of the equations nor their order make a difference. A single system is one of many.
+A step helps if the next one with the same matrix, F'(z)^-1 F(z + share step), is shorter. Steps are measured in the sizes of the unknowns,
+so neither the units of the equations nor their order matters. A single system is a batch of one.
 
 P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2011, section 3.3.
 """
@@ -22,23 +22,23 @@ Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
 Equations = Callable[[Index, Array], tuple[Array, Array]]
-"""(which systems, their unknowns, a row each) -> (F'(z) in any form that has a row for each system, F(z), a row each)."""
+"""(indices of systems, their unknowns, one row each) -> (F'(z) in any form with one row per system, F(z), one row each)."""
 Solver = Callable[[Array], Array]
-"""The solutions for right sides, a row each."""
+"""The solutions for right-hand sides, one row each."""
 
 HALVINGS = 16
-"""How often a step is halved; one that does not help then leads nowhere."""
+"""How often a step is halved before the iteration of its system ends without a solution."""
 
 
 def relative(z: Array) -> Array:
-    """The sizes of unknowns: one, or their own."""
+    """The sizes of unknowns: one, or their magnitude if larger."""
     return 1.0 + np.abs(z)
 
 
 def solved(matrix: Array, right: Array) -> Array:
-    """The solutions of many small systems, with rows of size one; the shortest where a matrix is singular, nan without values.
+    """The solutions of many small systems with rows scaled to one; the shortest one for a singular matrix, nan for missing values.
 
-    One matrix serves any number of right sides.
+    One matrix serves any number of right-hand sides.
     """
     matrix = np.broadcast_to(matrix, (len(right), *matrix.shape[1:]))
     good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
@@ -79,26 +79,26 @@ def newton(
     factors: Callable[[Array], Solver] = dense,
     together: int = 1,
 ) -> tuple[Array, Mask]:
-    """The unknowns after Newton's steps from ``z``, a row for each system, and where the last step was small.
+    """The unknowns after Newton's method from ``z``, one row per system, and whether each converged.
 
     Parameters
     ----------
     still
-        A step is small that changes no unknown by more than this share of its ``sizes(z)``. It is taken, and is the last.
-        Where a step has no value, a full one leaves nan, a damped one the last unknowns.
+        The iteration ends with a step that changes no unknown by more than this share of its ``sizes(z)``; that step is still taken.
+        If a step has no value, a full step leaves nan, a damped step the last unknowns.
     most
         The number of steps.
     halvings
-        How often a step may be halved; 0 takes all steps as they are.
+        How often a step may be halved; 0 takes only full steps.
     factors
-        The solver for F'(z), where this is no dense matrix.
+        The solver for F'(z), if this is not a dense matrix.
     together
-        About how many halved steps, of one system or of several, are evaluated in one call of ``equations``.
+        About how many halved steps, of one or several systems, are evaluated in one call of ``equations``.
     """
     columns, fine = (
         np.array(z.T, order="C"),
         np.zeros(len(z), bool),
-    )  # an unknown of all systems side by side, for speed
+    )  # each unknown contiguous over all systems, for speed
     z = columns.T
     active = np.flatnonzero(np.isfinite(z).all(axis=1))
     known: tuple[Array, Array] | None = None
@@ -134,7 +134,7 @@ def newton(
 
 @dataclass(frozen=True)
 class _FullSteps:
-    """Systems, matrices, where steps begin, full steps, sizes of the unknowns, and lengths of the steps in these; a row each."""
+    """Systems, matrices, starting points, full steps, sizes of the unknowns, and step lengths in these sizes; one row each."""
 
     systems: Index
     matrix: Array
@@ -147,9 +147,10 @@ class _FullSteps:
 def _helped(
     equations: Equations, factors: Callable[[Array], Solver], full: _FullSteps, halvings: int, together: int
 ) -> tuple[Index, Array, tuple[Array, Array]]:
-    """The systems with a step that helps, their unknowns after the longest one, and their equations there.
+    """The systems with a step that helps, their unknowns after the longest such step, and their equations there.
 
-    A step that is followed by one half as long helps at any rate; else that must not lead back: beyond a saturation there is another one.
+    A step helps if the next one is at most half as long. A next step that is only slightly shorter must also not lead back: beyond a
+    saturation there is another one.
     """
     left, k, found = np.arange(len(full.systems)), 0, list[tuple[Index, Array, Array, Array]]()
     while left.size and k <= halvings:

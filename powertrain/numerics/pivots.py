@@ -1,4 +1,4 @@
-"""Which row serves as pivot of which column: the matching that makes an elimination without run-time pivoting safe."""
+"""Chooses the pivot row of each column: a matching that makes elimination without run-time pivoting safe."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _NUMERIC_ZERO = 1e6
 def match_rows(pattern: ca.Sparsity, values: NDArray[np.float64]) -> list[int]:
     """Return ``rows``: row ``rows[j]`` is the pivot of column j, chosen to maximise the product of the pivots' sizes.
 
-    ``values`` is the matrix at a typical point. Entries that vanish there but may not elsewhere are taken only where nothing else fits.
+    ``values`` is the matrix at a typical point. Entries that vanish there but may not elsewhere are used only if there is no alternative.
     Raises ValueError with the unmatched columns if the matrix is structurally singular.
     """
     from scipy.optimize import linear_sum_assignment

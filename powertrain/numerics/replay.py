@@ -1,7 +1,7 @@
-"""A scalar tape replayed along a row of points that differ in one quantity x only.
+"""A scalar tape replayed along a row of points that differ in only one quantity x.
 
-What does not contain x is computed once for the row. What is affine in x is carried as a + b x, two numbers for the row, and its sign is
-known everywhere from its two ends. Torques, with the modes given, mostly are.
+Expressions without x are computed once for the row. Expressions affine in x are represented as a + b x, two numbers for the row, and
+their signs are known everywhere from the two ends. In given modes most torques are affine.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ class Form:
 
     @property
     def constant(self) -> bool:
-        """Whether it is the same all along the row."""
+        """Whether it is constant along the row."""
         return self.b is None and self.curve is None
 
 
 @dataclass(frozen=True)
 class RowForms:
-    """Outputs along a row; it is of one kind where ``fits`` holds (for the row) and ``fits_along`` (None, or for every point)."""
+    """Outputs along a row; valid where ``fits`` holds (for the row) and ``fits_along`` (None, or for every point)."""
 
     outputs: list[Form]
     fits: Symbol
@@ -45,7 +45,7 @@ class RowForms:
 
 
 class _Replay:
-    """Replays a tape on forms; ``ends`` are least and greatest x of the row."""
+    """Replays a tape on forms; ``ends`` are the least and greatest x of the row."""
 
     def __init__(self, x: Symbol) -> None:
         self.x = x
@@ -116,7 +116,7 @@ def row_forms(
 ) -> RowForms:
     """Expressions of x and of the other ``symbols`` along a row whose least and greatest x are ``ends``.
 
-    ``margins`` must not be negative anywhere; of each group in ``rivals`` some margin must be negative everywhere.
+    ``margins`` must not be negative anywhere; in each group of ``rivals`` some margin must be negative everywhere.
     """
     flat = [*margins, *(m for rival in rivals for m in rival)]
     replay = _Replay(x)
@@ -153,7 +153,7 @@ def _at_ends(form: Form, ends: Symbol) -> list[Symbol]:
 
 
 def _fails(forms: Sequence[Form], ends: Symbol) -> Symbol:
-    """One where some margin is negative all along the row, as far as that is seen from its ends."""
+    """One if the values at the ends show that some margin is negative all along the row."""
     found = Symbol(0)
     for form in forms:
         if form.curve is None:

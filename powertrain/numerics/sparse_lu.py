@@ -1,7 +1,7 @@
 """Symbolic elimination of sparse linear systems, in an order chosen once from sparsity and numeric magnitudes.
 
-No pivoting at run time: a solution is an expression. Above some hundred unknowns expressions no longer pay; those systems are solved
-numerically, with pivoting, by SciPy's ``splu``.
+There is no pivoting at run time: a solution is an expression. Above some hundred unknowns expressions are inefficient; such systems are
+solved numerically, with pivoting, by SciPy's ``splu``.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ Row = dict[int, Symbol]
 Numbers = dict[int, float]
 Solve = Callable[[Symbol], Symbol]
 _PIVOT = 1e9
-"""What stands for the entry of a given pivot beside ones for the others."""
+"""Represents the entry of a given pivot, compared with ones for the others."""
 
 
 class SingularBlock(Exception):
-    """Rows without a pivot: these equations depend on the others."""
+    """Rows without a pivot: these equations depend on others."""
 
     def __init__(self, rows: list[int]) -> None:
         super().__init__(str(rows))
@@ -32,9 +32,9 @@ class SingularBlock(Exception):
 
 @dataclass(frozen=True)
 class Factors:
-    """Rows of the eliminated table in the order of their pivots, and what was subtracted: (target row, pivot row, factor).
+    """Rows of the eliminated table in the order of their pivots, and the subtractions (target row, pivot row, factor).
 
-    ``inverses`` are the reciprocals of the pivots by rows, where many right sides follow; else none.
+    ``inverses`` are the reciprocals of the pivots by row if there are many right-hand sides; else empty.
     """
 
     table: list[Row]
@@ -62,7 +62,7 @@ class Factors:
         return ca.vertcat(*(solution[j] for j in range(len(solution))))
 
     def values(self) -> list[Symbol]:
-        """All numbers that a solution needs."""
+        """All numbers needed for a solution."""
         upper = [entry for i, j in self.order for n, entry in self.table[i].items() if n != j]
         return [*(factor for *_, factor in self.operations), *upper, *self.inverses.values()]
 
@@ -84,11 +84,11 @@ def solve(
 
 
 def factorize(matrix: ca.SX | ca.MX, rows: Sequence[int] | None = None) -> Solve:
-    """Return ``solve(b)`` for ``matrix @ x == b``, for any number of right sides.
+    """Return ``solve(b)`` for ``matrix @ x == b``, for any number of right-hand sides.
 
     ``rows[i]`` is the row whose entry in column i serves as pivot (default: the diagonal); see
-    :func:`powertrain.numerics.pivots.match_rows`. Of an ``MX`` one function gives the factors and one the solution.
-    Raises KeyError where there is no such entry.
+    :func:`powertrain.numerics.pivots.match_rows`. For an ``MX`` one function gives the factors and one the solution.
+    Raises KeyError if there is no such entry.
     """
     pivots = list(range(matrix.size1())) if rows is None else list(rows)
     if not isinstance(matrix, ca.MX):
@@ -125,10 +125,10 @@ def eliminate(
 ) -> Factors:
     """Gaussian elimination of sparse rows, the shortest first.
 
-    ``numbers`` are the values of the entries at a reference point; the pivot of a row is the entry in the shortest column among those
-    not below a hundredth of the row's largest value. ``varying`` are the columns whose entry in a row may pass through zero later:
-    pivots only where a row has no other, and such rows come last. With ``reciprocals`` nothing is divided by a pivot more than once.
-    Raises SingularBlock where a row has no pivot left.
+    ``numbers`` are the values of the entries at a reference point; the pivot of a row is the entry in the shortest column among those of at
+    least a hundredth of the row's largest value. ``varying`` are the columns whose entry in a row may pass through zero later: they are
+    pivots only if a row has no others, and such rows come last. With ``reciprocals`` there is one division per pivot.
+    Raises SingularBlock if a row has no pivot left.
     """
     table, values = [dict(r) for r in rows], [dict(n) for n in numbers]
     rough = [set(v) for v in varying] or [set[int]() for _ in rows]
@@ -182,7 +182,7 @@ def _subtract(
     factor: Symbol,
     number: float,
 ) -> None:
-    """Takes the pivot row i, multiplied by a factor, from row k."""
+    """Subtract the pivot row i, multiplied by a factor, from row k."""
     for n, entry in table[i].items():
         if n == j:
             continue

@@ -1,4 +1,4 @@
-"""The operations by which expressions are computed: one after the other with their values, or replayed in another arithmetic."""
+"""The operations that compute expressions: listed in order with their values, or replayed in another arithmetic."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Operation:
-    """One line: CasADi's ``code``, where the operands come from and the result goes, and their values.
+    """One operation: CasADi's ``code``, sources of operands, destination of the result, and their values.
 
-    ``ca.OP_OUTPUT`` has an entry of the expression as its value, ``ca.OP_INPUT`` and ``ca.OP_CONST`` have no operands.
+    The value of ``ca.OP_OUTPUT`` is an entry of the expression; ``ca.OP_INPUT`` and ``ca.OP_CONST`` have no operands.
     """
 
     code: int
@@ -39,7 +39,8 @@ def operations(
 ) -> Iterator[Operation]:
     """All operations of an expression of the columns ``inputs``, with ``leaves`` as the values of their entries.
 
-    What an input with None for its leaves enters is left out, and so are calls then. Otherwise the first call raises CallsFunction.
+    Operations that depend on an input with leaves None are left out; so are calls in that case. Otherwise the first call raises
+    CallsFunction.
     """
     tape = ca.Function("powertrain_tape", list(inputs), [ca.densify(expression)])
     values: dict[int, Symbol] = {}
@@ -61,7 +62,7 @@ def operations(
 def _value(
     tape: ca.Function, k: int, operands: tuple[Symbol, ...], leaves: Sequence[Sequence[Symbol] | None]
 ) -> Symbol | None:
-    """The result of one operation; None for calls, and where an operand has no value."""
+    """The result of one operation; None for calls, and if an operand has no value."""
     code, sources = tape.instruction_id(k), tape.instruction_input(k)
     if code == ca.OP_CONST:
         return Symbol(tape.instruction_constant(k))
@@ -76,14 +77,14 @@ def _value(
 
 
 class Arithmetic(Protocol[T]):
-    """What stands for numbers when a tape is replayed."""
+    """A replacement for numbers when a tape is replayed."""
 
     def constant(self, value: float) -> T:
         """A number."""
         ...
 
     def operate(self, code: int, operands: list[T]) -> T:
-        """One operation on one or two of them."""
+        """One operation with one or two operands."""
         ...
 
     def call(self, function: ca.Function, operands: list[T]) -> list[T]:
@@ -94,9 +95,9 @@ class Arithmetic(Protocol[T]):
 def replayed(
     scalar: ca.Function, expressions: Sequence[Symbol], argument: Callable[[int, int], T], arithmetic: Arithmetic[T]
 ) -> dict[int, T]:
-    """The outputs of a function of scalars, made of ``expressions``, in another arithmetic; ``argument(i, j)`` is an entry of an input.
+    """The outputs of a function of scalars, built from ``expressions``, in another arithmetic; ``argument(i, j)`` is an entry of an input.
 
-    Outputs that are zero whatever the inputs may be missing.
+    Outputs that are identically zero may be missing.
     """
     functions, work, results = called(scalar, expressions), dict[int, T](), dict[int, T]()
     for k in range(scalar.n_instructions()):
@@ -116,7 +117,7 @@ def replayed(
 
 
 def called(scalar: ca.Function, expressions: Sequence[Symbol]) -> dict[int, ca.Function]:
-    """The functions behind the calls of a tape, found by following the expressions backwards along it."""
+    """The functions called on a tape, found by following the expressions backwards along it."""
     nodes: dict[int, Symbol] = {}
     found: dict[int, ca.Function] = {}
     if all(scalar.instruction_id(k) != ca.OP_CALL for k in range(scalar.n_instructions())):

@@ -1,7 +1,7 @@
-"""Tapes as machine code for columns of points: C in the vectors of GCC and Clang, which computes ``WIDTH`` points at a time.
+"""Tapes as machine code for columns of points: C with the vector types of GCC and Clang, which computes ``WIDTH`` points at a time.
 
-The operations are those of CasADi's virtual machine, one by one, so the results are the same to the last bit. What is the same for all
-points is computed once. Functions of the C library take one point after the other, and so do searches in tables.
+The operations are those of CasADi's virtual machine in the same order, so results are identical to the last bit. What is common to all
+points is computed once. Functions of the C library and searches in tables take one point at a time.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from powertrain.numerics.tape import replayed
 WIDTH = 4
 _ENTRIES = range(WIDTH)
 _SHARED = 1 << 15
-"""From so many points on a second thread takes half of them."""
+"""From this number of points on, a second thread takes half of them."""
 _WRITTEN = {
     ca.OP_ASSIGN: "{0}",
     ca.OP_ADD: "{0} + {1}",
@@ -53,7 +53,7 @@ _WRITTEN = {
     ca.OP_FMIN: "CHOOSE(({0} <= {1}) | ({1} != {1}), {0}, {1})",
     ca.OP_FMAX: "CHOOSE(({0} >= {1}) | ({1} != {1}), {0}, {1})",
 }
-"""Operations of CasADi in C."""
+"""CasADi operations in C."""
 _NAMED = {
     getattr(ca, f"OP_{name.upper()}"): name
     for name in (
@@ -78,7 +78,7 @@ _NAMED = {
 } | {ca.OP_CONSTPOW: "pow"}
 """Operations that are functions of the C library."""
 _LOW = {"linear": 0, "exact": 1, "binary": 2}
-"""CasADi's numbers of the ways of finding an interval."""
+"""CasADi's numbers for the methods of finding an interval."""
 _HEAD = f"""\
 #ifndef POWERTRAIN_LANES
 #define POWERTRAIN_LANES
@@ -119,13 +119,13 @@ __attribute__((target("avx2")))
 
 
 class NotWritten(Exception):
-    """The tape has an operation that is not written in C here."""
+    """The tape has an operation without a C version here."""
 
 
 class VectorTape:
-    """Columns of results from columns of arguments, by the library of what ``written`` gives. Serves one thread, and uses two.
+    """Columns of results from columns of arguments, by the library of the code from ``written``. Serves one thread; uses two.
 
-    ``least`` and ``most`` are the points of one call of ``into``.
+    ``least`` and ``most`` are the numbers of points in one call of ``into``.
     """
 
     least, most = WIDTH, 1 << 16
@@ -138,11 +138,11 @@ class VectorTape:
         self._common = zeros(common)
 
     def set_common(self, values: Array) -> None:
-        """The values that are the same for all points."""
+        """Set the values common to all points."""
         self._common[: values.size] = values
 
     def into(self, arguments: Sequence[Array], results: Sequence[Array]) -> None:
-        """Evaluates points, which are contiguous arrays, straight into ``results``."""
+        """Evaluate points, given as contiguous arrays, directly into ``results``."""
         given, found = (np.array([a.ctypes.data for a in arrays], np.uintp) for arrays in (arguments, results))
         self._evaluate(arguments[0].size, given, found)
 
@@ -167,16 +167,16 @@ class VectorTape:
         other.join()
 
     def _part(self, first: int, last: int, given: NDArray[np.uintp], found: NDArray[np.uintp]) -> None:
-        """Evaluates the points from the first to before the last."""
+        """Evaluate the points from the first to before the last."""
         begin, end = (a + np.uintp(8 * first) for a in (given, found))
         self._call(last - first, begin.ctypes.data, self._common.ctypes.data, end.ctypes.data)
 
 
 def vector_tape(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]) -> VectorTape | None:
-    """``outputs`` as functions of scalars that differ from point to point (``varying``) and of a column that is the same for all.
+    """``outputs`` as functions of scalars that differ between points (``varying``) and of a column common to all.
 
-    None where an operation has no C here, and, with a warning, where the cache cannot be used. PowertrainError where there is no
-    compiler, or it fails.
+    None if an operation has no C version and, with a warning, if the cache cannot be used. PowertrainError if there is no compiler or it
+    fails.
     """
     try:
         code = written(varying, common, outputs)
@@ -189,7 +189,7 @@ def vector_tape(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Sym
 
 
 def written(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]) -> str:
-    """The function in C; NotWritten where an operation has none."""
+    """The function in C; NotWritten if an operation has no C version."""
     writer, count = _Writer("powertrain_columns"), len(varying)
     own = [writer.line(f"*(const stored *)(a[{i}] + k)", True) for i in range(count)]
     same = [writer.line(f"ALL(c[{j}])", False) for j in range(common.numel())]
@@ -209,9 +209,9 @@ def written(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]
 
 
 def abreast(name: str, varying: Symbol, common: Sequence[Symbol], outputs: Symbol) -> Compilable:
-    """A function of ``WIDTH`` points at once: (a row of ``varying`` for each; ``common``) -> rows of ``outputs``.
+    """A function of ``WIDTH`` points at once: (one row of ``varying`` per point; ``common``) -> rows of ``outputs``.
 
-    In vectors where all operations have C here, else one point after the other.
+    In vectors if all operations have a C version, else one point at a time.
     """
     one = ca.Function(f"{name}_one", [varying, *common], [outputs])
     points, rest = ca.MX.sym("points", WIDTH, varying.numel()), [ca.MX.sym("common", each.numel()) for each in common]
@@ -224,7 +224,7 @@ def abreast(name: str, varying: Symbol, common: Sequence[Symbol], outputs: Symbo
 
 
 def _in_vectors(whole: ca.Function, varying: Symbol, common: Sequence[Symbol], outputs: Sequence[Symbol]) -> str:
-    """The function in C, called as CasADi calls functions."""
+    """The function in C, with CasADi's calling convention."""
     name = whole.name()
     writer = _Writer(name)
     own = [writer.line(f"*(const stored *)(arg[0] + {WIDTH * i})", True) for i in range(varying.numel())]
@@ -247,7 +247,7 @@ def _in_vectors(whole: ca.Function, varying: Symbol, common: Sequence[Symbol], o
 
 
 def _shapes(name: str, side: str, sizes: Sequence[tuple[int, int]]) -> list[str]:
-    """What CasADi asks a function in C: how many arguments or results it has, and which matrices they are."""
+    """The interface that CasADi requires of a C function: the number of arguments or results, and their shapes."""
     patterns = "".join(f"{{{rows}, {columns}, 1}}, " for rows, columns in sizes)
     return [
         f"long long {name}_n_{side}(void) {{ return {len(sizes)}; }}",
@@ -260,7 +260,7 @@ def _shapes(name: str, side: str, sizes: Sequence[tuple[int, int]]) -> list[str]
 def _results(
     inputs: Sequence[Symbol], outputs: Sequence[Symbol], values: Sequence[Sequence[_Value]], writer: _Writer
 ) -> list[str]:
-    """The names of the outputs, whose operations the writer has written down, for ``values`` of all entries of the inputs."""
+    """The names of the outputs, for ``values`` of all entries of the inputs; the writer holds the operations."""
     scalar = ca.Function("powertrain_scalars", list(inputs), list(outputs))
     found = replayed(scalar, outputs, lambda i, j: values[i][j], writer)
     return [(found.get(i) or writer.constant(0.0)).name for i in range(scalar.n_out())]
@@ -268,7 +268,7 @@ def _results(
 
 @dataclass(frozen=True)
 class _Value:
-    """The name of a variable in C, and whether it differs from point to point."""
+    """The name of a variable in C, and whether it differs between points."""
 
     writer: _Writer
     name: str
@@ -296,7 +296,7 @@ class _Value:
 
 
 class _Writer:
-    """Arithmetic in C: ``fixed`` are the lines that are the same for all points, ``each`` the others; ``tables`` by their numbers."""
+    """Arithmetic in C: ``fixed`` are the lines common to all points, ``each`` the others; ``tables`` by their numbers."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -304,7 +304,7 @@ class _Writer:
         self._lookups: dict[tuple[int, ...], Lookup] = {}
 
     def head(self) -> list[str]:
-        """What stands before the function."""
+        """The declarations before the function."""
         tables = (f"static const double {name}[] = {{{numbers}}};" for numbers, name in self.tables.items())
         return [*tables, _HEAD, _WIDE if _wide() else ""]
 
@@ -338,11 +338,11 @@ class _Writer:
         return found
 
     def interval(self, points: Sequence[float], mode: str, x: _Value) -> _Value:
-        """The number of the interval between ``points`` that x lies in."""
+        """The number of the interval between ``points`` that contains x."""
         return self.line(f"LOW({x.name}, {self._table(points)}, {len(points)}, {_LOW[mode]})", x.varies)
 
     def entries(self, numbers: Sequence[float], places: Sequence[_Value]) -> list[_Value]:
-        """Some of the numbers."""
+        """The numbers at these places."""
         table = self._table(numbers)
         return [self.line(f"ENTRIES({table}, {place.name})", place.varies) for place in places]
 
@@ -353,7 +353,7 @@ class _Writer:
 
 @cache
 def _wide() -> bool:
-    """Whether this machine is known to have vectors of ``WIDTH`` numbers. Libraries are cached by their code, which tells."""
+    """Whether this machine is known to have vectors of ``WIDTH`` numbers. The cache distinguishes libraries by their code."""
     try:
         return " avx2 " in Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace")
     except OSError:

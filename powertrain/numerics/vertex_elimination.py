@@ -1,9 +1,9 @@
 """Sparse Jacobians of long expressions, by elimination of vertices.
 
-The operations of an expression are the vertices of a graph, and their derivatives by their operands the values of its edges. A vertex is
-eliminated when each edge into it has been multiplied with each edge out of it, and the product added to the edge that leads past it.
-When only variables and outputs are left, the edges are the Jacobian. Forward and reverse mode are two orders of many, and CasADi's modes
-write a sweep once for each colour of columns or rows. Here the next vertex is the one that leaves the fewest edges, after H. Markowitz
+The operations of an expression are the vertices of a graph, and the edges are their derivatives by their operands. To eliminate a vertex,
+each edge into it is multiplied by each edge out of it, and the product is added to the edge that bypasses it. When only variables and
+outputs are left, the edges are the Jacobian. Forward and reverse mode are two of many orders; CasADi's modes write a sweep for each
+colour of columns or rows. Here the next vertex is the one that leaves the fewest edges, after H. Markowitz
 (A. Griewank, S. Reese: On the calculation of Jacobian matrices by the Markowitz rule, in: Automatic Differentiation of Algorithms, SIAM
 1991; A. Griewank, A. Walther: Evaluating Derivatives, SIAM 2008, sections 9.2 and 10.1).
 """
@@ -19,36 +19,36 @@ from powertrain.language.symbols import Symbol, column, key
 
 _ONE = Symbol(1)
 _STEEP = frozenset((ca.OP_SQRT, ca.OP_POW, ca.OP_CONSTPOW, ca.OP_ASIN, ca.OP_ACOS, ca.OP_ACOSH))
-"""Operations that have a value where their slope is infinite."""
+"""Operations with a value where their slope is infinite."""
 
 
 def sparse_jacobian(outputs: Symbol, variables: Symbol) -> Symbol:
-    """d(outputs)/d(variables) of two columns, sparse; products that occur twice are left to ``ca.cse``.
+    """d(outputs)/d(variables) of two columns, sparse; duplicate products are left to ``ca.cse``.
 
-    As ``ca.jacobian`` otherwise, also where operations have no derivative. CasADi makes a product with what is chosen by a condition the
-    choice of a product, so that slopes that are not chosen may be infinite.
+    Otherwise like ``ca.jacobian``, also for operations without a derivative. CasADi turns a product with a conditional value into a
+    conditional product, so slopes of branches that are not taken may be infinite.
     """
     graph = _Graph(_entries(ca.cse(outputs)), _entries(variables))
     graph.eliminate()
     found = {(j, i): slope for i, row in enumerate(graph.rows()) for j, slope in row.items()}
-    places = sorted(found)  # column by column, as CasADi keeps them
+    places = sorted(found)  # column by column, CasADi's order
     rows, columns = [i for _, i in places], [j for j, _ in places]
     pattern = ca.Sparsity.triplet(outputs.numel(), variables.numel(), rows, columns)
     return Symbol(pattern, column([found[place] for place in places]))
 
 
 class _Graph:
-    """Vertices are numbers: of variables, then of operations in an order in which they can be computed, then of outputs.
+    """Vertices are numbered: variables, then operations in an order of computation, then outputs.
 
-    ``into[v]`` are the operands of v with the slopes, ``out[v]`` those of which v is an operand. What no variable moves has no vertex.
-    ``steep`` are the edges whose slopes may be infinite, from vertices with ``branches`` before them. Such a slope is nothing where it
-    meets a branch that is not chosen, but nan where it meets the sum of two; so the operands of steep edges are eliminated first, from
-    the last one on: the order of reverse mode.
+    ``into[v]`` are the operands of v with the slopes, ``out[v]`` those of which v is an operand. Operations that no variable affects have
+    no vertex. ``steep`` are the edges whose slopes may be infinite, from vertices with ``branches`` before them. Such a slope vanishes where
+    it meets a branch that is not taken, but becomes nan where it meets the sum of two. The operands of steep edges are therefore eliminated
+    first, from the last one on: the order of reverse mode.
     """
 
     def __init__(self, outputs: Sequence[Symbol], variables: Sequence[Symbol]) -> None:
         self.into: list[dict[int, Symbol]] = [{} for _ in variables]
-        self.out: list[dict[int, None]] = [{} for _ in variables]  # without values: a set in a fixed order
+        self.out: list[dict[int, None]] = [{} for _ in variables]  # used as sets with a fixed order
         self.steep, self.branches = set[tuple[int, int]](), set[int]()
         numbers, slopes = {key(symbol): j for j, symbol in enumerate(variables)}, _Slopes()
         for place, (node, operands) in _in_order(outputs).items():
@@ -71,7 +71,7 @@ class _Graph:
             self.steep.update((operand, number) for operand in before)
 
     def _add(self, edges: Iterable[tuple[int, Symbol]]) -> int:
-        """The number of a new vertex with these operands; one may occur twice."""
+        """The number of a new vertex with these operands, which may contain duplicates."""
         number = len(self.into)
         self.into.append({})
         self.out.append({})
@@ -95,7 +95,7 @@ class _Graph:
         return self.into[self._inner.stop :]
 
     def eliminate(self) -> None:
-        """Leaves nothing between variables and outputs."""
+        """Eliminate all vertices between variables and outputs."""
         heap = [self._rank(v) for v in self._inner]
         heapq.heapify(heap)
         open_ = set(self._inner)
@@ -111,7 +111,7 @@ class _Graph:
                         heapq.heappush(heap, self._rank(u))
 
     def _rank(self, v: int) -> tuple[int, int, int, int]:
-        """Steep ones, then how many edges more are left without v, at most, and one; the followers; the last one first."""
+        """Operands of steep edges first; then by the number of edges that removing v adds, at most, plus one; by followers; the last first."""
         enter, leave = len(self.into[v]), len(self.out[v])
         if any((v, follower) in self.steep for follower in self.out[v]):
             return 0, 0, 0, -v
@@ -131,7 +131,7 @@ class _Graph:
 
 
 class _Slopes:
-    """Derivatives of single operations, as CasADi has them."""
+    """Derivatives of single operations, as defined by CasADi."""
 
     def __init__(self) -> None:
         self._known: dict[int, ca.Function | list[Symbol]] = {}
@@ -142,7 +142,7 @@ class _Slopes:
             return list(_gradient(node, operands).call(operands))
         code = node.op()
         if code == ca.OP_MUL:
-            return [operands[1], operands[0]]  # the most frequent one, without a call
+            return [operands[1], operands[0]]  # the most frequent case, without a call
         if code not in self._known:
             function = _gradient(node, operands)
             slopes = function.call(function.sx_in())
@@ -152,7 +152,7 @@ class _Slopes:
 
 
 def _gradient(node: Symbol, operands: Sequence[Symbol]) -> ca.Function:
-    """The derivatives of one operation, or of one result of a call, by its operands, as a function of these."""
+    """The derivatives of one operation, or of one result of a call, with respect to its operands, as a function of these."""
     symbols = ca.vertsplit(ca.SX.sym("operand", len(operands)))
     if node.is_output():
         value = _called(node.dep(0).which_function(), symbols)[node.which_output()]
@@ -164,7 +164,7 @@ def _gradient(node: Symbol, operands: Sequence[Symbol]) -> ca.Function:
 
 
 def _called(function: ca.Function, operands: Sequence[Symbol]) -> list[Symbol]:
-    """All results of a call, one after the other."""
+    """All results of a call in turn."""
     given, patterns = iter(operands), [function.sparsity_in(i) for i in range(function.n_in())]
     inputs = [Symbol(pattern, column([next(given) for _ in range(pattern.nnz())])) for pattern in patterns]
     results: list[Symbol] = function.call(inputs, False, True)
@@ -172,7 +172,7 @@ def _called(function: ca.Function, operands: Sequence[Symbol]) -> list[Symbol]:
 
 
 def _in_order(outputs: Sequence[Symbol]) -> dict[int, tuple[Symbol, list[Symbol]]]:
-    """All that is computed for the outputs by its key, with the operands, which come first."""
+    """All nodes needed for the outputs by their keys, with their operands; operands come first."""
     found: dict[int, tuple[Symbol, list[Symbol]]] = {}
     entered: dict[int, list[Symbol]] = {}
     stack = [(key(output), output) for output in reversed(outputs)]
@@ -189,7 +189,7 @@ def _in_order(outputs: Sequence[Symbol]) -> dict[int, tuple[Symbol, list[Symbol]
 
 
 def _operands(node: Symbol) -> list[Symbol]:
-    """Those of an operation; those of the call, of one of its results."""
+    """The operands of an operation; for a result of a call, those of the call."""
     source = node.dep(0) if node.is_output() else node
     return [source.dep(k) for k in range(source.n_dep())]
 

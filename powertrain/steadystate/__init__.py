@@ -1,1 +1,1 @@
-"""Operating points on grids: where nothing accelerates, with all modes found together."""
+"""Operating points on grids: nothing accelerates, and all modes are found together."""

@@ -1,4 +1,4 @@
-"""The grid of a map: its axes, its dimensions, and the points in an order and in pieces that suit the computer."""
+"""The grid of a map: its axes, its dimensions, and its points in an order and in pieces that suit the computer."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 
 PAD = 4096
-"""Points that may be written beyond the end of a piece."""
+"""Points beyond the end of a piece that may be overwritten."""
 _PIECE = 1 << 20
 
 
@@ -66,7 +66,7 @@ class Grid:
         return [a.name for a in axes], part.at(np.arange(part.size))
 
     def identity(self) -> tuple[object, ...]:
-        """What tells grids apart as far as their course is concerned."""
+        """What distinguishes grids with regard to the order of their points."""
         return (
             self.dims,
             self.shape,
@@ -80,7 +80,7 @@ class Grid:
         return np.array(others).reshape(len(others), prod(outer))
 
     def at(self, places: NDArray[np.intp]) -> Rows:
-        """The points with some numbers."""
+        """The points with these numbers."""
         index = np.unravel_index(places, self.shape) if self.shape else ()
         rows = []
         for axis in self.axes:
@@ -119,14 +119,14 @@ class Grid:
         return part
 
     def _spread(self, axis: GridAxis) -> NDArray[np.float64]:
-        """The values with a dimension of one where the axis has none."""
+        """The values with a dimension of length one for each dimension that the axis lacks."""
         order = sorted(axis.dims, key=self.dims.index)
         values = axis.values.transpose([axis.dims.index(d) for d in order])
         return values.reshape([n if d in axis.dims else 1 for d, n in zip(self.dims, self.shape, strict=True)])
 
 
 def make_grid(given: Mapping[str, Any]) -> Grid:
-    """A grid of numbers (the same everywhere), sequences (a dimension each, named by the last part of the name) and DataArrays."""
+    """A grid of numbers (constant), sequences (one dimension each, named by the last part of the name) and DataArrays."""
     if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
         raise ParameterError(f'grid = {short(given)}: pass values by name, such as {{"engine.w": [100.0, 200.0]}}')
     last = [n.rpartition(".")[2] for n in given]

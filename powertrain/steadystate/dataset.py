@@ -85,7 +85,7 @@ def dataset(
 
 
 def _coordinate(axis: GridAxis) -> str:
-    """The name of an axis in the result: that of its dimension, if this is its own."""
+    """The name of an axis in the result: that of its dimension if the dimension is its own."""
     own = axis.dims == (axis.name.rpartition(".")[2],)
     return axis.dims[0] if own else axis.name
 
@@ -102,7 +102,7 @@ def _law_flags(names: list[str]) -> dict[str, Any]:
 
 
 def _problems(results: MapResults, size: int, named: list[tuple[str, str]]) -> str:
-    """What is wrong at how many points, in words."""
+    """The problems in words, with the numbers of points."""
     status, lines = results.status[:size], []
     for code, text in _PROBLEMS.items() if status.any() else ():
         hit = status == code
@@ -128,7 +128,7 @@ def _flags() -> dict[str, Any]:
 
 
 def _described(compiled: Compiled, name: str) -> tuple[str, str]:
-    """Unit and meaning of an input, a parameter or a variable."""
+    """Unit and description of an input, a parameter or a variable."""
     if name in compiled.inputs:
         return compiled.inputs[name].unit, compiled.inputs[name].doc
     if name in compiled.parameters:

@@ -1,4 +1,4 @@
-"""An operating point as a ``casadi.Function`` of what is given there, with its derivatives."""
+"""An operating point as a ``casadi.Function`` of its given values, with derivatives."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from powertrain.steadystate.steady import What, question, steady
 
 Array = NDArray[np.float64]
 _ACCURACY = 1e-10
-"""Of the unknowns, relative to their size at the given point plus one."""
+"""Accuracy of the unknowns, relative to their size at the given point plus one."""
 _INDEPENDENT = 1e-9
 
 
@@ -32,9 +32,9 @@ _INDEPENDENT = 1e-9
 class SteadyFunction:
     """Operating points in given modes.
 
-    ``function``: a ``casadi.Function`` of (v, p) that gives ``y``, the outputs, and ``margin``, which is not negative where the modes
-    hold. ``inputs``, ``parameters``, ``outputs`` and ``margins`` are the names of the entries of v, p, y and margin, ``units`` those of
-    the units. ``v`` and ``p``: the values of the point for which the function was made. ``modes``: the modes by law.
+    ``function``: a ``casadi.Function`` of (v, p) that gives the outputs ``y`` and ``margin``, which is not negative where the modes hold.
+    ``inputs``, ``parameters``, ``outputs`` and ``margins`` name the entries of v, p, y and margin; ``units`` are their units. ``v`` and
+    ``p``: the values at the point for which the function was made. ``modes``: the modes by law.
     """
 
     function: ca.Function
@@ -60,14 +60,16 @@ def steady_function(
 ) -> SteadyFunction:
     """The operating points of a model as a ``casadi.Function``, differentiable to any order.
 
-    The conditions F(u, v, p) = 0 of an operating point in given modes determine its unknowns u. The function solves them by Newton's
-    method and differentiates them by the implicit function theorem, du/dv = -(F_u)^-1 F_v; what can be solved in closed form is.
+    The conditions F(u, v, p) = 0 of an operating point in given modes determine its unknowns u. Conditions with a closed-form solution are
+    eliminated. The function solves the others by Newton's method; its derivatives follow from the implicit function theorem,
+    du/dv = -(F_u)^-1 F_v.
 
     Parameters
     ----------
     at
         The operating point, {name: value} as a grid of ``pt.steady`` with one point: inputs, parameters, or prescribed variables, in
-        their units. Its names become the inputs of the function; its modes are those of the function, its unknowns Newton's start.
+        their units. Its names become the inputs of the function. Its modes become those of the function, and its unknowns the start of
+        Newton's method.
     outputs
         Names or selectors of signals.
     parameters, inputs, free, guesses
@@ -76,7 +78,7 @@ def steady_function(
     Returns
     -------
     SteadyFunction
-        With the function, the names and units of its entries, and its modes.
+        The function, the names and units of its entries, and its modes.
 
     Raises
     ------
@@ -167,8 +169,8 @@ def _function(
 def _root(conditions: ca.Function, u: Array, v: Array, common: Array) -> ca.Function:
     """Newton's method for F(u) = 0 from the solution ``u`` of the given point: (start, (v, common)) -> u.
 
-    Stuck laws make some rows of F follow from others. With the pseudo-inverse of F_u at the given point, F_u^+ F(u) = 0 is square and
-    has the same solutions nearby; its derivative there is 1, so that it is in the units of u.
+    Stuck laws make some rows of F dependent. With the pseudo-inverse of F_u at the given point, F_u^+ F(u) = 0 is square and has the same
+    solutions nearby; its derivative there is 1, so it has the units of u.
     """
     U, A = ca.MX.sym("u", len(u)), ca.MX.sym("a", len(v) + len(common))
     rows = conditions(U, A[: len(v)], A[len(v) :])

@@ -1,4 +1,4 @@
-"""Derivatives of steady operating points, exact: by differentiation of the model with the modes that hold at each point."""
+"""Exact derivatives of steady operating points: the model is differentiated in the modes that hold at each point."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ def steady_gradient(
 ) -> xr.Dataset:
     """Operating points as from ``pt.steady``, with the derivatives of the outputs.
 
-    Modes do not change with a small change of the grid, so derivatives are exact wherever the status is ``ok``; on the boundary between
-    two modes they are those of the mode that was found. If the status is ``stuck``, ``d(y)/d(x)_low`` and ``_high`` are those at the ends
-    of the law's bounds. They are nan elsewhere.
+    A small change of the grid does not change modes, so derivatives are exact wherever the status is ``ok``. On the boundary between two
+    modes they are those of the mode that was found. If the status is ``stuck``, ``d(y)/d(x)_low`` and ``_high`` are the derivatives at
+    the ends of the law's bounds. They are nan elsewhere.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ class _Slopes:
         return y, slopes
 
     def ends(self, grid: Rows) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The derivatives of the least and of the greatest outputs where laws rest under a prescribed motion."""
+        """Derivatives of the least and greatest outputs if laws rest under a prescribed motion."""
         resting = np.flatnonzero(self.solver.solve(grid).rest.any(axis=1))[:_MOST_ENDS]
         values, slopes = [], []
         for ends in product((1.0, -1.0), repeat=len(resting)):
@@ -160,7 +160,7 @@ class _Slopes:
         return np.take_along_axis(s, low, 0)[0], np.take_along_axis(s, high, 0)[0]
 
     def _moved(self, modes: Rows, r_a: NDArray[np.float64], r_u: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How the implicit unknowns move: rows of laws that are not held do not count."""
+        """The change of the implicit unknowns; rows of laws that are not stuck do not count."""
         first = len(self.problem.rows)
         r_a, r_u = r_a.copy(), r_u.copy()
         for j, (k, _) in enumerate(self.held, first):

@@ -1,7 +1,7 @@
-"""The range of outputs while laws at rest carry any torque between their bounds: at both ends, and inside.
+"""The range of outputs while laws at rest carry any torque between their bounds: values at both ends and in between.
 
-Torques are affine between the ends; what is derived from them, as an efficiency, is not. It may have an extremum inside, and no bound where
-it has a pole.
+Torques are affine between the ends; derived values such as an efficiency are not. They may have an extremum in between, and no bound at
+a pole.
 """
 
 from __future__ import annotations
@@ -16,28 +16,28 @@ from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 
 MOST_LAWS = 8
-"""Laws at rest whose ends are combined."""
+"""The number of laws at rest up to which their ends are combined."""
 SAMPLES = 33
-"""Places on a line from end to end at which values are computed first."""
+"""Samples on the line between two ends."""
 HALVINGS, SECTIONS = 60, 60
-"""Of a piece between two samples: to round-off of the place of a pole, and of the value of an extremum."""
+"""Iterations between two samples: they locate a pole, and compute an extremum, to round-off."""
 NEAR = 1e-6
-"""Part of the way by which the neighbour of an end lies inside."""
+"""Distance from an end of the line at which its neighbour is evaluated."""
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 BLOCK = 256
-"""Points that are looked at together."""
+"""Points that are processed together."""
 STRAIGHT = 1e-9
-"""Outputs that leave the line between their ends by less, relative to their size, are affine."""
+"""Outputs are affine if they deviate from the line between their ends by less than this, relative to their size."""
 INFINITE = 1e10
-"""Values so much larger than usual on the line have no bound."""
+"""Values larger than the usual ones on the line by this factor are unbounded."""
 POLE = 1e4
-"""Growth of a value towards a place by which a pole is known there."""
+"""Growth of a value towards a place that indicates a pole."""
 
 
 def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, Mask]:
-    """Least and greatest values at the points of ``grid``, where ``laws`` rest; and where all ends can be.
+    """Least and greatest values at the points of ``grid`` at which ``laws`` rest, and where all ends are possible.
 
-    With several laws at rest the lines between all ends are looked at.
+    With several laws at rest, the lines between all ends are searched.
     """
     ends, sides = [], []
     for combination in product((1.0, -1.0), repeat=min(len(laws), MOST_LAWS)):
@@ -61,7 +61,7 @@ def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, Mask]:
 
 
 class StuckLine:
-    """Points with torques between those of two ends, by the part of the way from the first to the second."""
+    """Points with torques between those of two ends, as a function of the position from the first (0) to the second (1)."""
 
     def __init__(self, solver: Solver, grid: Rows, first: Points, last: Points, where: Index) -> None:
         self.solver, self.grid, self.count = solver, grid, grid.shape[1]
@@ -69,10 +69,10 @@ class StuckLine:
         self.resting = np.asarray(first.rest[:, where] & last.rest[:, where])
 
     def values(self, part: Array, points: Index) -> Rows:
-        """All outputs at some points; nan where neither end's modes of the other laws hold there."""
+        """All outputs at some points; nan if the other laws' modes of neither end hold there."""
         found = np.full((self.solver.wanted, part.size), np.nan)
         between = (1 - part) * self.first[:, points] + part * self.last[:, points]
-        between[between == 0.0] = 1e-15  # zero would be stuck
+        between[between == 0.0] = 1e-15  # zero would mean stuck
         for others in (self.last[:, points], self.first[:, points]):
             modes = np.where(self.resting[:, points], between, others)
             holds = self.solver.holds(self.grid[:, points], modes, self.resting[:, points])
@@ -82,9 +82,9 @@ class StuckLine:
             found = np.where(holds, self.solver.values(self.grid[:, points], here)[0], found)
         return found
 
-    @np.errstate(over="ignore", invalid="ignore")  # at a pole values are infinite, or the largest numbers there are
+    @np.errstate(over="ignore", invalid="ignore")  # at a pole values are infinite or extremely large
     def extremes(self) -> tuple[Rows, Rows]:
-        """Least and greatest values, infinite where there is a pole on the way."""
+        """Least and greatest values; infinite if there is a pole in between."""
         parts = np.linspace(0.0, 1.0, SAMPLES)
         found = self.values(np.repeat(parts, self.count), np.tile(np.arange(self.count), SAMPLES))
         table = found.reshape(-1, SAMPLES, self.count).transpose(1, 0, 2)
@@ -102,7 +102,7 @@ class StuckLine:
         return least, most
 
     def _greatest(self, table: Array, parts: Array, bent: Mask, sign: float) -> Rows:
-        """The greatest values of sign times the outputs that are bent, by golden sections about the greatest samples; else -inf."""
+        """The greatest values of sign times the nonlinear outputs, by golden sections around the greatest samples; else -inf."""
         best = np.where(np.isfinite(table), table, -np.inf)
         place, greatest = best.argmax(axis=0), np.full(bent.shape, -np.inf)
         output, point = np.nonzero(bent)
@@ -110,7 +110,7 @@ class StuckLine:
         low, high = parts[np.maximum(at - 1, 0)], parts[np.minimum(at + 1, SAMPLES - 1)]
         inward = parts[at] + NEAR * (
             (at == 0).astype(float) - (at == SAMPLES - 1)
-        )  # at an end it may fall from there on
+        )  # from an end it may fall
         rises = self._at(output, point, inward, sign) >= best.max(axis=0)[output, point]
         output, point = output[rises], point[rises]
         low, high = low[rises], high[rises]
@@ -137,6 +137,6 @@ class StuckLine:
         return poles
 
     def _at(self, output: Index, point: Index, parts: Array, sign: float) -> Array:
-        """Sign times some outputs at some points, each at its own place on the line; -inf where it has no value."""
+        """Sign times some outputs at some points, each at its own position on the line; -inf if there is no value."""
         found = self.values(parts, point)[output, np.arange(parts.size)]
         return np.nan_to_num(sign * found, nan=-np.inf)

@@ -1,9 +1,8 @@
-"""A map's points at full speed: neighbours mostly have the same modes, and with the modes given, little arithmetic is left.
+"""Fast evaluation of a map: neighbouring points mostly have the same modes, and in given modes little arithmetic remains.
 
-For every combination of modes that is met, an expression tape without any other mode is made. It gives the wanted values together with
-a mark where these modes, and no others, hold. It runs ahead until that mark is missing, then the next
-combination takes over; where neighbours differ, one tape of all combinations. Only points that none of the known combinations fits are
-left to the solver.
+Every combination of modes gets an expression tape specialised to it. The tape gives the requested values, and a flag that is set where
+these modes, and no others, hold. It runs ahead until the flag fails; then the next combination takes over. Where neighbours differ, one
+tape of all combinations is used. Only points that no known combination fits are left to the solver.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ _SHORT_RUN, _SHORT_RUNS = 32, 4
 _ALTERNATIVES = 64
 Key = tuple[float, ...]
 Careful = Callable[[int, int], Array | None]
-"""Solves the points from the first to before the last one by one, writes them, and returns the modes of the last good one."""
+"""Solves the points from the first to before the last one by one, stores them, and returns the modes of the last good one."""
 
 
 class Walker:
@@ -70,7 +69,7 @@ class Walker:
         careful: Careful,
         done: Callable[[int], None],
     ) -> None:
-        """Fills the first ``count`` points of ``results``; what is written beyond them, up to the largest width, has no meaning."""
+        """Fill the first ``count`` points of ``results``; points beyond them, up to the largest width, are overwritten with no meaning."""
         i, level, current, short, mixed = 0, 0, next(iter(self.keys), None), 0, False
         while i < count:
             if mixed or short >= _SHORT_RUNS:
@@ -121,9 +120,9 @@ class Walker:
         return last, 1 + int(np.count_nonzero(np.diff(which)))
 
     def _union(self) -> Tape | VectorTape:
-        """The wanted values of the first combination that fits, and its number from one; zeros where none does.
+        """The requested values of the first combination that fits, and its number from one; zeros if none fits.
 
-        It is made anew for new combinations once the solver was called as often as there are combinations, which takes as long.
+        It is rebuilt for new combinations after as many calls of the solver as there are combinations, which takes as long as rebuilding.
         """
         if self._all is None or self._all[0] < len(self.keys) <= self._called:
             open_, found = Symbol(1), [Symbol(0)] * (len(self._wanted) + 1)
@@ -142,7 +141,7 @@ class Walker:
     def _run(
         self, key: Key, level: int, i: int, arguments: Sequence[Array], results: Sequence[Array]
     ) -> tuple[int, bool]:
-        """How many points from i on fit, and whether all that were tried did."""
+        """The number of points from i on that fit, and whether all that were tried did."""
         width = WIDTHS[level]
         fits = self._fits[:width]
         self._tape(key, level).into([a[i : i + width] for a in arguments], [*[r[i : i + width] for r in results], fits])
@@ -160,7 +159,7 @@ class Walker:
         return column_tape("steady_walk", problem.grid, problem.common, list(ca.cse(expressions)), width, compile)
 
     def enter(self, modes: Array) -> Key | None:
-        """The combination of some modes, with the switches that have no influence left at zero."""
+        """The combination for some modes; switches without influence are set to zero."""
         laws = tuple(float(m) for k, m in enumerate(modes) if k not in self._switches)
         given = {k: float(m) for k, m in enumerate(modes) if k not in self._switches}
         if laws not in self._relevant:
@@ -174,7 +173,7 @@ class Walker:
         return key
 
     def _influential(self, given: dict[int, float]) -> list[int]:
-        """The switches that the wanted values and the margins depend on, for given modes of the other laws."""
+        """The switches on which the requested values and the margins depend, for given modes of the other laws."""
         modes = self.problem.modes
         margins = [self.choices[k].margin(m) for k, m in given.items() if m in self.choices[k].modes]
         conditions = [c.law.g if isinstance(c.law, Switch) else Symbol(0) for c in self.choices]
@@ -190,7 +189,7 @@ class Walker:
         return [k for k in self._switches if wanted[k]]
 
     def parts(self, key: Key) -> tuple[list[Symbol], list[Symbol], list[list[Symbol]]]:
-        """The wanted values of one combination, its margins, and the margins of each rival combination."""
+        """The requested values of one combination, its margins, and the margins of each rival combination."""
         if key not in self._parts:
             self._parts[key] = self._specialised(key)
         return self._parts[key]
@@ -208,7 +207,7 @@ class Walker:
         return exact[: len(self._wanted)], different(exact[len(self._wanted) :]), rivals
 
     def _expressions(self, key: Key) -> list[Symbol]:
-        """The wanted values of one combination, and whether these modes and no others hold."""
+        """The requested values of one combination, and whether these modes and no others hold."""
         wanted, margins, rivals = self.parts(key)
         fits = all_hold(margins)
         for rival in rivals:
@@ -235,7 +234,7 @@ class Walker:
         return found
 
     def _coupled(self, members: list[int], given: dict[int, float]) -> list[int]:
-        """Of some switches, those that still depend on one another once the other modes are given."""
+        """Those among some switches that still depend on each other in the given other modes."""
         modes = [self.problem.modes[k] for k in members]
         conditions = [c.g for c in (self.choices[k].law for k in members) if isinstance(c, Switch)]
         reach: NDArray[np.bool_] = dependence(with_modes(conditions, self.problem.modes, given), modes)

@@ -1,4 +1,4 @@
-"""A progress bar for long work."""
+"""A progress bar for long computations."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _PATIENCE = 2.0
 
 
 class Bar:
-    """A progress bar over points: always, never, or (None) for what takes more than two seconds."""
+    """A progress bar over points: always, never, or (None) if the computation takes more than two seconds."""
 
     def __init__(self, wanted: bool | None, total: int) -> None:
         self._wanted, self._total = wanted, total
@@ -17,7 +17,7 @@ class Bar:
         self._start = time.perf_counter()
 
     def reach(self, count: int) -> None:
-        """The number of points that are done."""
+        """Set the number of points that are done."""
         if self._wanted is False:
             return
         if self._bar is None and (self._wanted or time.perf_counter() - self._start > _PATIENCE):

@@ -1,4 +1,4 @@
-"""What was found at the points of a map: values, status, the laws it is about, and intervals where values are not unique."""
+"""Results at the points of a map: values, status, the laws it concerns, and intervals if values are not unique."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from powertrain.steadystate.axes import PAD
 from powertrain.steadystate.intervals import ranges
 
 ALIKE = 1e-9
-"""Values at both ends of an interval that differ by less, relative to the larger, are one value."""
+"""Values at both ends of an interval that differ by less, relative to the larger, are equal."""
 MOST_LAWS = 62
-"""Laws that have a bit of their own in the results."""
+"""Number of laws that can have a bit in the results."""
 
 
 class MapResults:
-    """The results of all points, flat, in the order of the walk; with ``room`` for what is written beyond the end.
+    """The results of all points, flat, in the order of the walk; with ``room`` for values beyond the end.
 
-    ``solved`` keeps what is solved with its modes and unknowns, block by block, if it is a list.
+    If ``solved`` is a list, it collects the solutions with modes and unknowns, block by block.
     """
 
     def __init__(self, solver: Solver, count: int, size: int, look: Look, room: int = 0) -> None:
@@ -35,11 +35,11 @@ class MapResults:
         self._ends: list[tuple[NDArray[np.intp], Rows, Rows]] = []
 
     def solve(self, grid: Rows, first: int) -> Array | None:
-        """Solves consecutive points; returns the modes of the last good one."""
+        """Solve consecutive points; return the modes of the last good one."""
         return self.solve_at(grid, first + np.arange(grid.shape[1]))
 
     def solve_at(self, grid: Rows, places: NDArray[np.intp]) -> Array | None:
-        """Solves some points and writes them."""
+        """Solve some points and store them."""
         end = self.look.side
         side = None if end is None else np.full((len(self.solver.choices), grid.shape[1]), float(end))
         points = self.solver.solve(grid, side)
@@ -87,7 +87,7 @@ class MapResults:
         return MapResults(self.solver, self.count, size, self.look, PAD)
 
     def put(self, places: NDArray[np.intp], part: MapResults) -> None:
-        """Takes over some points."""
+        """Copy some points."""
         for row, values in zip(self.rows, part.rows, strict=True):
             row[places] = values[: part.size]
         self.status[places] = part.status
@@ -99,7 +99,7 @@ class MapResults:
 
     @property
     def intervals(self) -> tuple[list[Array], list[Array]] | None:
-        """Least and greatest values at all points, where some point is stuck."""
+        """Least and greatest values at all points, if any point is stuck."""
         if not self._ends:
             return None
         both = ([r[: self.size].copy() for r in self.rows], [r[: self.size].copy() for r in self.rows])

@@ -1,7 +1,7 @@
-"""A map row by row: along its fastest dimension only one quantity changes, so most of the work is done once for a row.
+"""A map row by row: along its fastest dimension only one quantity changes, so most work is done once per row.
 
-The fastest dimension is cut where modes change on some sample rows. All rows between two cuts are tried with the combinations of modes
-that are known, first with the one that fitted them last; those that none fits as a whole are left to the walk from point to point.
+The fastest dimension is cut where modes change on sample rows. All rows between two cuts are tried with the known combinations of modes,
+first with the one that last fitted. Rows that no single combination fits are left to the point-by-point walk.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Mask = NDArray[np.bool_]
 LANES = 256
 BLOCK = 16
 _CACHED = 1 << 16
-"""Numbers that stay in the processor's cache."""
+"""Numbers that fit into the processor's cache."""
 _KEPT = 256
 _SHORT = 16
 _MOST_CUTS = 16
@@ -36,7 +36,7 @@ _COARSE = 33
 _WIDEST = 8192
 _TOGETHER = 1 << 16
 _LARGE = 1e150
-"""Products of two smaller numbers are finite."""
+"""The product of two smaller numbers is finite."""
 
 Modes = Callable[[NDArray[np.intp], NDArray[np.intp]], Rows]
 """Modes at (row, column) pairs, one column of the result per pair."""
@@ -51,11 +51,11 @@ class _Flat:
         self._tape = Tape("steady_flat", slow, ca.vertcat(problem.common, ends), rows, LANES)
 
     def set_row(self, x: Array, common: Array) -> None:
-        """The values along the rows, and what is the same for all."""
+        """Set the values along the rows, and the common values."""
         self._tape.set_common(np.concatenate([common, [x.min(), x.max()]]))
 
     def write(self, slow: Rows, which: Index, numbers: Sequence[Rows]) -> Mask:
-        """Writes a and b of those of some rows that fit; which do."""
+        """Write a and b of the rows that fit; return which do."""
         found = self._tape(slow[:, which])
         good: Mask = found[0] != 0.0
         numbers[0][:, which[good]] = found[1:, good]
@@ -63,7 +63,7 @@ class _Flat:
 
 
 class _Curved:
-    """One combination of modes on ``BLOCK`` rows of a given width, computed point by point where it must."""
+    """One combination of modes on ``BLOCK`` rows of a given width, computed point by point where not affine."""
 
     def __init__(
         self, problem: Equilibrium, forms: RowForms, slow: list[Symbol], ends: Symbol, x: Symbol, width: int
@@ -81,12 +81,12 @@ class _Curved:
         self._bound = Bound(wide, [self._x, self._slow, self._ends, self._common], self._results)
 
     def set_row(self, x: Array, common: Array) -> None:
-        """The values along the rows, and what is the same for all."""
+        """Set the values along the rows, and the common values."""
         self._x[:], self._ends[:] = x, (x.min(), x.max())
         self._common[: common.size] = common
 
     def write(self, slow: Rows, which: Index, tables: Sequence[Rows]) -> Mask:
-        """Writes the values of those of some rows that fit; which do."""
+        """Write the values of the rows that fit; return which do."""
         good = np.zeros(which.size, bool)
         for low in range(0, which.size, BLOCK):
             some = which[low : low + BLOCK]
@@ -104,7 +104,7 @@ class _Curved:
 
 @dataclass(frozen=True)
 class RowPieces:
-    """Columns before which the rows of a grid are cut; and what fitted each piece of each row last: a number of a combination, or -1."""
+    """Columns at which the rows of a grid are cut, and the combination that last fitted each piece of each row, or -1."""
 
     cuts: list[int]
     fitted: NDArray[np.intp]
@@ -112,7 +112,7 @@ class RowPieces:
 
 @dataclass(frozen=True)
 class _Piece:
-    """All rows between two cuts: what fitted them last, which are open still, and for all outputs a and b of the others."""
+    """All rows between two cuts: what last fitted them, which are still open, and a and b of all outputs for the others."""
 
     first: int
     x: Array
@@ -126,7 +126,7 @@ class _Piece:
 
 
 class RowMap:
-    """Fills maps of one walker's problem by rows. Serves one thread."""
+    """Fills maps of one walker's problem row by row. Serves one thread."""
 
     def __init__(self, walker: Walker) -> None:
         self.walker = walker
@@ -144,7 +144,7 @@ class RowMap:
         rest: Callable[[Index], None],
         done: Callable[[int], None],
     ) -> bool:
-        """``slow`` are the other axes' values, one column per row of the map; ``rest`` does points with some numbers.
+        """``slow`` are the values of the other axes, one column per row of the map; ``rest`` solves individual points by number.
 
         Returns whether all values are known to be finite.
         """
@@ -175,9 +175,9 @@ class RowMap:
     def _settle(
         self, piece: _Piece, flat: bool, fast: int, slow: Rows, common: Array, targets: Sequence[Rows]
     ) -> Iterator[int]:
-        """Tries the combinations that are flat, or those that are not: first on the rows that they fitted last, then on all.
+        """Try the affine combinations, or the others: first on the rows that they last fitted, then on all.
 
-        Yields the number of points each time some are settled.
+        Yields the number of points whenever some are finished.
         """
         width = piece.x.size
         for again in (True, False):
@@ -194,7 +194,7 @@ class RowMap:
                 yield fits.size * width
 
     def _form(self, key: Key, fast: int) -> tuple[RowForms, Symbol]:
-        """What one combination gives along a row, and the symbols of its ends."""
+        """The outputs of one combination along a row, and the symbols of the row's ends."""
         if (key, fast) not in self._forms:
             problem, ends = self.walker.problem, Symbol.sym("ends", 2)
             others = [s for i, s in enumerate(problem.grid) if i != fast]
@@ -220,10 +220,10 @@ class RowMap:
 
 @np.errstate(all="ignore")
 def _draw(tables: Sequence[Rows], pieces: Sequence[_Piece]) -> None:
-    """Writes a + b x along all rows, also along open ones.
+    """Write a + b x along all rows, also along open ones.
 
-    Some whole rows at a time, which stay in the cache, get the first piece's a before all else: memory is written much faster in long
-    runs than in short ones.
+    Rows are processed in groups that fit into the cache. Each group is first filled with the a of the first piece: memory is written much
+    faster in long runs than in short ones.
     """
     terms = [np.vstack([np.ones_like(p.x), p.x]) for p in pieces]
     for k, table in enumerate(tables):
@@ -240,13 +240,13 @@ def _draw(tables: Sequence[Rows], pieces: Sequence[_Piece]) -> None:
 
 
 def _neighbours(rows: Index, width: int, columns: slice) -> Index:
-    """The numbers of the points at some rows and columns, along the longer of both."""
+    """The numbers of the points at some rows and columns, the longer of the two innermost."""
     points = rows[:, None] * width + np.arange(columns.start, columns.stop)
     return (points.T if points.shape[0] > points.shape[1] else points).ravel()
 
 
 def _runs(which: Index, good: Mask) -> list[tuple[slice, slice]]:
-    """Where runs of good rows go to, and where they come from."""
+    """Destinations and sources of runs of good rows."""
     place = np.flatnonzero(good)
     if not place.size:
         return []
@@ -265,7 +265,7 @@ def _value(form: Form, x: Symbol) -> Symbol:
 
 
 def make_plan(rows: int, columns: int, modes: Modes) -> RowPieces | None:
-    """Cuts where modes change on sample rows; None where there are too many for a map by rows."""
+    """Cuts where modes change on sample rows; None if there are too many for a map by rows."""
     probes = np.unique(np.linspace(0, rows - 1, _PROBES).round().astype(np.intp))
     places = np.unique(np.linspace(0, columns - 1, min(columns, _COARSE)).round().astype(np.intp))
     found = modes(np.repeat(probes, places.size), np.tile(places, probes.size))

@@ -58,15 +58,15 @@ def steady(
 
     If only modes are unknown, all combinations consistent with the known signs are tried. If speeds, inputs or parameters
     are implicit, modes and unknowns are solved together, starting from the values of the model and with the laws sliding forward and
-    backward; a solution that none of these starts leads to is missed. In large maps of explicit models with very many combinations the
-    status is ``one_solution_found`` where other solutions were not sought; ``exhaustive`` solves every point on its own.
+    backward; a solution that none of these starts reaches is missed. In large maps of explicit models with very many combinations, the
+    status ``one_solution_found`` means that other solutions were not sought; ``exhaustive`` solves every point on its own.
 
-    The result has ``units`` and ``long_name`` on all variables, and a ``status`` at every point. If the status is ``stuck``, friction
-    is at rest under a prescribed motion, and equilibrium does not determine its torque: ``<name>_low`` and ``<name>_high`` are then the
-    least and the greatest value for all torques between the law's bounds, infinite where the signal has a pole between them (where
-    unknowns are implicit: at the bounds). Values at all other points that are not ``ok`` are nan; ``undefined_value`` refers to
-    signals that are nan only there, such as an efficiency at zero power. ``status_laws`` are the laws that the status refers to; the
-    attribute ``problems`` explains it in words.
+    All variables of the result have ``units`` and ``long_name``, and every point has a ``status``. If the status is ``stuck``, friction
+    is at rest under a prescribed motion, and equilibrium does not determine its torque. ``<name>_low`` and ``<name>_high`` are then the
+    least and greatest values for all torques between the law's bounds, infinite if the signal has a pole between them (if unknowns are
+    implicit: at the bounds). Values at all other points that are not ``ok`` are nan; ``undefined_value`` refers to signals that are nan
+    only there, such as an efficiency at zero power. ``status_laws`` are the laws to which the status refers; the attribute ``problems``
+    explains it in words.
 
     Parameters
     ----------
@@ -74,32 +74,31 @@ def steady(
         The model.
     grid : mapping of str to array_like
         Values of inputs, parameters or variables by name. A sequence spans a dimension, named by the last part of the name; a number
-        holds at all points; a ``DataArray`` names its own dimensions. Discrete variables that are not given keep their starts.
+        holds at all points; a ``DataArray`` names its own dimensions. Discrete variables that are not given keep their start values.
     outputs : str, iterable or mapping, optional
-        Names, patterns or selectors of the signals wanted, or a mapping of new names to them; by default all that have a steady value.
+        Names, patterns or selectors of signals, or a mapping of new names to them; by default all signals with a steady value.
     parameters, inputs : mapping of str to float, optional
         Other values for all points.
     free : sequence of str, optional
         Inputs or parameters to be solved for, one for each prescribed variable; by default the inputs without a value if their number
-        is right. A prescribed state without a free quantity is *held*: its own balance is left open, and ``der(name)`` is its rate of
+        matches. A prescribed state without a free quantity is *held*: its own balance is not required, and ``der(name)`` is its rate of
         change.
     held : sequence of str, optional
-        The held states, where not all prescribed ones are.
+        The held states, if not all prescribed states are held.
     guesses : mapping of str to float, optional
-        Values from which unknowns are sought.
+        Start values of unknowns.
     time : float
-        Time [s] at which sources that depend on it are taken.
+        Time [s] at which time-dependent sources are evaluated.
     exhaustive : bool
-        Solve every point on its own, and seek all its solutions.
+        Solve every point on its own, and search for all its solutions.
     first : bool
-        If there are several solutions, return one; laws at rest are preferred to laws that slide.
+        If there are several solutions, return one; laws at rest are preferred to sliding laws.
     side : {-1, 1}, optional
-        At points that are ``stuck``: the values at one end of the interval, where the torque is that of a forward (1) or backward (-1)
-        motion.
+        At ``stuck`` points: return the values at one end of the interval, with the torque of forward (1) or backward (-1) motion.
     compile : bool
-        Use the C compiler of the machine, for many points; the results are the same.
+        Use the C compiler of the machine; worthwhile for many points. The results are the same.
     progress : bool, optional
-        A progress bar; by default for work that takes more than two seconds.
+        Show a progress bar; by default for computations of more than two seconds.
 
     Returns
     -------
@@ -128,7 +127,7 @@ def steady(
 
 
 def written(plant: Plant[Any], q: Question, map_: SteadyMap, ordered: Grid, results: MapResults) -> xr.Dataset:
-    """The results of a map with what they are of."""
+    """The results of a map with their descriptions."""
     found = dataset(plant.compiled, map_.problem, map_.quantities, q.grid, ordered, results)
     found.attrs.update(model=type(plant.model).__name__, powertrain_version=_version())
     return found
@@ -136,7 +135,7 @@ def written(plant: Plant[Any], q: Question, map_: SteadyMap, ordered: Grid, resu
 
 @dataclass(frozen=True)
 class Wanted:
-    """A signal wanted under a name; ``asked`` by that name, so that it must have a value."""
+    """A signal requested under a name; if ``asked`` by that name, it must have a value."""
 
     name: str
     picked: Picked
@@ -145,7 +144,7 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked of a model. ``common`` are the values of all parameters, then of all inputs; those of the grid stand in for them."""
+    """A request to a model. ``common`` are the values of all parameters, then of all inputs; values on the grid replace them."""
 
     grid: Grid
     wanted: list[Wanted]
@@ -157,7 +156,7 @@ class Question:
 def question(
     plant: Plant[Any], grid: Any, outputs: Any, parameters: Any, inputs: Any, free: Any, guesses: Any, held: Any = None
 ) -> Question:
-    """What the arguments ask; ParameterError for names and values that are wrong."""
+    """The request in the arguments; ParameterError for wrong names and values."""
     spanned, given, guessed = make_grid(grid), numbers_by_name("inputs", inputs), numbers_by_name("guesses", guesses)
     wanted = wanted_signals(signals_of(plant.compiled), outputs)
     found, kept = (None if n is None else names(w, n) for w, n in (("free", free), ("held", held)))
@@ -195,7 +194,7 @@ def asked_for(
     free: Sequence[str] | None,
     held: Sequence[str] | None = None,
 ) -> Request:
-    """Sorts the names of the grid, and decides what is to be found."""
+    """Classify the names on the grid, and decide what is to be found."""
     compiled = plant.compiled
     names = [a.name for a in grid.axes]
     for n in names:
@@ -289,17 +288,17 @@ def kept(plant: Plant[Any], kind: str, q: Question, time: float, more: Hashable 
 
 @dataclass(frozen=True)
 class Kept:
-    """A place among ``_KEPT`` others."""
+    """A slot among ``_KEPT``."""
 
     others: dict[Any, Any]
     identity: Hashable
 
     def get(self) -> Any:
-        """What is kept there; None for nothing."""
+        """The value in the slot, or None."""
         return self.others.get(self.identity)
 
     def put(self, value: T) -> T:
-        """Keeps a value, and gives it."""
+        """Keep a value and return it."""
         if len(self.others) >= _KEPT:
             self.others.clear()
         self.others[self.identity] = value

@@ -1,4 +1,4 @@
-"""One question about a plant, prepared once: what is given, found and wanted. Solves any grid of it."""
+"""One question about a plant, prepared once: given, unknown and requested quantities. Solves any grid."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _SHORT_ROW = 64
 
 
 class SteadyMap:
-    """One question about a plant: what is given, found and wanted. Solves any grid of it."""
+    """One question about a plant: given, unknown and requested quantities. Solves any grid."""
 
     def __init__(
         self,
@@ -45,15 +45,15 @@ class SteadyMap:
         self._plans: dict[Any, RowPieces | None] = {}
 
     def valid(self, parameters: Array) -> bool:
-        """Whether the problem is formulated rightly for these parameters too."""
+        """Whether the formulation is also valid for these parameters."""
         return not self.problem.together or np.array_equal(parameters, self._parameters)
 
     def run(
         self, grid: Grid, common: Array, look: Look, progress: bool | None, *, keep: bool = False
     ) -> tuple[Grid, MapResults]:
-        """Solves all points of a grid: the grid with its dimensions in the order of the results, and these.
+        """Solve all points of a grid; return the grid, with its dimensions in the order of the results, and the results.
 
-        ``keep``: with modes and unknowns of every point, so that every one is solved on its own.
+        ``keep``: with modes and unknowns of every point, so every point is solved on its own.
         """
         self.solver.set_common(common)
         fast = self.walker is not None and grid.size >= _FAST and not look.exhaustive and not keep
@@ -80,7 +80,7 @@ class SteadyMap:
         return ordered, results
 
     def _slowest_first(self, grid: Grid) -> Grid:
-        """The grid with those dimensions first along which modes change most."""
+        """The grid with the dimensions first along which modes change most."""
         identity = grid.identity()
         if identity not in self._orders:
             shape, rows = grid.sample(512)
@@ -89,7 +89,7 @@ class SteadyMap:
                 float((np.diff(modes, axis=i + 1) != 0).any(axis=0).mean() if n > 1 else 0.0) * n
                 for i, n in enumerate(shape)
             ]
-            # Torques are affine in inputs, not in most parameters.
+            # Torques are affine in inputs, but not in most parameters.
             curved = [any(d in a.dims and a.name in self._given for a in grid.axes) for d in grid.dims]
             best = sorted(range(len(shape)), key=lambda i: (-changes[i], grid.shape[i] >= _SHORT_ROW, not curved[i], i))
             self._orders = {identity: [grid.dims[i] for i in best]}
@@ -97,7 +97,7 @@ class SteadyMap:
         return grid.ordered(self._orders[identity])
 
     def _by_rows(self, walker: Walker, results: MapResults, grid: Grid, common: Array, bar: Bar) -> bool | None:
-        """Fills the map by rows along the last dimension, if only one axis changes along it; whether all is known to be finite."""
+        """Fill the map by rows along the last dimension, if only one axis changes along it; whether all values are known to be finite."""
         last = [i for i, a in enumerate(grid.axes) if grid.dims[-1] in a.dims]
         if len(last) != 1 or grid.axes[last[0]].dims != (grid.dims[-1],) or grid.shape[-1] < _SHORT_ROW:
             return None
@@ -125,7 +125,7 @@ class SteadyMap:
         return self._rows_map.fill(fast, x, slow, plan, common, results.rows, rest, bar.reach)
 
     def _by_points(self, walker: Walker, results: MapResults, grid: Grid, bar: Bar) -> None:
-        """Fills the map from point to point; the last points apart, because the walk writes beyond its end."""
+        """Fill the map from point to point; the last points separately, because the walk writes beyond its end."""
         for first, count, values in grid.pieces():
             inner = count if first + count + PAD <= grid.size else max(count - PAD, 0)
             self._walk(walker, results, first, inner, values, bar)
@@ -133,7 +133,7 @@ class SteadyMap:
             bar.reach(first + count)
 
     def _apart(self, walker: Walker, results: MapResults, places: NDArray[np.intp], values: list[Array]) -> None:
-        """Walks points that lie anywhere, and takes over what is found."""
+        """Walk scattered points, and copy the results."""
         part = results.apart(places.size)
         self._walk(walker, part, 0, places.size, values, None)
         results.put(places, part)
@@ -150,7 +150,7 @@ class SteadyMap:
 
     @np.errstate(all="ignore")
     def _look_again(self, results: MapResults, grid: Grid) -> None:
-        """Points with values that are not finite are solved one by one, which says why."""
+        """Solve points with values that are not finite one by one, which gives the reason."""
         suspects: NDArray[np.bool_] | None = None
         for row in results.rows:
             part = row[: grid.size]
