@@ -1,4 +1,4 @@
-"""The runs of a sweep as one xarray Dataset in zarr, over cases and a common time, written a block of cases after the other."""
+"""The runs of a sweep as one xarray Dataset in zarr, over cases and a common time, written in blocks of cases."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _VALUES = 2_000_000
-"""About how many numbers of one signal are written together."""
+"""Approximate number of values of one signal written at once."""
 
 
 def write_zarr(
@@ -70,7 +70,7 @@ def _names(run: Any) -> list[str]:
 def _block(
     runs: Sequence[Any], table: pd.DataFrame, cases: range, times: Array, names: Sequence[str], first: Any
 ) -> xr.Dataset:
-    """The signals of some cases over the common time, with their row of the table."""
+    """The signals of some cases over the common time, with their rows of the table."""
     import xarray as xr
 
     values, failed = np.full((len(names), len(cases), len(times)), np.nan), np.zeros(len(cases), bool)
@@ -88,7 +88,7 @@ def _block(
 
 
 def _sampled(run: Any, times: Array, names: Sequence[str], case: int) -> Array:
-    """Signals at the common times: from the dense output, or between samples; nan after the end of a run."""
+    """Signals at the common times: from the dense output, or interpolated between samples; nan after the end of a run."""
     dense = isinstance(run, Result) and _dense(run)
     t = run.trajectory.times if dense else np.asarray(run.time)
     end = run.trajectory.end if dense else t[-1]
@@ -114,7 +114,7 @@ def _sampled(run: Any, times: Array, names: Sequence[str], case: int) -> Array:
 
 
 def _dense(run: Result[Any]) -> bool:
-    """Whether a run has its trajectory, and not only recorded samples."""
+    """Whether a run has its trajectory, rather than only recorded samples."""
     try:
         return run.trajectory is not None
     except ParameterError:

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 Matrix = NDArray[np.float64]
 ROUNDING = 1e-6
-"""Largest error of a power or an energy, relative to the component's own terms, that counts as rounding."""
+"""Largest error of a power or an energy that counts as round-off, relative to the component's own terms."""
 NOISE = 1e-9
-"""Power in watts and energy in joules below which nothing counts: what speeds at rest and torques under load leave by rounding."""
+"""Power in watts and energy in joules that count as zero: round-off of speeds at rest and of torques under load."""
 
 
 def energy_audit(result: Result[Any]) -> EnergyAudit:
@@ -46,10 +46,10 @@ def energy_audit(result: Result[Any]) -> EnergyAudit:
 
 @dataclass
 class _Sums:
-    """Integrals over the run in joules, extremes in watts, and the most that the components ``stored`` and the model stored at ``most``.
+    """Integrals over the run in joules, extremes in watts, and the largest energy ``stored`` by components and model (at ``most``).
 
-    ``forward`` and ``backward`` are the positive and negative part of ``power``. ``gain`` is the most negative loss, turned, ``gained``
-    its time in seconds and ``given`` its integral; ``unbalanced`` is the time of the largest imbalance.
+    ``forward`` and ``backward`` are the positive and negative parts of ``power``. ``gain`` is the magnitude of the most negative loss,
+    ``gained`` its time in seconds and ``given`` its integral; ``unbalanced`` is the time of the largest imbalance.
     """
 
     power: Array
@@ -78,7 +78,7 @@ class _Sums:
 
 @dataclass(frozen=True)
 class _Jump:
-    """What changed at one instant: the energy of each part, and the parts that declare the contacts and resets."""
+    """A change at one instant: the energy of each part, and the parts that declare the contacts and resets."""
 
     time: float
     cause: str
@@ -213,7 +213,7 @@ class EnergyAudit:
         import pandas as pd
 
         sums, paths, rows = self._sums, [part.path for part in self._parts], list[tuple[str, float, str, float, str]]()
-        # An event found some microseconds late gives no energy worth a line.
+        # An event located some microseconds late produces a negligible energy.
         enough = 1e-9 * np.maximum(sums.turned, 1e-9 * self._scale)
         for i in np.flatnonzero((sums.gain > self._tolerances) & (sums.given > enough)):
             rows.append((paths[i], sums.gained[i], "negative loss", -sums.gain[i], "W"))
@@ -232,7 +232,7 @@ class EnergyAudit:
 
     @property
     def _tolerances(self) -> Array:
-        """The power of each component that counts as rounding (W)."""
+        """The power of each component that counts as round-off (W)."""
         scale = self._sums.scale
         return np.asarray(ROUNDING * np.maximum(scale, 1e-9 * scale.max(initial=0.0)) + NOISE)
 
@@ -244,7 +244,7 @@ class EnergyAudit:
 
     @property
     def residual(self) -> float:
-        """The sum of the components' energy residuals in joules, each taken positive."""
+        """The sum of the absolute energy residuals of the components in joules."""
         return float(np.abs(self._balance()["residual"]).sum())
 
     @property
@@ -329,7 +329,7 @@ class EnergyAudit:
 
 
 def _supply(values: EnergyValues, own: Matrix) -> Matrix:
-    """What each part's own balance of power lacks: the supply of a boundary, the imbalance (with its sign turned) of any other part."""
+    """The residual of each part's own power balance: the supply of a boundary, or minus the imbalance of any other part."""
     return values.loss + values.rate - values.power @ own.T
 
 
@@ -368,7 +368,7 @@ def _integrate(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> _Sums:
 
 
 def _exceed(largest: Array, instants: Array, values: Matrix, t: Array) -> None:
-    """Puts the largest values of the columns and their times into the arrays, where they exceed what is there."""
+    """Update the largest values of the columns and their times if exceeded."""
     row = values.argmax(axis=0)
     found = np.take_along_axis(values, row[None], axis=0)[0]
     higher = found > largest

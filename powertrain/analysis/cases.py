@@ -1,4 +1,4 @@
-"""One case of a sweep: what runs in a worker, what comes back from it, and the file it leaves."""
+"""One case of a sweep: its execution in a worker, its outcome, and its file."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ KINDS = {
     kind.__name__: kind for kind in (PowertrainError, ModelError, ParameterError, InitializationError, SimulationError)
 }
 ENDED, FAILED = ".nc", ".failed.nc"
-"""How the files of cases end."""
+"""File name endings of cases."""
 _compiling = threading.Lock()
 
 
 @dataclass(frozen=True)
 class Job:
-    """What the cases of a sweep have in common. Picklable.
+    """The common part of the cases of a sweep. Picklable.
 
-    ``packed`` is the pickled model and ``model`` its identity; ``record`` are the signals that are kept of a run (None: all of them, empty:
-    the run is not kept); ``scalars`` are functions of a run; ``folder`` is where the runs go that are not kept in memory.
+    ``packed`` is the pickled model and ``model`` its identity; ``record`` are the signals to keep of a run (None: all; empty: the run is
+    not kept); ``scalars`` are functions of a run; ``folder`` is for runs that are not kept in memory.
     """
 
     packed: bytes
@@ -64,7 +64,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a case gave. On its way between processes ``run`` is a result without its model, and ``error`` one without its cause."""
+    """The outcome of a case. In transfer between processes, ``run`` is a result without its model, and ``error`` has no cause."""
 
     number: int
     scalars: Mapping[str, float] = field(default_factory=dict)
@@ -72,12 +72,12 @@ class Outcome:
     error: PowertrainError | None = None
 
     def sent(self) -> Outcome:
-        """A form that pickles."""
+        """A picklable form."""
         run = self.run.detached() if isinstance(self.run, Result) else None
         return replace(self, run=run, error=None if self.error is None else _plain(self.error))
 
     def received(self, plant: Plant[Any]) -> Outcome:
-        """With the model of this process."""
+        """The outcome with the model of this process."""
         run: Result[Any] | None = None if self.run is None else Result.attached(self.run, plant.compiled)
         if isinstance(self.error, SimulationError):
             self.error.result = run
@@ -85,12 +85,12 @@ class Outcome:
 
 
 def to_worker(value: Any) -> bytes:
-    """A job or its cases as they travel: an executor may keep what it sent for a while, and cases are much alike."""
+    """A job or its cases, serialised and compressed: an executor may keep them for a while, and cases are much alike."""
     return zlib.compress(pickle.dumps(value), 1)
 
 
 def run_cases(sent_job: bytes, sent_cases: bytes) -> tuple[list[Outcome], float]:
-    """What a worker does: the outcomes of the cases as they are sent, and how long they took in seconds."""
+    """The work of a worker: the outcomes of the cases, ready to send, and the time taken in seconds."""
     job, cases = _job_of(sent_job), _from_sender(sent_cases)
     try:
         with _compiling:
@@ -102,7 +102,7 @@ def run_cases(sent_job: bytes, sent_cases: bytes) -> tuple[list[Outcome], float]
 
 
 def run_case(plant: Plant[Any], job: Job, case: Case) -> Outcome:
-    """Simulates one case and keeps of it what the job wants; whatever is raised in it is its outcome's ``error``."""
+    """Simulate one case and keep what the job requests; any exception becomes the ``error`` of its outcome."""
     scalars: dict[str, float] = {}
     run: Result[Any] | None = None
     failure: PowertrainError | None = None
@@ -136,7 +136,7 @@ def _content(case: Case, scalars: Mapping[str, float], run: Result[Any] | None, 
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Writes a file that is there as a whole or not at all."""
+    """Write a file completely or not at all."""
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         part.write_bytes(content)
@@ -159,7 +159,7 @@ def _number(name: str, function: Callable[[Any], float], run: Result[Any]) -> fl
 
 
 def _unexpected(error: Exception, what: str) -> PowertrainError:
-    """An error of the user's own functions, with the place where it was raised."""
+    """An error in the user's own functions, with the place where it was raised."""
     said = SimulationError(f"{what}: {type(error).__name__}: {error}")
     said.__cause__ = error
     said.add_note("".join(traceback.format_exception(error)))
@@ -167,7 +167,7 @@ def _unexpected(error: Exception, what: str) -> PowertrainError:
 
 
 def _plain(error: PowertrainError) -> PowertrainError:
-    """The same message in a class of the library, which pickles everywhere."""
+    """The same message in an error class of the library, which can be unpickled everywhere."""
     plain = _kind(error)(str(error))
     for note in getattr(error, "__notes__", ()):
         plain.add_note(note)
@@ -175,7 +175,7 @@ def _plain(error: PowertrainError) -> PowertrainError:
 
 
 def _kind(error: PowertrainError) -> type[PowertrainError]:
-    """The nearest of the library's own classes."""
+    """The nearest of the library's own error classes."""
     return next(KINDS[cls.__name__] for cls in type(error).__mro__ if KINDS.get(cls.__name__) is cls)
 
 

@@ -1,4 +1,4 @@
-"""Cases on an executor: a few at a time, in portions of about the same duration, again where a worker was lost."""
+"""Cases on an executor: a few at a time, in portions of similar duration, repeated if a worker is lost."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from powertrain.analysis.cases import Case, Job, Outcome, run_cases, to_worker
 from powertrain.errors import ParameterError, SimulationError
 
 PORTION = 0.3
-"""Duration of a portion in seconds: long beside what sending it costs, short to wait for."""
+"""Duration of a portion in seconds: long compared with the cost of sending it, short to wait for."""
 ATTEMPTS = 2
-"""How often a case that took a worker with it is tried alone."""
+"""How often a case is tried alone after its worker was lost."""
 MANY = 64
-"""Portions under way on an executor that does not tell how many workers it has."""
+"""Concurrent portions on an executor that does not tell its number of workers."""
 
 
 def outcomes(job: Job, cases: Iterator[Case], count: int, executor: Executor) -> Generator[list[Outcome], None, None]:
-    """The outcomes of ``count`` cases as they come, those of a portion together. Closing the iterator cancels what has not begun.
+    """The outcomes of ``count`` cases as they arrive, one portion at a time. Closing the iterator cancels what has not started.
 
-    A portion whose worker was lost is run again case by case, with nothing beside it, so that a case which ends its process is found; a
-    broken pool of processes is replaced by one like it.
+    If its worker was lost, the cases of a portion are run again one by one, with nothing in parallel, so a case that ends its process is
+    identified. A broken process pool is replaced by an equal one.
     """
     dispatch = _Dispatch(job, cases, count, executor)
     try:
@@ -55,7 +55,7 @@ class _Dispatch:
                 yield self.next()
 
     def submit(self, portion: list[Case]) -> None:
-        """Where the pool broke before this moment, the portion counts as lost with the others."""
+        """Submit a portion; if the pool broke before, the portion counts as lost like the others."""
         self.more = len(portion) == self.size
         if not portion:
             return
@@ -70,12 +70,12 @@ class _Dispatch:
         future.add_done_callback(self.ended.put)
 
     def next(self) -> list[Outcome]:
-        """The outcomes of the next portion that ends; nothing where its worker was lost."""
+        """The outcomes of the next portion to finish; empty if its worker was lost."""
         future = self.ended.get()
         portion = self.running.pop(future)
         error = None if future.cancelled() else future.exception()
         if error is not None and not isinstance(error, Exception):
-            raise error  # Ctrl-C reaches the workers of a terminal, too
+            raise error  # Ctrl-C also reaches the workers of a terminal
         if error is not None or future.cancelled():
             self.lost.extend(portion)
             return []
@@ -85,7 +85,7 @@ class _Dispatch:
         return list(found)
 
     def alone(self, case: Case) -> Outcome:
-        """A case for which a worker was lost, with nothing beside it."""
+        """Run a case whose worker was lost, with nothing in parallel."""
         said = ""
         for _ in range(ATTEMPTS):
             self.renew()
@@ -104,7 +104,7 @@ class _Dispatch:
         )
 
     def renew(self) -> None:
-        """A pool of processes like the one that broke."""
+        """Replace the broken process pool by an equal one."""
         pool = self.executor
         if isinstance(pool, ProcessPoolExecutor) and pool._broken:
             self.end()
@@ -112,7 +112,7 @@ class _Dispatch:
             self.executor, self.own = ProcessPoolExecutor(*settings), True
 
     def end(self) -> None:
-        """Cancels what has not begun, and ends a pool of its own."""
+        """Cancel what has not started, and shut down the replacement pool."""
         for future in self.running:
             future.cancel()
         if self.own:
@@ -128,7 +128,7 @@ def _sent(portion: list[Case]) -> bytes:
 
 
 def _workers(executor: Any) -> int:
-    """How many workers there are; 0 where the executor does not tell. Pools of the standard library and mpi4py, then dask."""
+    """The number of workers; 0 if the executor does not tell. Pools of the standard library and mpi4py, then dask."""
     for name in ("_max_workers", "num_workers"):
         if isinstance(found := getattr(executor, name, None), int):
             return found

@@ -1,7 +1,7 @@
 """The energy terms of a model as expressions: power through ports, losses, stored energies and their rates of change.
 
-Every component has a balance of its own: what comes in through its ports and does not go on to the ports of its parts is lost in it, stored
-in it or, in a boundary (source, ground), taken out of the model.
+Every component has its own balance: power that enters through its ports and is not passed on to the ports of its parts is lost in it,
+stored in it or, in a boundary (source, ground), taken out of the model.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from powertrain.signals import Samples, Signals, signals_of
 Matrix = NDArray[np.float64]
 _BLOCK = 2_000_000
 _DEPTH = 100
-"""How deep the conditions of switches are compared."""
+"""Depth to which conditions of switches are compared."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """A component in the balance: the places of its ports and of its direct parts in their lists."""
+    """A component in the balance: the indices of its ports and of its direct parts."""
 
     path: str
     kind: str
@@ -43,7 +43,7 @@ class Part:
 
 @dataclass(frozen=True)
 class EnergyValues:
-    """One row per sample: power into the component through each port; loss, stored energy and its rate of each part."""
+    """One row per sample: power into the component through each port; loss, stored energy and its rate for each part."""
 
     power: Matrix
     loss: Matrix
@@ -53,7 +53,7 @@ class EnergyValues:
 
 @dataclass(frozen=True)
 class WrittenTerms:
-    """What a model says about power through its ports, losses and stored energies, as expressions of (t, x, z, m, p)."""
+    """The power through ports, losses and stored energies of a model, as expressions of (t, x, z, m, p)."""
 
     parts: list[Part]
     ports: list[str]
@@ -63,7 +63,7 @@ class WrittenTerms:
 
 
 def written_terms(compiled: Compiled) -> WrittenTerms:
-    """The terms of a compiled model. ModelError where one cannot be computed."""
+    """The terms of a compiled model. ModelError if one cannot be computed."""
     parts, ports, texts = _without_idle(_texts(compiled.flat.components, compiled.flat.recorder))
     power = [p for t in texts for p in t.power.values()]
     written = _resolved(signals_of(compiled), [*power, *(t.loss for t in texts), *(t.energy for t in texts)], texts)
@@ -86,7 +86,7 @@ def _resolved(signals: Signals, expressions: list[Symbol], texts: list[_Text]) -
 
 
 class EnergyTerms:
-    """The terms of one compiled model. ``parts`` come in the order of the model, wholes before their parts; the first is the model."""
+    """The terms of one compiled model. ``parts`` are in the order of the model, each before its own parts; the first is the model."""
 
     def __init__(self, compiled: Compiled) -> None:
         self._signals = signals_of(compiled)
@@ -109,7 +109,7 @@ class EnergyTerms:
         self._lanes = Lanes((dae.t, dae.x, dae.z, dae.m, dae.p), ca.cse(ca.vertcat(*rows)))
 
     def instants(self, p: Array) -> list[float]:
-        """When conditions of time alone change in losses: switches that only ``loss()`` has are no events of the run."""
+        """Instants at which time conditions in losses change: switches that appear only in ``loss()`` are not events of the run."""
         dae = self._dae
         leaves = [[dae.t], None, None, None, [Symbol(value) for value in p]]
         timed = column([loss for loss in self._losses if ca.depends_on(loss, dae.t)])
@@ -118,7 +118,7 @@ class EnergyTerms:
         return [t for left, right in conditions for t in _zero(left - right, dae.t)]
 
     def values(self, samples: Samples, p: Array) -> EnergyValues:
-        """The terms at the samples. ModelError where one is not finite."""
+        """The terms at the samples. ModelError if one is not finite."""
         rows = self._lanes(self._signals.corrected(samples, p), p)
         n, k = len(self.parts), self._power
         power, loss, energy, rate = (
@@ -136,7 +136,7 @@ class EnergyTerms:
         return EnergyValues(power, loss, energy, rate)
 
     def _implicit_rate(self, rows: Matrix) -> Matrix:
-        """What the algebraic unknowns' rates add: dE/dz dz/dt with dr/dz dz/dt = -dr/dt."""
+        """The contribution of the algebraic unknowns: dE/dz dz/dt with dr/dz dz/dt = -dr/dt."""
         n, nz = len(self.parts), self._nz
         slopes = rows[:, : n * nz].reshape(-1, n, nz)
         inner = rows[:, n * nz : (n + nz) * nz].reshape(-1, nz, nz)
@@ -150,7 +150,7 @@ class EnergyTerms:
 
     @property
     def block(self) -> int:
-        """How many samples' terms fit comfortably into memory."""
+        """The number of samples whose terms fit comfortably into memory."""
         return max(1, _BLOCK // max(1, self._lanes.size))
 
 
@@ -163,7 +163,7 @@ def _zero(g: Symbol, time: Symbol) -> list[float]:
 
 
 def own_power(parts: list[Part], ports: int) -> Matrix:
-    """The matrix that gives each part's own share of power: through its ports, less what goes on to the ports of its parts."""
+    """The matrix that gives each part's own share of power: through its ports, minus the power passed on to the ports of its parts."""
     own = np.zeros((len(parts), ports))
     for i, part in enumerate(parts):
         own[i, list(part.ports)] += 1.0
@@ -183,9 +183,10 @@ class _Text:
 
 
 def _texts(components: list[Component], recorder: Recorder) -> list[_Text]:
-    """What the components say about power, loss and energy.
+    """The power, loss and energy terms that the components declare.
 
-    A switch said here is the one of the equations with the same condition; where there is none, it is no event and follows its condition.
+    A switch in a term is identified with the switch of the equations that has the same condition; without one, it follows its condition
+    without an event.
     """
     scratch = replace(recorder, path="energy", text=None, switches=[], schedules=[], guards=[])
     texts: dict[str, _Text] = {}
@@ -223,7 +224,7 @@ def _texts(components: list[Component], recorder: Recorder) -> list[_Text]:
 
 
 def _said(component: Component, name: str) -> Symbol:
-    """What a component's text gives for its loss, energy or power. ModelError where it gives no expression."""
+    """The expression that a component declares for its loss, energy or power. ModelError if it is not an expression."""
     with guarded(component):
         said = getattr(component, name)()
     if isinstance(said, bool) or not isinstance(said, int | float | Symbol) or not Symbol(said).is_scalar():
@@ -235,7 +236,7 @@ def _said(component: Component, name: str) -> Symbol:
 
 
 def _without_idle(texts: list[_Text]) -> tuple[list[Part], list[str], list[_Text]]:
-    """The parts with their ports, without those that have nothing to do with energy (signal sources, sensors of signals)."""
+    """The parts with their ports, without parts that have no energy (signal sources, sensors of signals)."""
     busy = {""}
     for text in texts:
         if text.power or not text.loss.is_zero() or not text.energy.is_zero():

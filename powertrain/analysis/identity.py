@@ -1,4 +1,4 @@
-"""Whether two computations are the same: one hash of values, of functions by their code, and of compiled models by their equations."""
+"""Whether two computations are the same: hashes of values, of functions by their code, and of compiled models by their equations."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from powertrain.language.symbols import column
 
 
 def identity(*values: Any) -> str:
-    """A hash of numbers, texts, arrays, functions and of mappings and sequences of them. The same in every process."""
+    """A hash of numbers, strings, arrays and functions, and of mappings and sequences of them. The same in every process."""
     content = hashlib.sha256()
     for piece in _pieces(values):
         content.update(b"%d:" % len(piece))
@@ -45,7 +45,7 @@ def model_identity(compiled: Compiled) -> str:
 
 
 def _without_expressions(value: Any, expressions: list[ca.SX]) -> Any:
-    """The content of nested records; expressions in it are appended to ``expressions`` and leave their place there."""
+    """The content of nested records; expressions in it are moved to ``expressions`` and leave a placeholder."""
     if isinstance(value, ca.SX):
         expressions.append(value)
         return len(expressions)
@@ -57,7 +57,7 @@ def _without_expressions(value: Any, expressions: list[ca.SX]) -> Any:
 
 
 def _pieces(value: Any) -> Iterator[bytes]:
-    """The content of a value, its kind and size first."""
+    """The content of a value, preceded by its kind and size."""
     if isinstance(value, np.ndarray):
         yield f"array {value.dtype.str} {value.shape}".encode()
         yield value.tobytes()

@@ -1,4 +1,4 @@
-"""What linearisation gives: python-control's state space with the names, units and modes it belongs to."""
+"""The result of linearisation: a state space of python-control with names, units and modes."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Linearization:
-    """What the matrices of a linear model do not say; see ``LinearModel``.
+    """Names, units and modes of a linear model; see ``LinearModel``.
 
-    ``states``, ``inputs`` and ``outputs`` are the names as in the model ('J1.w'), in the order of the matrices; python-control allows no
-    dots, and names its signals with '_' instead. ``units`` are theirs. ``modes`` are the modes of all laws; ``removed`` are the states that
-    closed contacts and stuck friction take away: they follow from the others. ``shifted``: states that stand for x - g u with the given
+    ``states``, ``inputs`` and ``outputs`` are the names in the model ('J1.w'), in the order of the matrices; python-control does not allow
+    dots and names its signals with '_' instead. ``units`` are their units. ``modes`` are the modes of all laws; ``removed`` are the states
+    that closed contacts and stuck friction remove: they follow from the others. ``shifted``: states that stand for x - g u with the given
     gains g of each input, because the model contains derivatives of the input. ``unseen``: states left out by ``reduced=True``, because
-    nothing depends on them alone; ``relative``: the states that are taken relative to these, x - g x_unseen with the given gains g.
+    nothing depends on them alone; ``relative``: states taken relative to these, x - g x_unseen with the given gains g.
     """
 
     time: float
@@ -38,7 +38,7 @@ class Linearization:
 
 
 class LinearModel(control.StateSpace):  # type: ignore[misc]
-    """A ``control.StateSpace``; ``linearization`` says what it belongs to. What is computed from it is a plain StateSpace."""
+    """A ``control.StateSpace`` with its ``linearization``. Operations on it return a plain StateSpace."""
 
     A: Matrix  # pyright: ignore[reportIncompatibleVariableOverride]
     B: Matrix  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -81,7 +81,7 @@ def _rebuilt(
 
 
 def minus(relative: Mapping[str, float]) -> str:
-    """What is subtracted from a state, as part of its name: '-J1.phi', '-0.25*J1.phi'."""
+    """The term subtracted from a state, as part of its name: '-J1.phi', '-0.25*J1.phi'."""
     return "".join(
         f"{'-' if gain > 0 else '+'}{abs(gain):.6g}*{name}".replace("-1*", "-").replace("+1*", "+")
         for name, gain in relative.items()
@@ -89,7 +89,7 @@ def minus(relative: Mapping[str, float]) -> str:
 
 
 def _dotless(names: Sequence[str]) -> list[str]:
-    """Names without dots, which python-control does not allow, still all different."""
+    """Names without dots, which python-control does not allow; still distinct."""
     found: list[str] = []
     for name in names:
         plain = short = name.replace(".", "_")

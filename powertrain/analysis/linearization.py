@@ -1,4 +1,4 @@
-"""Linear models at an operating point: der(x) = A x + B u, y = C x + D u, for the modes that the laws have there."""
+"""Linear models at an operating point: der(x) = A x + B u, y = C x + D u, in the modes of the laws there."""
 
 from __future__ import annotations
 
@@ -40,16 +40,16 @@ def linearize(
 ) -> LinearModel:
     """The linear model at an operating point.
 
-    Modes are those of the operating point: stuck friction and closed contacts remove states. The change of sources over time is not part of
-    the linear model. If derivatives of an input occur, the states are shifted by a multiple of the input (see ``Linearization``).
+    The modes are those of the operating point: stuck friction and closed contacts remove states. Sources that change with time are not part
+    of the linear model. If derivatives of an input occur, the states are shifted by a multiple of the input (see ``Linearization``).
 
     Parameters
     ----------
     plant : Plant or Component
         The model.
     inputs : sequence of str or selectors, optional
-        By default the inputs of the model. Possible are an input of the model; any signal port, to which the linear input is added
-        ("torque.tau"); a flow of a port, as an external torque or force on the component ("J1.flange_a.tau"); a parameter, whose
+        By default the inputs of the model. Allowed are an input of the model; any signal port, to which the linear input is added
+        ("torque.tau"); a flow of a port, as an external torque or force on the component ("J1.flange_a.tau"); or a parameter, whose
         column is the effect of another constant value.
     outputs : sequence of str or selectors, optional
         Any signals; by default the outputs of the model or, if it has none, its states. A selector is a function such as
@@ -60,8 +60,8 @@ def linearize(
     parameters : mapping of str to float, optional
         Other values, as for ``simulate``.
     reduced : bool
-        Leave out rigid-body motions and other integrals that no output sees, such as the angle of a free shaft: the motions V
-        of eigenvalue zero with A V in V and C V = 0. Angles become relative to one of them, the transfer function stays. Regulators
+        Leave out rigid-body motions and other integrals that no output depends on, such as the angle of a free shaft: the motions V
+        with eigenvalue zero, A V in V and C V = 0. Angles become relative to one of them; the transfer function is unchanged. Regulators
         (``control.lqr``) and minimal models need this.
 
     Returns
@@ -95,7 +95,7 @@ def linearize(
 
 @dataclass(frozen=True)
 class Linear:
-    """The matrices at an operating point, the places of their states among those of the model, and the names of the outputs."""
+    """The matrices at an operating point, the indices of their states among those of the model, and the names of the outputs."""
 
     matrices: Matrices
     kept: NDArray[np.int64]
@@ -189,7 +189,7 @@ class _Linearizer:
         return self._state_space(without_unseen(matrices) if reduced else whole, free, gains[free], x, point)
 
     def reduced(self, point: OperatingPoint) -> tuple[Matrices, NDArray[np.int64], NDArray[np.float64], Array]:
-        """Its matrices, which of the states they have, what of the inputs is taken out of these, and the values of all states."""
+        """Matrices, indices of the states, the shifts of the states by the inputs, and the values of all states."""
         x, z = self.transfer(point)
         values, jacobian = self.values(point.t, x, z, point.m, point.p, point.t, np.zeros(self.extra))
         full = self._matrices(np.array(values, float).ravel(), np.array(jacobian, float), z.size)
@@ -208,7 +208,7 @@ class _Linearizer:
                 )
 
     def _matrices(self, values: Array, jacobian: NDArray[np.float64], nz: int) -> Matrices:
-        """The algebraic unknowns eliminated; one matrix of inputs for each derivative."""
+        """Eliminate the algebraic unknowns; one input matrix for each derivative."""
         n, ny, npar, nu = self.compiled.dae.x.numel(), len(self.outputs), len(self.parameters), len(self.driven)
         self._refuse_infinite(jacobian, nz)
         rows = np.r_[0:n, n + nz : jacobian.shape[0]]

@@ -1,7 +1,7 @@
-"""A model with small signals added at its ports: the same text, compiled with a perturbation at the ports that are asked for.
+"""A model with small signals added at its ports: the same model, compiled with perturbations at requested ports.
 
-The perturbation of a port is a polynomial of time about a reference instant, u(t) = sum_k u_k (t - t_r)^k / k!, so that u_k is the k-th
-derivative of u there. Derivatives of inputs that index reduction brings into the model thus show as a dependence on u_1, u_2, ...
+The perturbation of a port is a polynomial in time around a reference instant, u(t) = sum_k u_k (t - t_r)^k / k!, so u_k is the k-th
+derivative of u there. Derivatives of inputs that index reduction introduces appear as a dependence on u_1, u_2, ...
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from powertrain.language.recorder import Place, reading
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time, total_derivative
 
 ORDER = 4
-"""Highest derivative of a perturbation that is followed."""
+"""Highest derivative of a perturbation that is considered."""
 
 
 @dataclass(frozen=True)
 class Spot:
-    """A variable of a port at which a signal, a force or a torque can be added; ``owner`` is the component that has the port."""
+    """A variable of a port at which a signal, a force or a torque can be added; ``owner`` is the component with the port."""
 
     name: str
     unit: str
@@ -45,7 +45,7 @@ class Perturbed:
     """The model with perturbations.
 
     ``coefficients[i][k]`` is the k-th derivative of the i-th perturbation at the instant ``reference``; ``added`` are the perturbations of
-    signals, which their values do not contain.
+    signals, which the values of these signals do not contain.
     """
 
     compiled: Compiled
@@ -75,10 +75,10 @@ def spots(flat: Flat) -> dict[str, Spot]:
 
 
 def compile_perturbed(model: Component, names: Sequence[str]) -> Perturbed:
-    """Compiles ``model`` with perturbations at the spots of these names.
+    """Compile ``model`` with perturbations at the spots of these names.
 
-    What a component reads from an input, or takes up from a flow, is the variable plus the perturbation; an output's variable is what its
-    component gives plus the perturbation.
+    A component sees the variable of an input or a flow plus the perturbation. The variable of an output is what its component computes
+    plus the perturbation.
     """
     flat = flatten(model)
     known, reference = spots(flat), Symbol.sym("reference")
@@ -99,7 +99,7 @@ def compile_perturbed(model: Component, names: Sequence[str]) -> Perturbed:
 
 
 def _with_added(flat: Flat, spot: Spot, polynomial: Symbol) -> Flat:
-    """The model with the perturbation added, and its derivatives to the variable's, in what the owner's text says."""
+    """The model with the perturbation added to the variable, and its derivatives to those of the variable, in the owner's equations."""
     recorder = flat.recorder
     old, new = [], []
     symbol, added = spot.symbol, -polynomial if spot.outward else polynomial

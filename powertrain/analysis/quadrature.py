@@ -1,6 +1,6 @@
-"""Gauss quadrature over the steps of a run, in pieces as fine as what is integrated asks for.
+"""Gauss quadrature over the steps of a run, in pieces as fine as the integrand requires.
 
-The integrator's steps follow the states. What is driven by time alone may swing many times within one of them.
+The integrator's steps follow the states. Quantities that depend on time alone may oscillate many times within one step.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ _OUTER = [0, 1, 3, 4]
 _COARSE = np.zeros(5)
 _COARSE[_OUTER] = np.linalg.solve(np.vander(NODES[_OUTER], increasing=True).T, [2.0, 0.0, 2.0 / 3.0, 0.0])
 _FEWEST = 64
-"""A run has at least about so many pieces, so that their nodes do not fall in step with what swings."""
+"""Minimum number of pieces of a run; otherwise the nodes could synchronise with an oscillation."""
 _ROUGH = 1e-5
-"""Share of the whole integral by which the rules with and without the middle node may differ: the error is about its square."""
+"""Share of the integral by which the rules with and without the middle node may differ; the error is about its square."""
 _MOST = 20
-"""Halvings, after which a jump is taken as it is."""
+"""Halvings, after which a jump is accepted."""
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """Stretches of time, each within one step, that came from steps by ``halvings``."""
+    """Time intervals, each within one step, created from steps by ``halvings``."""
 
     first: Array
     length: Array
@@ -38,7 +38,7 @@ class Pieces:
 
     @classmethod
     def of(cls, trajectory: Trajectory, cuts: Sequence[float] = ()) -> Pieces:
-        """The steps of a run, long ones divided, and cut at the given instants."""
+        """The steps of a run; long ones are divided, and all are cut at the given instants."""
         if not len(trajectory.times):
             return cls(np.zeros(0), np.zeros(0), np.zeros(0, int))
         lengths = np.diff(np.append(trajectory.times, trajectory.end))
@@ -51,7 +51,7 @@ class Pieces:
         return cls(first, length, np.searchsorted(trajectory.times, first, side="right") - 1)
 
     def blocks(self, nodes: int) -> list[Pieces]:
-        """Groups of about so many nodes, the last one first."""
+        """Groups of about ``nodes`` nodes, the last one first."""
         size = max(1, nodes // len(NODES))
         return [self._some(slice(i, i + size)) for i in range(0, len(self.first), size)][::-1]
 
@@ -59,7 +59,7 @@ class Pieces:
         return Pieces(self.first[which], self.length[which], self.step[which], self.halvings)
 
     def halves(self, which: NDArray[np.bool_]) -> Pieces:
-        """Two for each of these."""
+        """The two halves of each of these pieces."""
         some, again = self._some(which), np.concatenate
         half = some.length / 2
         first, length, step = again((some.first, some.first + half)), again((half, half)), again((some.step, some.step))
@@ -79,7 +79,7 @@ class Pieces:
         return (self.length[:, None] * WEIGHTS / 2).ravel()
 
     def rough(self, values: NDArray[np.float64], whole: float) -> NDArray[np.bool_]:
-        """Where the two rules differ by more than their share of ``whole``. ``values``: a row for each node."""
+        """Where the two rules differ by more than their share of ``whole``. ``values``: one row per node."""
         if self.halvings == _MOST:
             return np.zeros(len(self.first), bool)
         difference = np.tensordot(values.reshape(len(self.first), len(NODES), -1), WEIGHTS - _COARSE, (1, 0))

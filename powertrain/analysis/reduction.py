@@ -1,4 +1,4 @@
-"""Linear models in their least form: without derivatives of inputs, and without the motions that closed laws hold."""
+"""Minimal form of linear models: without derivatives of inputs, and without the motions that closed laws hold."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Matrix = NDArray[np.float64]
 _SMALL = 1e-9
 ROUNDING = 64 * np.finfo(float).eps
-"""Singular values below this share of the largest one, times the number of states, are zero."""
+"""Singular values below this share of the largest, times the number of states, count as zero."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Matrices:
 
 
 def substitute_inputs(full: Matrices, improper: Callable[[int, int, int], Exception]) -> tuple[Matrices, Matrix]:
-    """The same response in states x - gains u - ..., without derivatives of u; raises ``improper(output, input, order)`` where y has them.
+    """The same response in states x - gains u - ..., without derivatives of u; raises ``improper(output, input, order)`` if y has them.
 
     With g_k = b_(k+1) + a g_(k+1): der(x - sum_k g_k u^(k)) = a (x - sum_k g_k u^(k)) + (b_0 + a g_0) u.
     """
@@ -50,10 +50,10 @@ def substitute_inputs(full: Matrices, improper: Callable[[int, int, int], Except
 def free_motion(
     full: Matrices, held: NDArray[np.int64], kinematic: NDArray[np.bool_]
 ) -> tuple[Matrices, NDArray[np.int64]]:
-    """The states that are left where the relative motions ``held`` stay zero, and their places among all states.
+    """The states that remain if the relative motions ``held`` stay zero, and their indices among all states.
 
-    The states that go follow from the others. Relative positions, whose rate is a held speed, go as well; they are looked for among the
-    states of which ``kinematic`` says that their rates are fixed combinations of other states.
+    The removed states follow from the others. Relative positions whose rate is a held speed are removed as well; candidates are the states
+    for which ``kinematic`` says that their rates are fixed combinations of other states.
     """
     n = len(full.a)
     rows = _independent(full.w[held])
@@ -82,8 +82,8 @@ class Quotient:
 def without_unseen(full: Matrices) -> Quotient:
     """The model without the motions V of eigenvalue zero that no output sees: a V inside V, c V = 0.
 
-    The other motions are known up to V. Their coordinates x[kept] - V[kept] V[gone]^-1 x[gone] do not change along V, so the rates
-    of the representatives with x[gone] = 0 determine theirs.
+    The other motions are known up to V. Their coordinates x[kept] - V[kept] V[gone]^-1 x[gone] are constant along V, so their rates follow
+    from those of the representatives with x[gone] = 0.
     """
     n = len(full.a)
     unseen = _unseen(full.a, full.c)
@@ -101,7 +101,7 @@ def without_unseen(full: Matrices) -> Quotient:
 
 
 def _unseen(a: Matrix, c: Matrix) -> Matrix:
-    """A basis of the largest V with a V inside V on which a is nilpotent and c V = 0: null spaces, one in the quotient by the other."""
+    """A basis of the largest V with a V inside V on which a is nilpotent and c V = 0, by successive null spaces in the quotient."""
     from scipy.linalg import matrix_balance
 
     inner, scale = matrix_balance(a, permute=False)
@@ -121,7 +121,7 @@ def _unseen(a: Matrix, c: Matrix) -> Matrix:
 
 
 def _independent(rows: Matrix) -> Matrix:
-    """Rows of the same span, normalised, without those that follow from others."""
+    """Normalised rows with the same span, without dependent ones."""
     size = np.abs(rows).max(axis=1, initial=0.0) if rows.size else np.zeros(0)
     chosen: list[Matrix] = []
     basis: list[Matrix] = []
@@ -152,7 +152,7 @@ def _positions(motion: Matrix, speeds: Matrix, candidates: NDArray[np.int64]) ->
 
 
 def _split(rows: Matrix) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Which states go, one for each row (the largest pivots), and which stay."""
+    """The removed states, one per row (the largest pivots), and the remaining ones."""
     table, gone = rows.copy(), []
     for i in range(len(table)):
         j = int(np.argmax(np.abs(table[i])))

@@ -25,7 +25,7 @@ def sample(
         By the name of the parameter, in its unit: (low, high) for a uniform distribution, or a frozen distribution of scipy.stats.
         Parameters are independent.
     number
-        How many cases; for "sobol" a power of two, without which its points are not balanced.
+        Number of cases; for "sobol" a power of two, because otherwise its points are not balanced.
     method
         "latin hypercube": every parameter has one value in each of ``number`` slices of equal probability. "sobol": a scrambled Sobol'
         sequence, whose means converge almost with 1/number.
@@ -66,7 +66,7 @@ def sample(
 
 
 def quantiles(name: str, distribution: Any, at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The values of a parameter at quantiles of its distribution. ParameterError where they are not finite."""
+    """The values of a parameter at quantiles of its distribution. ParameterError if they are not finite."""
     if hasattr(distribution, "ppf"):
         values = np.asarray(distribution.ppf(at), float)
     else:

@@ -1,4 +1,4 @@
-"""Surrogates: a result of many runs as a Gaussian process of the parameters, with its error measured on runs that it has not seen."""
+"""Surrogates: a result of many runs as a Gaussian process of the parameters, with its error in cross-validation."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _FEWEST = 3
-"""Cases per fold, so that every fold is fitted to most of them."""
+"""Minimum number of cases per fold: every fold is fitted to most cases."""
 
 
 class Surrogate:
     """A Gaussian process in place of runs; created by ``pt.surrogate``.
 
-    ``of``, ``wrt``: the result and its parameters; ``ranges``: (low, high) of the cases by parameter; ``cases``: how many it was fitted to;
-    ``error``: root mean square of the errors in cross-validation, in the unit of the result; ``largest``: the largest of them;
-    ``spread``: the standard deviation of the result itself, which a constant would have as error; ``coverage``: the share of cases within
-    two of the standard deviations that the process predicted for them (0.95 if these are right).
+    ``of``, ``wrt``: the result and its parameters; ``ranges``: (low, high) of the cases by parameter; ``cases``: their number;
+    ``error``: root mean square error in cross-validation, in the unit of the result; ``largest``: the largest error;
+    ``spread``: the standard deviation of the result itself, which is the error of a constant; ``coverage``: the share of cases within
+    two of the standard deviations predicted for them (0.95 if these are right).
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Surrogate:
     def __call__(self, values: Mapping[str, ArrayLike]) -> tuple[Array, Array]:
         """The result and its predicted standard deviation for values of all parameters, which broadcast.
 
-        ParameterError for missing parameters, and for values outside the cases, of which the process knows nothing.
+        ParameterError for missing parameters, and for values outside the range of the cases.
         """
         given = by_name("values", values)
         for name in self.wrt:
@@ -70,9 +70,9 @@ class Surrogate:
 def surrogate(table: pd.DataFrame, of: str, wrt: str | Sequence[str], *, folds: int = 10, seed: int = 0) -> Surrogate:
     """Fit a Gaussian process to a result of many runs.
 
-    The covariance is a Matern function (nu = 5/2) with a length for each parameter, plus noise; its constants have the largest likelihood
+    The covariance is a Matern function (nu = 5/2) with a length for each parameter, plus noise; its constants maximise the likelihood
     (C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning, MIT Press 2006, chapters 2 and 5). In
-    cross-validation all of them are determined anew without the cases of the fold.
+    cross-validation all of them are fitted anew without the cases of the fold.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def surrogate(table: pd.DataFrame, of: str, wrt: str | Sequence[str], *, folds: 
     wrt
         The columns of the parameters that were varied.
     folds
-        Of the cross-validation: each is predicted from the others.
+        Folds of the cross-validation: each is predicted from the others.
     seed
         Equal seeds give equal folds.
 
@@ -148,8 +148,8 @@ class _Process:
         self.process = gaussian.GaussianProcessRegressor(
             kernel, normalize_y=True, n_restarts_optimizer=1, random_state=0
         )
-        with warnings.catch_warnings(), limits(1):  # threads cost more than matrices of this size
-            warnings.simplefilter("ignore")  # a length or a noise at its limit is no fault: the error is measured
+        with warnings.catch_warnings(), limits(1):  # threads cost more than they save for matrices of this size
+            warnings.simplefilter("ignore")  # a length or noise at its limit is acceptable: the error is measured
             self.process.fit((points - self.middle) / self.size, values)
 
     def __call__(self, points: Array) -> tuple[Array, Array]:

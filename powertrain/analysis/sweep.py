@@ -1,4 +1,4 @@
-"""What a sweep gives: the outcomes of its cases in their order, and a table of their numbers, in memory or from a folder."""
+"""The result of a sweep: the outcomes of its cases in order, and a table of their numbers, in memory or from a folder."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ _NOT_KEPT = "the runs were not kept, only the numbers of the table; name the sig
 class Sweep(Sequence[T]):
     """The results of the cases, in their order.
 
-    ``sweep[k]`` is the ``Result`` of a case, or the error with which it failed. If the cases are in a folder, it is read on demand, as an
-    ``xarray.Dataset``. ``table`` has a row for every case.
+    ``sweep[k]`` is the ``Result`` of a case, or the error with which it failed. Cases in a folder are read on demand, as an
+    ``xarray.Dataset``. ``table`` has one row per case.
     """
 
     def __init__(self, plan: SweepPlan, found: Collected) -> None:
@@ -42,7 +42,7 @@ class Sweep(Sequence[T]):
 
     @property
     def cases(self) -> Sequence[Mapping[str, Any]]:
-        """The cases as they were given."""
+        """The cases as given."""
         return self._plan.cases
 
     def __len__(self) -> int:
@@ -77,7 +77,7 @@ class Sweep(Sequence[T]):
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """A row for every case: its parameters and other numbers and strings, the scalars, and ``error``: '' or the error."""
+        """One row per case: its parameters and other numbers and strings, the scalars, and ``error``: '' or the error."""
         import pandas as pd
 
         self._complete()
@@ -96,19 +96,19 @@ class Sweep(Sequence[T]):
         Parameters
         ----------
         store
-            A folder that is not there yet.
+            A folder that does not exist yet.
         times
-            Common to all cases, ascending [s]. Complete runs are read from their dense output, at events their right limits. Runs in files
-            and recorded ones are interpolated linearly between their samples; ``times=`` of the sweep puts samples there.
+            Common to all cases, ascending [s]. Complete runs are evaluated from their dense output, at events with their right limits. Runs
+            in files and recorded ones are interpolated linearly between their samples; pass ``times=`` to the sweep to put samples there.
         signals
-            Names; by default all that were kept.
+            Names; by default all signals that were kept.
 
         Returns
         -------
         xarray.Dataset
             Signals with units over (``case``, ``time``), nan after the end of a run and where it ``failed``; the numbers of ``table``
-            (parameters, scalars) over ``case``. Nothing is read until it is used; ``xarray.open_zarr`` opens the store again. Blocks of
-            cases are written one after the other, so that memory does not grow with their number.
+            (parameters, scalars) over ``case``. Data are read on demand; ``xarray.open_zarr`` opens the store again. Cases are written in
+            blocks, so memory does not grow with their number.
 
         Raises
         ------
@@ -124,7 +124,7 @@ class Sweep(Sequence[T]):
         return write_zarr(self, self.table, store, times, list(signals))
 
     def _complete(self) -> None:
-        """Reads the numbers of cases that were in the folder before."""
+        """Read the numbers of cases that were already in the folder."""
         for k in np.flatnonzero(self._found.old):
             self._found.take_old(int(k), self._plan)
 
@@ -140,7 +140,7 @@ class Sweep(Sequence[T]):
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """The cases and what they have in common."""
+    """The cases and their common part."""
 
     cases: Sequence[Mapping[str, Any]]
     options: Mapping[str, Any]
@@ -152,7 +152,7 @@ class SweepPlan:
         return identity(job.model, job.record, job.scalars, self.options)
 
     def case(self, number: int) -> Case:
-        """A case with the name of its file, which says which model, options and functions of which code it belongs to."""
+        """A case with the name of its file, a hash of the model, the options and the code of the functions."""
         task = self.cases[number]
         if self.job.folder is None:
             return Case(number, {**self.options, **task})
@@ -160,14 +160,14 @@ class SweepPlan:
         return Case(number, {**self.options, **task}, text, f"{number:06d}-{identity(self._common, task)[:16]}")
 
     def file(self, number: int, failed: bool) -> Path:
-        """The file of a case that is in the folder."""
+        """The file of a case in the folder."""
         assert self.job.folder is not None
         return self.job.folder / f"{self.case(number).name}{FAILED if failed else ENDED}"
 
 
 @dataclass
 class Collected:
-    """What came back so far, by the number of the case; ``old`` are those of an earlier sweep whose numbers are not read yet."""
+    """The outcomes so far, by the number of the case; ``old`` are cases of an earlier sweep whose numbers are not read yet."""
 
     scalars: NDArray[np.float64]
     done: NDArray[np.bool_]
@@ -177,7 +177,7 @@ class Collected:
 
     @classmethod
     def before(cls, plan: SweepPlan, failed_too: bool) -> Collected:
-        """What the folder of an earlier sweep holds. ParameterError where a file in it belongs to a case of another one."""
+        """The cases in the folder of an earlier sweep. ParameterError if a file belongs to another sweep."""
         n = len(plan.cases)
         done, failed = _present(plan)
         if not failed_too:
@@ -187,11 +187,11 @@ class Collected:
         return cls(np.full((n, len(plan.job.scalars)), np.nan), done, failed, done.copy(), {})
 
     def missing(self) -> list[int]:
-        """The numbers of the cases that are to be run."""
+        """The numbers of the cases still to be run."""
         return [int(k) for k in np.flatnonzero(~self.done)]
 
     def take(self, outcome: Outcome) -> None:
-        """Enters a case that ended."""
+        """Store a case that ended."""
         k = outcome.number
         self.done[k], self.failed[k] = True, outcome.error is not None
         if outcome.scalars:
@@ -200,7 +200,7 @@ class Collected:
             self.kept[k] = outcome.error or outcome.run
 
     def take_old(self, k: int, plan: SweepPlan) -> None:
-        """Enters what the file of a case says."""
+        """Store the content of a case's file."""
         _, said = read_classic(plan.file(k, bool(self.failed[k])), attributes_only=True)
         self.old[k] = False
         if numbers := json.loads(said["scalars"]):
@@ -208,7 +208,7 @@ class Collected:
 
 
 def _present(plan: SweepPlan) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which cases the folder holds, and which of them failed."""
+    """Which cases are in the folder, and which of them failed."""
     ended, failed = np.zeros(len(plan.cases), bool), np.zeros(len(plan.cases), bool)
     for entry in plan.job.folder.iterdir() if plan.job.folder is not None else ():
         found = _FILE.fullmatch(entry.name)
@@ -240,7 +240,7 @@ def _read(path: Path) -> xr.Dataset | PowertrainError:
 
 
 def _values_of(case: Mapping[str, Any]) -> dict[str, Any]:
-    """The numbers and texts of a case; parameters by their own name, others behind the option's."""
+    """The numbers and strings of a case; parameters under their own name, others prefixed with the option's."""
     found: dict[str, Any] = {}
     for option, value in case.items():
         if isinstance(value, Mapping):
@@ -252,5 +252,5 @@ def _values_of(case: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _listed(value: Any) -> Any:
-    """Numbers and arrays of NumPy in JSON."""
+    """NumPy numbers and arrays in a form for JSON."""
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else repr(value)

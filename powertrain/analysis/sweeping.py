@@ -1,4 +1,4 @@
-"""Many runs of one plant: over parameters, starts or inputs, one after the other or on any executor, in memory or in a folder."""
+"""Many runs of one plant: over parameters, starts or inputs, sequentially or on any executor, in memory or in a folder."""
 
 from __future__ import annotations
 
@@ -56,23 +56,23 @@ def sweep(
     model : Component or Plant
         The model.
     cases : iterable of mappings
-        What differs from run to run: arguments of ``Plant.simulate``.
+        The arguments of ``Plant.simulate`` that differ from run to run.
     to : path, optional
         A folder to which every case is written as a netCDF file when it ends, instead of being kept in memory. An interrupted sweep
-        continues there: finished cases are not run again, failed ones (``*.failed.nc``) only for ``on_error="raise"``.
+        continues there: finished cases are not run again, failed ones (``*.failed.nc``) only with ``on_error="raise"``.
     record : str or sequence of str, optional
         Names and patterns of the signals to keep; by default all, or none if there are ``scalars``.
     scalars : mapping of str to callable, optional
-        Values to keep of each run, as functions of its result: ``{"top speed": top_speed}``. They are columns of the table of the
-        sweep, beside the parameters of the cases.
+        Values to keep of each run, as functions of its result: ``{"top speed": top_speed}``. They become columns of the sweep's
+        table, beside the parameters of the cases.
     executor : Executor, optional
-        Any executor like those of concurrent.futures: threads, processes, ``mpi4py.futures.MPIPoolExecutor``, or
+        Any executor in the style of concurrent.futures: threads, processes, ``mpi4py.futures.MPIPoolExecutor``, or
         ``dask.distributed``'s ``client.get_executor()``. A process compiles the model once; if a process is lost, its cases run again.
     on_error : {"raise", "keep"}
-        "keep" keeps the error of a failed run in its place, with the run so far as ``result``, and returns what was run after
+        "keep" stores the error of a failed run in its place, with the run so far as ``result``, and returns the completed cases after
         Ctrl-C. "raise" cancels the remaining cases and raises the error, which has the cases so far as ``sweep``.
     progress : bool
-        A progress bar.
+        Show a progress bar.
     **options
         Arguments of ``Plant.simulate`` that are common to all cases.
 
@@ -121,7 +121,7 @@ def sweep(
 def _run(
     plant: Plant[Any], plan: SweepPlan, numbers: Sequence[int], executor: Executor | None
 ) -> Generator[list[Outcome], None, None]:
-    """The outcomes as they come."""
+    """The outcomes as they arrive."""
     cases = map(plan.case, numbers)
     if executor is None:
         yield from ([run_case(plant, plan.job, case)] for case in cases)
@@ -139,7 +139,7 @@ def _raise(outcome: Outcome, reached: Sweep[Any]) -> None:
 
 @contextmanager
 def _shown(found: Collected, progress: bool) -> Iterator[Callable[[int], object]]:
-    """A function of the number of cases that ended."""
+    """A function that displays the number of completed cases."""
     if not progress:
         yield lambda count: None
         return
@@ -180,7 +180,7 @@ def _job(
     scalars: Mapping[str, Callable[[Any], float]] | None,
     sent: bool,
 ) -> Job:
-    """What the cases have in common, checked before any of them runs."""
+    """The common part of the cases, checked before any of them runs."""
     functions = _functions(scalars, sent)
     for name in functions:
         if name in plant.parameters or name == "error":
@@ -194,7 +194,7 @@ def _job(
 
 
 def _folder(to: Any) -> Path:
-    """The folder, made where it is not there; looked at before anything is computed."""
+    """The folder, created if necessary; checked before anything is computed."""
     try:
         folder = Path(path("to", to))
         folder.mkdir(parents=True, exist_ok=True)

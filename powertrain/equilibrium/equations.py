@@ -1,11 +1,11 @@
 """The equations of operating points for given modes, as functions of columns: values and matrix.
 
-        f(y, tau) - (y - y')/h = 0                  rows; the last term only for rates
-        w(y, tau) - yields (tau - tau') = 0         stuck laws: at rest, except for their compliance
-        tau - U(y, tau) = 0, tau - L(y, tau) = 0    laws at a limit
+    f(y, tau) - (y - y')/h = 0                  rows; the last term only for rates
+    w(y, tau) - yields (tau - tau') = 0         stuck laws: at rest, except for their compliance
+    tau - U(y, tau) = 0, tau - L(y, tau) = 0    laws at a limit
 
-    y' and tau' are the values before the step. The last terms enter only the matrix, and hold motions that nothing else holds.
-    """
+y' and tau' are the values before the step. The last terms enter only the matrix, and hold motions that nothing else holds.
+"""
 
 from __future__ import annotations
 

@@ -17,8 +17,8 @@ from powertrain.numerics.buffers import Memory
 class Admissible:
     """Checks modes that have been found.
 
-    A stuck friction law whose torque cannot move it may carry any torque between its bounds; no loss or energy depends on it. If its
-    speed may change (a pause in a cycle), the smallest torque is used and a note says so. If its speed is constant, or if the torque affects
+    A stuck friction law whose torque cannot move it may carry any torque between its bounds; no loss or energy depends on it. If its speed
+    may change (a pause in a cycle), the smallest torque is used and a note says so. If its speed is constant, or if the torque affects
     other parts (through a sensor), the law is rejected.
     """
 

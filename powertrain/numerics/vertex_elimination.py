@@ -41,9 +41,9 @@ class _Graph:
     """Vertices are numbered: variables, then operations in an order of computation, then outputs.
 
     ``into[v]`` are the operands of v with the slopes, ``out[v]`` those of which v is an operand. Operations that no variable affects have
-    no vertex. ``steep`` are the edges whose slopes may be infinite, from vertices with ``branches`` before them. Such a slope vanishes where
-    it meets a branch that is not taken, but becomes nan where it meets the sum of two. The operands of steep edges are therefore eliminated
-    first, from the last one on: the order of reverse mode.
+    no vertex. ``steep`` are the edges whose slopes may be infinite, from vertices with ``branches`` before them. Such a slope vanishes if
+    it meets a branch that is not taken, but becomes nan if it meets the sum of two. So the operands of steep edges are eliminated first,
+    from the last one on: the order of reverse mode.
     """
 
     def __init__(self, outputs: Sequence[Symbol], variables: Sequence[Symbol]) -> None:
@@ -111,7 +111,7 @@ class _Graph:
                         heapq.heappush(heap, self._rank(u))
 
     def _rank(self, v: int) -> tuple[int, int, int, int]:
-        """Operands of steep edges first; then by the number of edges that removing v adds, at most, plus one; by followers; the last first."""
+        """Operands of steep edges first; then by the most edges that removing v may add, plus one; by followers; the last first."""
         enter, leave = len(self.into[v]), len(self.out[v])
         if any((v, follower) in self.steep for follower in self.out[v]):
             return 0, 0, 0, -v

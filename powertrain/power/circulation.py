@@ -1,8 +1,8 @@
 """Directed flows split into cycles and paths.
 
-A flow on a directed graph is a sum of flows on cycles and on paths from its sources to its sinks. Where cycles share parts with each other
-or paths cross, the sum is not unique; the rule here is: cycles before paths, always the one whose weakest edge carries most, among
-these one with fewest edges. With a single loop the circulating flow is unique, whatever the rule: the least flow of its edges.
+A flow on a directed graph is a sum of flows on cycles and on paths from its sources to its sinks. If cycles share edges or paths cross, the
+sum is not unique. The rule here: cycles before paths, always the one whose weakest edge carries most, and among these the one with the
+fewest edges. With a single loop the circulating flow is unique, whatever the rule: the smallest flow on its edges.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Edge = tuple[int, int]
 
 @dataclass(frozen=True)
 class Strand:
-    """A cycle or a path: the flow on it and its edges in their order."""
+    """A cycle or a path: its flow, and its edges in order."""
 
     flow: float
     edges: tuple[int, ...]
@@ -30,7 +30,7 @@ class Strand:
 def decompose(
     edges: Sequence[Edge], flow: Array, sources: set[int], sinks: set[int], floor: float
 ) -> tuple[list[Strand], list[Strand]]:
-    """Cycles and paths of a flow. ``flow`` is not negative; what is not above ``floor`` counts as nothing."""
+    """Cycles and paths of a flow. ``flow`` is not negative; values up to ``floor`` count as zero."""
     left = np.array(flow, float)
     cycles = _taken(left, lambda: _widest_cycle(edges, left, floor))
     paths = _taken(left, lambda: _widest_path(edges, left, sources, sinks, floor))
@@ -38,7 +38,7 @@ def decompose(
 
 
 def loops(edges: Sequence[Edge], count: int) -> list[list[int]] | None:
-    """The cycles of a graph of ``count`` vertices, as edges, if no two of them share a vertex; None if some do."""
+    """The cycles of a graph of ``count`` vertices, as edges, if no two of them share a vertex; otherwise None."""
     successors: list[list[int]] = [[] for _ in range(count)]
     for tail, head in edges:
         successors[tail].append(head)
@@ -64,7 +64,7 @@ def loops(edges: Sequence[Edge], count: int) -> list[list[int]] | None:
 
 
 def _taken(left: Array, search: Callable[[], list[int] | None]) -> list[Strand]:
-    """Takes one strand after the other off ``left``."""
+    """Subtract one strand after another from ``left``."""
     found: list[Strand] = []
     while (strand := search()) is not None:
         amount = float(left[strand].min())
@@ -74,7 +74,7 @@ def _taken(left: Array, search: Callable[[], list[int] | None]) -> list[Strand]:
 
 
 def _widest_cycle(edges: Sequence[Edge], left: Array, floor: float) -> list[int] | None:
-    """Adds edges, the strongest first, until one closes a cycle."""
+    """Add edges, the strongest first, until one closes a cycle."""
     added: list[int] = []
     for k in _strongest_first(left, floor):
         tail, head = edges[k]
@@ -103,7 +103,7 @@ def _strongest_first(left: Array, floor: float) -> list[int]:
 
 
 def _way(edges: Sequence[Edge], usable: Sequence[int], starts: set[int], ends: set[int]) -> list[int] | None:
-    """The edges of a shortest way over usable edges; [] where start and end are one, None where there is none."""
+    """The edges of a shortest path over usable edges; [] if start and end coincide, None if there is no path."""
     reached: dict[int, int | None] = dict.fromkeys(sorted(starts))
     front = list(reached)
     while front:

@@ -1,7 +1,7 @@
 """The powers of many points on the graph of a model: their directions, what circulates, and the cases of a variator.
 
-Vertices: the components, the nodes, then the source of all power, and where it ends: lost, delivered, stored. Edges: the terminals in the
-direction of their power, then those from the source and to the ends.
+Vertices: the components, the nodes, the source of all power, and its destinations: lost, delivered, stored. Edges: the terminals in the
+direction of their power, and those from the source and to the destinations.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from powertrain.power.variator import IDLE, NEGATIVE, POSITIVE, SERIES, SPLIT, V
 Matrix = NDArray[np.float64]
 ENDS = ("loss", "delivered", "stored")
 FLOOR = 1e-9
-"""Power below this share of the largest power of a point counts as none."""
+"""Power below this share of the largest power at a point counts as zero."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class DirectedFlow:
 
     @cached_property
     def _outer(self) -> Matrix:
-        """What enters and leaves the model: supplied, released from storage, brought in by losses below zero; lost, delivered, stored."""
+        """Power entering the model (supplied, released from storage, from negative losses) and leaving it (lost, delivered, stored)."""
         entering = [self.supplied, np.maximum(-self.stored, 0.0), np.maximum(-self.loss, 0.0)]
         return np.concatenate([*entering, np.maximum(self.loss, 0.0), self.delivered, np.maximum(self.stored, 0.0)])
 
@@ -52,7 +52,7 @@ class DirectedFlow:
 
     @property
     def floor(self) -> Array:
-        """Power that counts as none, at every point."""
+        """The power that counts as zero at every point."""
         floor: Array = FLOOR * np.abs(self.power).max(axis=0, initial=0.0)
         return floor
 
@@ -75,10 +75,10 @@ class DirectedFlow:
 
     @cached_property
     def circulation(self) -> tuple[Array, Matrix]:
-        """Circulating power at every point, and what of the power at every terminal it is.
+        """Circulating power at every point, and the circulating part of the power at every terminal.
 
-        Points with the same directions of power share their cycles; where these have no vertex in common, the flow on each of them is
-        the least flow of its edges.
+        Points with the same directions of power share their cycles. If these have no vertex in common, the flow on each cycle is the
+        smallest flow on its edges.
         """
         power = self.power
         total, around = np.zeros(power.shape[1]), np.zeros(power.shape)
@@ -103,7 +103,7 @@ class DirectedFlow:
 
     @cached_property
     def _patterns(self) -> list[tuple[NDArray[np.intp], list[int]]]:
-        """Groups of points in which power has the same directions, with the terminals that carry some."""
+        """Groups of points with the same directions of power, with the terminals that carry power."""
         finite = np.flatnonzero(np.isfinite(self.power).all(axis=0))
         if not finite.size or not len(self.power):
             return []
@@ -129,14 +129,14 @@ class DirectedFlow:
         return flows
 
     def own(self) -> Matrix:
-        """Power into every component less that out of it."""
+        """Power into every component minus power out of it."""
         result = np.zeros(self.supplied.shape)
         for k, terminal in enumerate(self.graph.terminals):
             result[terminal.component] += self.power[k]
         return result
 
     def cases(self, v: int) -> NDArray[np.intp]:
-        """The place of a variator's case in ``VARIATOR_CASES`` at every point; the one after them where there is no solution."""
+        """The index of a variator's case in ``VARIATOR_CASES`` at every point; one past the end if there is no solution."""
         terminals = self.graph.of_component(v)
         into, around = self.entering(v), self.circulation[1][terminals]
         left = self.leaving(v) - around.sum(axis=0) / 2
@@ -156,9 +156,9 @@ class DirectedFlow:
         return case
 
     def _ends(self, used: NDArray[np.bool_], passing: set[int]) -> list[Edge]:
-        """Edges from the supplies (or, where there are none, from what is released), and to where power is wanted.
+        """Edges from the supplies (or, if there are none, from released storage), and to the useful destinations.
 
-        That is to the deliveries; where there are none, to parts that pass nothing on and lose all they get (drag); else to storage.
+        These are the deliveries; if there are none, components that pass nothing on and lose all they receive (drag); else storage.
         """
         supplied, released, _, loss, delivered, stored = (
             np.flatnonzero(block).tolist() for block in used.reshape(6, len(self.graph.components))

@@ -1,4 +1,4 @@
-"""Where power goes: branches from vertex to vertex, ways from source to end."""
+"""Where power goes: branches from vertex to vertex, paths from source to destination."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Branch:
-    """Power (W) from one vertex (a component, or a connection of several) to another, through the ports named."""
+    """Power (W) from one vertex (a component, or a connection of several) to another, through the named ports."""
 
     source: str
     target: str
@@ -17,7 +17,7 @@ class Branch:
 
 @dataclass(frozen=True)
 class Way:
-    """A path of power from a source to where it ends (``end``: delivered, loss or stored), or a loop (``end``: loop); power in W."""
+    """A power path from a source to its ``end`` (delivered, loss or stored), or a loop (``end``: loop); power in W."""
 
     power: float
     through: tuple[str, ...]

@@ -27,7 +27,7 @@ _BOX, _BAR, _GAP, _SPACE, _LEAST, _TIP = 1.9, 0.14, 2.3, 0.75, 0.035, 0.22
 
 @dataclass
 class _Bar:
-    """A component, a connection, or a band where it passes a column: that column, the middle of its height, and the bands at its sides."""
+    """A component, a connection, or a band passing a column: its column, its vertical centre, and the bands on either side."""
 
     name: str
     component: bool
@@ -49,7 +49,7 @@ class _Bar:
 
 
 class _Drawn(Protocol):
-    """The power flow of one point, as the diagram reads it."""
+    """The power flow of one point, as required by the diagram."""
 
     @property
     def branches(self) -> list[Branch]: ...
@@ -61,9 +61,9 @@ class _Drawn(Protocol):
 
 
 def plot_power_flow(flow: _Drawn, ax: Axes | None = None, *, names: dict[str, str] | None = None) -> Axes:
-    """Sankey diagram of one point: power from part to part, circulating power in orange, losses downwards.
+    """Sankey diagram of one point: power from component to component, circulating power in orange, losses downwards.
 
-    ``names``: other names for components and connections. Raises ParameterError for more than one point, or one without a solution.
+    ``names``: other names for components and connections. Raises ParameterError for several points, or one without a solution.
     """
     import matplotlib.pyplot as plt
 
@@ -99,7 +99,7 @@ def plot_power_flow(flow: _Drawn, ax: Axes | None = None, *, names: dict[str, st
 
 
 def _circulating(flow: _Drawn, branches: Sequence[Branch]) -> list[float]:
-    """What of each branch circulates."""
+    """The circulating part of each branch."""
     by_port: dict[str, float] = {}
     for strand in flow.strands()[0]:
         for k in strand.edges:
@@ -109,7 +109,7 @@ def _circulating(flow: _Drawn, branches: Sequence[Branch]) -> list[float]:
 
 
 def _layers(flow: _Drawn, branches: Sequence[Branch]) -> dict[str, _Bar]:
-    """Columns by the longest way from the sources, without the edges that close loops at the vertex nearest to the source."""
+    """Columns by the longest path from the sources, without the edges that close loops at the vertex nearest to the source."""
     components = set(flow.graph.components)
     vertices = {n: _Bar(n, n in components) for b in branches for n in (b.source, b.target)}
     supplied = flow.data["supplied"].to_series()
@@ -143,7 +143,7 @@ def _leads(branches: Sequence[Branch], start: str, end: str) -> bool:
 def _passes(
     vertices: dict[str, _Bar], branches: Sequence[Branch], width: Sequence[float], back: Sequence[bool]
 ) -> list[list[_Bar]]:
-    """For each branch its places in the columns between its ends, so that it does not go through what stands there."""
+    """For each branch its positions in the columns between its ends, so that it does not pass through other vertices."""
     return [
         []
         if leads_back
@@ -162,7 +162,7 @@ def _arrange(
     back: Sequence[bool],
     passes: Sequence[Sequence[_Bar]],
 ) -> None:
-    """Heights, vertical places and the order of the bands at both sides."""
+    """Heights, vertical positions and the order of the bands on both sides."""
     first = [way[0] if way else vertices[b.target] for way, b in zip(passes, branches, strict=True)]
     last = [way[-1] if way else vertices[b.source] for way, b in zip(passes, branches, strict=True)]
     ways = [[vertices[b.source], *way] for b, way in zip(branches, passes, strict=True)]
@@ -189,7 +189,7 @@ def _arrange(
 
 
 def _wish(v: _Bar, last: Sequence[_Bar], back: Sequence[bool], before: _Bar | None) -> float:
-    """Where a vertex would like to stand: at the height of its neighbours to the left; loads above what leads back, passing bands above."""
+    """The preferred height of a vertex: that of its neighbours to the left; loads above returning bands, passing bands above."""
     if before is not None:
         return before.y + 0.1
     places = [last[k].y for k in v.entering if not back[k]]
@@ -206,7 +206,7 @@ def _centre_line(
     low: float,
     passes: Sequence[_Bar],
 ) -> tuple[Points, float]:
-    """The middle line of a band, and the lowest line that is free below it."""
+    """The centre line of a band, and the lowest free height below it."""
     source, target = vertices[branches[k].source], vertices[branches[k].target]
     start = (source.x + source.width, _offset(source, source.leaving, k, width))
     end = (target.x, _offset(target, target.entering, k, width))
@@ -225,7 +225,7 @@ def _centre_line(
 
 
 def _curve(start: tuple[float, float], end: tuple[float, float]) -> Points:
-    """From one point to another, level at both ends."""
+    """A curve from one point to another, horizontal at both ends."""
     s = np.linspace(0, 1, 60)[:, None]
     reach = np.array([(end[0] - start[0]) * 0.45, 0.0])
     p = [np.array(start), np.array(start) + reach, np.array(end) - reach, np.array(end)]
@@ -239,7 +239,7 @@ def _offset(v: _Bar, bands: Sequence[int], k: int, width: Sequence[float]) -> fl
 
 
 def _rounded(corners: Sequence[tuple[float, float]], radius: float) -> Points:
-    """A polyline with round corners."""
+    """A polyline with rounded corners."""
     p = np.array(corners, float)
     line = [p[0]]
     for before, here, after in zip(p, p[1:], p[2:], strict=False):
@@ -309,7 +309,7 @@ def _draw_sinks(ax: Axes, flow: _Drawn, v: _Bar, largest: float, scale: float, u
         ax.fill(*_ribbon(line[:2], -w / 2, w / 2).T, color=colour, linewidth=0, zorder=2)
         tip = np.array([line[1] + [w / 2 + 0.06, 0], line[2], line[1] - [w / 2 + 0.06, 0]])
         ax.fill(*tip.T, color=colour, linewidth=0, zorder=2)
-        left = colour == LOST  # both labels side by side, away from each other
+        left = colour == LOST  # the two labels side by side, pointing away from each other
         ax.text(
             x - w / 2 - 0.12 if left else x + w / 2 + 0.12,
             top - 0.3,

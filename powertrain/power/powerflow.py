@@ -54,7 +54,7 @@ def power_flow(
     Parameters
     ----------
     source : Result, Plant or Component
-        A run, whose samples are taken; or a model.
+        A run, whose samples are used; or a model.
     grid : mapping or Dataset, optional
         For a model: the grid of operating points, as for ``pt.steady``, or points solved by
         ``pt.steady(plant, ..., outputs={**pt.power_outputs(plant), ...})``.
@@ -63,7 +63,7 @@ def power_flow(
     whole : str or sequence of str
         Composite components (names or patterns) to be treated as one; all others are resolved into their parts.
     outputs : mapping, optional
-        Other signals wanted besides the powers, under new names, in ``.data``.
+        Other signals requested besides the powers, under new names, in ``.data``.
     variator : str, optional
         A component whose lossless share of the power is added, by differentiation of the kinematics (see ``PowerFlow.variator``).
     shafts : tuple of two str, optional
@@ -183,7 +183,7 @@ class PowerFlow:
 
     @property
     def imbalance(self) -> xr.DataArray:
-        """Power into every component plus its supply, minus its losses and the power it stores (W): rounding if its equations are right."""
+        """Power into every component plus its supply, minus its losses and the power it stores (W); round-off if its equations are right."""
         into = self._directed.own()
         rest = self.data["supplied"] - self.data["delivered"] - self.data["loss"] - self.data["stored"]
         return self._named(rest + self._shaped(into, "component"), "W", "Imbalance of power")
@@ -296,7 +296,7 @@ class PowerFlow:
         return "\n".join(lines)
 
     def strands(self) -> tuple[list[Strand], list[Strand]]:
-        """Cycles and paths at one point; the edges are the places of ``graph.terminals``, and beyond them those to and from outside."""
+        """Cycles and paths at one point; edges are indices of ``graph.terminals``, and beyond them the edges to and from outside."""
         self._point(self._directed.power)
         return self._directed.strands(0)
 

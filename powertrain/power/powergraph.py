@@ -1,4 +1,4 @@
-"""Which components stand at which connections: the graph on which power flows, found in the flat model of any topology."""
+"""The components and connections of a model as a graph on which power flows, found from the flat model for any topology."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Terminal:
-    """A port at which a component of the graph stands at a node; the places of both in their lists."""
+    """A port at which a component meets a node; the indices of both."""
 
     port: str
     component: int
@@ -30,8 +30,8 @@ class Terminal:
 class PowerGraph:
     """Components, the connections (nodes) between them, and the terminals where they meet.
 
-    A composite is dissolved into its parts, unless it is taken as a whole. ``members`` are, for every component, the parts of the model
-    whose losses, sources and storages count as its own.
+    A composite is resolved into its parts, unless it is treated as one. ``members``: for every component, the parts of the model whose
+    losses, sources and storages count as its own.
     """
 
     components: tuple[str, ...]
@@ -41,7 +41,7 @@ class PowerGraph:
     terminals: tuple[Terminal, ...]
 
     def component(self, name: str) -> int:
-        """The place of a component. ParameterError where the graph has none of that name."""
+        """The index of a component. ParameterError if the graph has none of that name."""
         if name not in self.components:
             known = ", ".join(self.components)
             raise ParameterError(
@@ -50,16 +50,16 @@ class PowerGraph:
         return self.components.index(name)
 
     def at_node(self, node: int) -> list[int]:
-        """The places of the terminals that meet at a node."""
+        """The indices of the terminals that meet at a node."""
         return [k for k, terminal in enumerate(self.terminals) if terminal.node == node]
 
     def of_component(self, component: int) -> list[int]:
-        """The places of the terminals of a component."""
+        """The indices of the terminals of a component."""
         return [k for k, terminal in enumerate(self.terminals) if terminal.component == component]
 
 
 def power_graph(flat: Flat, parts: Sequence[Part], ports: Sequence[str], whole: str | Sequence[str] = ()) -> PowerGraph:
-    """The graph of a flat model. ``ports`` carry power; composites that fit a pattern of ``whole`` are not dissolved."""
+    """The graph of a flat model. ``ports`` carry power; composites that match a pattern in ``whole`` are treated as one."""
     patterns = names("whole", whole)
     for pattern in patterns:
         if not any(part.path and fits_pattern(part.path, pattern) for part in parts):
@@ -94,7 +94,7 @@ def power_graph(flat: Flat, parts: Sequence[Part], ports: Sequence[str], whole: 
 
 
 def _shown(path: str, patterns: Sequence[str]) -> str:
-    """The outermost composite that is taken as a whole and contains a component, or the component itself."""
+    """The outermost composite treated as one that contains a component, or the component itself."""
     names = path.split(".")
     for i in range(1, len(names)):
         outer = ".".join(names[:i])
@@ -104,7 +104,7 @@ def _shown(path: str, patterns: Sequence[str]) -> str:
 
 
 def _joined(nodes: Sequence[Sequence[Face]], closed: set[str]) -> tuple[dict[Face, Face], set[Face]]:
-    """For every face the one that stands for its node, both faces of a dissolved composite's port in one node; and the faces inside."""
+    """For every face the representative of its node, and the inner faces; both faces of a resolved composite's port are in one node."""
     parent: dict[Face, Face] = {}
 
     def find(face: Face) -> Face:
@@ -126,6 +126,6 @@ def _joined(nodes: Sequence[Sequence[Face]], closed: set[str]) -> tuple[dict[Fac
 
 
 def _inside_of(face: Face) -> str:
-    """The composite inside of which a face is seen."""
+    """The composite from whose inside a face is seen."""
     owner = face[0].rpartition(".")[0]
     return owner if face[1] else owner.rpartition(".")[0]

@@ -1,4 +1,4 @@
-"""Plots of a power flow beside its diagram: levers, the share of a variator and the efficiency over a ratio, and efficiency maps."""
+"""Plots of a power flow: levers, the share of a variator and the efficiency over a ratio, and efficiency maps."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ def plot_lever(
 ) -> Axes:
     """Lever diagram of a differential at one point: the speeds of its members lie on a line, the torques act at its points.
 
-    The third member (the carrier) stands at 0, the second at 1, the first at R_o = (w_1 - w_3)/(w_2 - w_3), so that speeds are collinear,
-    and torques balance like forces on a rigid lever; with losses their moment is left over. ``members``: names of the ports, by
-    default (a, b, carrier) or (sun, ring, carrier). ``ratio``: R_o, which has to be given where all members turn alike.
+    The third member (the carrier) is at 0, the second at 1, the first at R_o = (w_1 - w_3)/(w_2 - w_3), so speeds are collinear and
+    torques balance like forces on a rigid lever; with losses a moment remains. ``members``: names of the ports, by default
+    (a, b, carrier) or (sun, ring, carrier). ``ratio``: R_o, required if all members turn at the same speed.
 
     Raises ParameterError for other components, and for more than one point.
     """
@@ -102,8 +102,8 @@ def plot_variator(
 ) -> Axes:
     """Share of a variator and efficiency along one dimension, with the cases of the power flow shaded.
 
-    ``x``: a coordinate or an output of the flow, such as the overall ratio. K (and K_o, where it is known) on the left, cut at
-    +-``largest``; efficiency on the right. Dotted lines: points without a unique solution. ``source``: see ``PowerFlow.variator``.
+    ``x``: a coordinate or an output of the flow, such as the overall ratio. K (and K_o, if known) is on the left axis, clipped at
+    +-``largest``; efficiency is on the right axis. Dotted lines: points without a unique solution. ``source``: see ``PowerFlow.variator``.
 
     Raises ParameterError for anything but one dimension.
     """
@@ -148,8 +148,8 @@ def plot_efficiency_map(
 ) -> Axes:
     """Contours of efficiency over two dimensions, with the cases of a variator's power flow hatched over them.
 
-    ``x``, ``y``: the dimensions. ``step``: between contours. White: nothing is delivered, or there is no unique solution.
-    Raises ParameterError for other dimensions than these two.
+    ``x``, ``y``: the dimensions. ``step``: distance of the contours. White: nothing is delivered, or there is no unique solution.
+    Raises ParameterError if these are not the two dimensions of the flow.
     """
     import matplotlib.pyplot as plt
     from matplotlib.patches import Patch
@@ -212,7 +212,7 @@ def _lever_ratio(name: str, speed: Array, ratio: float | None) -> float:
 
 
 def _draw_member(ax: Axes, name: str, x: float, speed: float, torque: float, length: float, rising: bool) -> None:
-    """The point of a member, its torque as an arrow, and what it says."""
+    """The point of a member, its torque as an arrow, and its label."""
     power = torque * speed
     colour = "C2" if power > 0 else "C3" if power < 0 else "0.5"
     ax.plot([x, x], [0, speed], color="0.6", lw=1, zorder=1)
@@ -269,7 +269,7 @@ def _axis_text(flow: PowerFlow, x: str) -> str:
 
 
 def _shade(ax: Axes, along: Array, cases: NDArray[Any]) -> None:
-    """A coloured span for every run of points with one case, up to half way to the next."""
+    """A coloured span for every run of points with the same case, extended half way to the neighbouring points."""
     middles = np.concatenate([along[:1], (along[1:] + along[:-1]) / 2, along[-1:]])
     first = 0
     for k in range(1, len(cases) + 1):
@@ -286,7 +286,7 @@ def _patches(cases: NDArray[Any]) -> list[Any]:
 
 
 def _cut(values: Array, largest: float) -> Array:
-    """Values without the lines across poles and outside the limits."""
+    """Values clipped to the limits, without lines across poles."""
     shown = np.where(np.abs(values) <= 1.5 * largest, values, np.nan)
     jump = (np.abs(np.diff(values)) > largest) & (np.diff(np.sign(values)) != 0)
     shown[1:][jump] = np.nan

@@ -1,4 +1,4 @@
-"""The power, loss, supply and storage of a model's components at samples of a simulation or at steady points."""
+"""The power, loss, supply and storage of a model's components, at samples of a simulation or at operating points."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def from_result(
 
 
 def from_steady(compiled: Compiled, points: Any, whole: str | Sequence[str]) -> tuple[PowerGraph, xr.Dataset]:
-    """The terms at steady points that were solved with ``power_outputs``. Where states were held, what is not lost is stored."""
+    """The terms at operating points solved with ``power_outputs``. If states were held, power that is not lost is stored."""
     import xarray as xr
 
     terms = written_terms(compiled)

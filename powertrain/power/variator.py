@@ -24,7 +24,7 @@ _MOST_IMPLICIT = 10
 
 
 def goes_beside(v: int, edges: Sequence[Edge]) -> bool:
-    """Whether power gets from the source (vertex -1) to the sink (-2) beside the vertex ``v``, or to no sink at all."""
+    """Whether power gets from the source (vertex -1) to the sink (-2) without passing the vertex ``v``, or to no sink at all."""
     return _reaches([e for e in edges if v not in e]) or not _reaches(edges)
 
 
@@ -40,10 +40,10 @@ def _reaches(edges: Sequence[Edge]) -> bool:
 
 
 def kinematic_share(compiled: Compiled, ratio: str, shafts: tuple[str, str]) -> Symbol:
-    """The lossless share d ln tau/d ln V by differentiation of the model: tau is the second shaft's speed over the first's, V the ratio.
+    """The lossless share d ln tau/d ln V, by differentiation of the model; tau is the second shaft's speed over the first's, V the ratio.
 
-    By virtual work this is the power that goes through the variator from its input to its output (V = output speed over input speed),
-    over the power that enters at the first shaft, if nothing is lost. The speeds may depend on V and on a common factor only.
+    By virtual work this is the power through the variator from its input to its output (V = output speed over input speed), divided by the
+    power at the first shaft, without losses. The speeds may depend only on V and on a common factor.
     """
     signals = signals_of(compiled)
     V = signals.pick(ratio).expression
@@ -66,7 +66,7 @@ def kinematic_share(compiled: Compiled, ratio: str, shafts: tuple[str, str]) -> 
 
 
 def port_motion(compiled: Compiled, name: str) -> Symbol:
-    """The speed of a port, an expression of the model's variables. ParameterError where there is no such port."""
+    """The speed of a port, an expression of the model's variables. ParameterError if there is no such port."""
     port = named_port(compiled, name)
     potential, _ = pair(port)
     if potential is None:
@@ -88,7 +88,7 @@ def named_port(compiled: Compiled, name: str) -> Connector:
 
 
 def pair(port: Connector) -> tuple[Symbol | None, Symbol | None]:
-    """The one potential and the one flow of a port, None where it has several."""
+    """The potential and the flow of a port; None if it has several."""
     quantities = [(q.flow, port._symbols[n]) for n, q in port._fields.items() if isinstance(q, Variable)]
     potentials = [s for flow, s in quantities if not flow]
     flows = [s for flow, s in quantities if flow]
