@@ -216,7 +216,9 @@ def _call(function: ca.Function, arguments: Sequence[ca.MX], lanes: int) -> list
 
 def _filled(value: ca.MX, lanes: int) -> ca.MX:
     value = ca.densify(value)
-    return value if value.numel() == lanes else value * ca.MX.ones(lanes, 1)  # a repetition would be one operation per lane
+    return (
+        value if value.numel() == lanes else value * ca.MX.ones(lanes, 1)
+    )  # a repetition would be one operation per lane
 
 
 def all_hold(margins: Sequence[Symbol]) -> Symbol:

@@ -38,9 +38,7 @@ class _Folding:
     """Operations of numbers and expressions, each built once."""
 
     def __init__(self) -> None:
-        self._known: dict[
-            tuple[int, ...], tuple[tuple[Symbol, ...], Symbol]
-        ] = {}  # operands, to keep them alive
+        self._known: dict[tuple[int, ...], tuple[tuple[Symbol, ...], Symbol]] = {}  # operands, to keep them alive
 
     def constant(self, value: float) -> Value:
         return value

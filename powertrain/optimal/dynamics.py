@@ -1,4 +1,4 @@
-"""The equations of a model in given modes as CasADi functions, with the names and units of everything they take and give."""
+"""The equations of a model in given modes as CasADi functions, with the names and units of all arguments and results."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Modes = Mapping[str, float] | tuple[Result[Any], float]
 
 
 FREE = 2.0
-"""The mode of friction whose limits have met."""
+"""The mode of friction with equal limits."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Dynamics:
         still      = 0 where the modes hold: speeds and gaps that stuck friction and closed contacts keep at zero
 
     ``states``, ``algebraic``, ``inputs``, ``parameters``, ``outputs``, ``margins`` and ``stills`` are the names of the entries;
-    ``units`` those of their units. ``x``, ``z``, ``u``, ``p``: values for a start, in the same order. ``modes``: the modes by law.
+    ``units`` are their units. ``x``, ``z``, ``u``, ``p``: start values in the same order. ``modes``: the modes by law.
     """
 
     function: ca.Function
@@ -66,7 +66,7 @@ class Dynamics:
         h : float
             Duration of the step [s]. u is constant over it.
         intervals : int
-            Into so many intervals it is divided. The method is Radau collocation of order 5, for stiff models and algebraic unknowns, too.
+            Number of equal intervals. The method is Radau collocation of order 5, also for stiff models and algebraic unknowns.
 
         Returns
         -------
@@ -76,7 +76,7 @@ class Dynamics:
         Raises
         ------
         ParameterError
-            If ``h`` is not positive or ``intervals`` not a whole number from 1 on.
+            If ``h`` is not positive or ``intervals`` is not a positive integer.
         """
         if not number("h", h, "s") > 0.0:
             raise ParameterError(f"h = {h:g} s is not positive")
@@ -99,7 +99,7 @@ class Dynamics:
 
 
 class _Source(Protocol):
-    """What gives the equations and the point that the modes not named are taken from: a plant."""
+    """The source of the equations and of the modes that are not named: a plant."""
 
     @property
     def compiled(self) -> Compiled: ...
@@ -117,7 +117,7 @@ def dynamics(
 ) -> Dynamics:
     """The model in given modes; see ``Plant.function``.
 
-    ``slides``: a free law, whose limits have met, slides with them as its torque, which is the same where they have met.
+    ``slides``: a free law, whose limits coincide, is replaced by a sliding one, whose torque is then the same.
     """
     compiled, dae = plant.compiled, plant.compiled.dae
     signals = signals_of(compiled)
@@ -216,7 +216,7 @@ def _slid(dae: HybridDae, x: Array, z: Array, held: Array, p: Array) -> Array:
 def _held_in_time(
     dae: HybridDae, held: Array, knots: Mapping[str, Any], inputs: Collection[str], driven: Sequence[str], u: Symbol
 ) -> tuple[list[Symbol], list[Symbol]]:
-    """The symbols of all held values, and what stands for them: inputs, piecewise linear signals of time, numbers."""
+    """The symbols of all held values, and their replacements: inputs, piecewise linear time signals, numbers."""
     values: dict[int, Symbol] = {k: Symbol(float(held[k])) for k in range(dae.m.numel())}
     for schedule in dae.schedules:
         first = schedule.index
@@ -233,7 +233,7 @@ def _held_in_time(
 
 
 def _bent(dae: HybridDae, parts: list[Symbol]) -> list[Symbol]:
-    """Switches whose branches meet need no modes: their conditions stand in the place of these."""
+    """Switches whose branches meet need no modes: their conditions replace these."""
     bends = [s for s in dae.switches if s.continuous]
     for _ in bends:
         modes = column([dae.m[s.index] for s in bends])
@@ -245,9 +245,9 @@ def _bent(dae: HybridDae, parts: list[Symbol]) -> list[Symbol]:
 
 
 def _segment(dae: HybridDae, given_times: Any, given_values: Any) -> tuple[Symbol, Symbol, Symbol]:
-    """The running segment (t0, y0, slope) of a piecewise linear signal over all of its time; at a jump that after it.
+    """The segment (t0, y0, slope) of a piecewise linear signal at any time; at a jump the one after it.
 
-    Values and derivatives of the signal are both made from it.
+    Both values and derivatives of the signal are computed from it.
     """
     times, values = np.array(given_times, float), np.array(given_values, float)
     found = (Symbol(float(times[0])), Symbol(float(values[0])), Symbol(0.0))
@@ -262,7 +262,7 @@ def _segment(dae: HybridDae, given_times: Any, given_values: Any) -> tuple[Symbo
 
 
 def _margins(dae: HybridDae, held: Array) -> dict[str, Symbol]:
-    """What must not become negative while the modes hold, by name."""
+    """The expressions that must not be negative while the modes hold, by name."""
     found: dict[str, Symbol] = {}
     for law in dae.frictions:
         mode = held[law.index]
@@ -287,14 +287,14 @@ def _margins(dae: HybridDae, held: Array) -> dict[str, Symbol]:
 
 
 def _compared(dae: HybridDae, g: Symbol) -> Symbol:
-    """A condition in terms of what it compares; where it combines comparisons it is given in terms of their modes."""
+    """A condition in terms of what it compares; a combination of comparisons is stored in terms of their modes."""
     alone = [s for s in dae.switches if s.continuous]
     modes = column([dae.m[s.index] for s in alone])
     return ca.substitute(g, modes, column([(1 + s.g) / 2 for s in alone])) if ca.depends_on(g, modes) else g
 
 
 def _stills(dae: HybridDae, held: Array) -> dict[str, Symbol]:
-    """What is zero while the modes hold, by name."""
+    """The expressions that are zero while the modes hold, by name."""
     found = {
         f"{f.name}: speed": f.w for f in dae.frictions if held[f.index] == 0.0 and not f.prescribed and not f.algebraic
     }

@@ -1,4 +1,4 @@
-"""Measured runs: what was given, and what was measured when."""
+"""Measured runs: what was prescribed, and what was measured when."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Experiment:
 
 
 def _numbers(name: str, values: Any) -> Array:
-    """Numbers in a row, nan among them."""
+    """A sequence of numbers, possibly nan."""
     try:
         return np.asarray(values, float).ravel()
     except (TypeError, ValueError):
@@ -89,8 +89,8 @@ def read_experiment(path: str | Path, *names: str, time: str = "time", **options
     path : str or Path
         A .csv with a column of times; or .mf4, .mdf and .dat, which require ``asammdf``.
     *names : str
-        The signals to read; by default all columns but the time. Those of a measurement file that were sampled at other times are nan
-        where they were not measured.
+        The signals to read; by default all columns except the time. Signals of a measurement file that were sampled at other times are
+        nan where they were not measured.
     time : str
         The column of times [s].
     **options

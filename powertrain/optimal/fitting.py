@@ -2,10 +2,10 @@
 
     minimise sum ((y_i(theta) - v_i) / sigma_i)^2,   covariance = s^2 (J^T J)^-1
 
-with J the derivatives of the residuals; s = 1 where sigma is given, else the residuals' own standard deviation. Directions in which the
-residuals hardly change are not determined by the data; they are named, and in them the unknowns stay as near to their first values as the
-data permit (Tikhonov's regularisation with a weight of 1e-6 of the largest singular value of J; P. C. Hansen, Rank-Deficient and Discrete
-Ill-Posed Problems, SIAM 1998).
+with J the derivatives of the residuals; s = 1 if sigma is given, else the standard deviation of the residuals. Directions in which the
+residuals hardly change are not determined by the data. They are named, and in these directions the unknowns stay as close to their first
+values as the data permit (Tikhonov regularisation with a weight of 1e-6 of the largest singular value of J; P. C. Hansen, Rank-Deficient
+and Discrete Ill-Posed Problems, SIAM 1998).
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _UNDETERMINED = 1e-6
-"""A combination to which the residuals are so much less sensitive than to the most sensitive one counts as not determined."""
+"""A combination of unknowns is undetermined if the residuals are less sensitive to it than to the most sensitive one by this factor."""
 _LOOSE = 1.0
-"""A combination whose standard error is larger than the parameters themselves counts as not determined."""
+"""A combination of unknowns is undetermined if its standard error exceeds this multiple of the parameters themselves."""
 _PART = 0.05
 
 
 @dataclass(frozen=True)
 class FitUnknown:
-    """One unknown: a parameter of all experiments, or (``experiment``) the start of a variable in one of them."""
+    """One unknown: a parameter common to all experiments, or (``experiment``) the start of a variable in one of them."""
 
     label: str
     name: str
@@ -69,7 +69,7 @@ class Fit:
     the order of ``values``; ``undetermined``: directions, as relative changes of the unknowns, in which the residuals hardly change;
     ``results``: the runs of the experiments with the fitted values; ``cost``: the sum of squares; ``spread``: the standard deviation of the
     residuals divided by sigma; ``evaluations``: the number of sets simulated; ``parameters``: the values without initial values;
-    ``at_bounds``: the unknowns that a bound keeps from the best value, with that bound. The standard errors do not know of it.
+    ``at_bounds``: the unknowns limited by a bound, with that bound. The standard errors do not take bounds into account.
     """
 
     values: dict[str, float]
@@ -109,7 +109,9 @@ class Fit:
         import matplotlib.pyplot as plt
 
         data, run, left = self.experiments[experiment], self.results[experiment], self.residuals(experiment)
-        times = np.union1d(run.time, np.linspace(run.time[0], run.time[-1], 500))  # long steps are curved
+        times = np.union1d(
+            run.time, np.linspace(run.time[0], run.time[-1], 500)
+        )  # signals are curved within long steps
         fig, axes = plt.subplots(len(data.values), 2, figsize=(10, 2.6 * len(data.values)), squeeze=False, sharex=True)
         for (name, values), (ax, other) in zip(data.values.items(), axes, strict=True):
             ax.plot(data.grid, values, ".", markersize=3, label="measured")
@@ -158,8 +160,8 @@ def fit(
     """Fit parameters and initial values to measured signals.
 
     The derivatives come from the variational equations (see ``pt.gradient``), so there is no step size to choose, and events may move. The
-    optimiser is SciPy's trust region reflective method. What the data do not determine stays as near to the initial guess, in relative
-    changes, as the data permit.
+    optimiser is SciPy's trust region reflective method. Directions that the data do not determine stay as close to the initial guess, in
+    relative changes, as the data permit.
 
     Parameters
     ----------
@@ -287,7 +289,7 @@ class _LeastSquares:
         return found
 
     def residuals(self, values: Array) -> Array:
-        """All residuals over sigma; infinite where the model cannot be simulated with these values."""
+        """All residuals divided by sigma; infinite if the model cannot be simulated with these values."""
         count = sum(int(np.isfinite(m).sum()) for m in self.measured)
         try:
             runs = self.runs(values)

@@ -1,4 +1,4 @@
-"""Pareto fronts: parameters for which no result can be improved without another one getting worse."""
+"""Pareto fronts: parameters for which no result can be improved without making another one worse."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 _SAME = 1e-6
 """Objectives that differ by less than this share of the front are equal."""
 _ACCURACY, _STEPS = 1e-9, 40
-"""Of a minimum relative to the front, about that of a run, and how many steps it may take."""
+"""Accuracy of a minimum relative to the front, about that of a run, and the largest number of iterations."""
 
 
 def pareto_front(
@@ -41,7 +41,7 @@ def pareto_front(
     executor: Executor | None = None,
     **options: Any,
 ) -> pd.DataFrame:
-    """Parameters between which only a trade-off is left, and the results there.
+    """Pareto-optimal parameters, for which no result improves without another one getting worse, and the results there.
 
     Parameters
     ----------
@@ -51,21 +51,21 @@ def pareto_front(
     bounds
         (low, high) of each parameter, in its unit.
     points
-        How many points of the front are looked for; with "nsga2" the size of the population.
+        Number of points of the front; with "nsga2" the size of the population.
     method
         "gradient": each point minimises the largest weighted distance from the ideal results (Wierzbicki, Mathematical Modelling
         3 (1982) 391-405), by SLSQP with exact gradients; local, for smooth results, also on concave fronts. "nsga2": the evolutionary
         algorithm of Deb et al. (IEEE Trans. Evol. Comput. 6 (2002) 182-197), for results that jump or have many local minima.
     generations, seed, executor
-        For "nsga2": its length, its random numbers, and an executor as for ``pt.sweep``.
+        For "nsga2": the number of generations, the seed of its random numbers, and an executor as for ``pt.sweep``.
     options
-        Of ``Plant.simulate``, such as ``stop=2.0``.
+        Options of ``Plant.simulate``, such as ``stop=2.0``.
 
     Returns
     -------
     pandas.DataFrame
-        One row for each point of the front, sorted by the first result: the results, then the parameters. Points that others dominate
-        are left out. ``attrs["runs"]`` is the number of runs.
+        One row for each point of the front, sorted by the first result: the results, then the parameters. Dominated points are
+        left out. ``attrs["runs"]`` is the number of runs.
 
     Raises
     ------
@@ -151,7 +151,7 @@ class _Problem:
 
 
 def _scalarised(problem: _Problem, points: int) -> Iterator[Array]:
-    """The minima of single results, then those of the largest weighted distance from the ideal between them."""
+    """The minima of single results, then the minima of the largest weighted distance from the ideal."""
     n, k = len(problem.names), len(problem.results)
     corners = [_least(problem, np.full(n, 0.5), i) for i in range(k)]
     values = np.array([problem.slopes(u)[0] for u in corners])
@@ -161,12 +161,14 @@ def _scalarised(problem: _Problem, points: int) -> Iterator[Array]:
         return
     for weights in _lattice(k, points):
         if weights.min() > 0.0:
-            start = (1.0 - weights) / (k - 1) @ np.array(corners)  # a result of large weight may be worse
+            start = (
+                (1.0 - weights) / (k - 1) @ np.array(corners)
+            )  # start away from the minima of results with large weights
             yield _nearest(problem, start, ideal, width * weights)
 
 
 def _lattice(k: int, points: int) -> Iterator[Array]:
-    """Weights that sum to one, evenly spaced; about ``points`` of them, the corners included (Das and Dennis)."""
+    """Weights that sum to one, evenly spaced; about ``points`` of them, including the corners (Das and Dennis)."""
     parts = 1
     while _size(k, parts) < points:
         parts += 1
@@ -183,14 +185,14 @@ def _size(k: int, parts: int) -> int:
 
 
 def _least(problem: _Problem, start: Array, i: int) -> Array:
-    """The point at which one result is least."""
+    """The minimum of one result."""
     values, slopes = problem.slopes(start)
     size = max(abs(float(values[i])), float(np.abs(slopes[i]).max()), 1e-300)
     return _minimum(lambda u: problem.slopes(u)[0][i] / size, lambda u: problem.slopes(u)[1][i] / size, start)
 
 
 def _nearest(problem: _Problem, start: Array, ideal: Array, width: Array) -> Array:
-    """The point and s with the least s, where (f_i - ideal_i)/width_i <= s."""
+    """The point and s with the smallest s for which (f_i - ideal_i)/width_i <= s."""
 
     def room(v: Array) -> Array:
         return np.asarray(v[-1] - (problem.slopes(v[:-1])[0] - ideal) / width)
@@ -211,7 +213,7 @@ def _minimum(
     free: Sequence[Any] = (),
     **more: Any,
 ) -> Array:
-    """Where a function of a point in the unit cube, and of other unknowns with the bounds ``free``, is least."""
+    """The minimum of a function of a point in the unit cube, and of other unknowns with the bounds ``free``."""
     from scipy import optimize
 
     bounds = [(0.0, 1.0)] * (len(start) - len(free)) + list(free)
@@ -244,7 +246,7 @@ def _evolved(problem: _Problem, size: int, generations: int, seed: int) -> Array
 
 
 def _undominated(values: Array) -> list[int]:
-    """The points that no other one dominates, each once."""
+    """The points that no other one dominates, without duplicates."""
     scale = np.ptp(values, axis=0)
     near = _SAME * np.where(scale > 0.0, scale, 1.0)
     kept: list[int] = []

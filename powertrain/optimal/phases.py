@@ -1,7 +1,7 @@
-"""One phase of an optimal control problem: a sequence of modes is a sequence of these, each with its own equations and duration.
+"""One phase of an optimal control problem. A sequence of modes is a sequence of phases, each with its own equations and duration.
 
-Radau collocation with three points: x is a polynomial of degree 3 on each interval, whose derivative meets the equations at the points;
-inputs are linear on each interval and may jump between phases only. L. T. Biegler: Nonlinear Programming, 2010, ch. 10.
+Radau collocation with three points: x is a polynomial of degree 3 on each interval, whose derivative satisfies the equations at the points.
+Inputs are linear on each interval and jump only between phases. L. T. Biegler: Nonlinear Programming, 2010, ch. 10.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SLOPES, WEIGHTS = np.array(_COLLOCATION[0], float), np.array(_COLLOCATION[2], fl
 
 @dataclass(frozen=True)
 class Guess:
-    """Values of a phase taken from a run: nodes' and points' states, algebraic unknowns at the points, inputs at the nodes."""
+    """Values of a phase from a run: states at nodes and points, algebraic unknowns at the points, inputs at the nodes."""
 
     start: float
     duration: float
@@ -72,16 +72,16 @@ class Phase:
 
     @property
     def first(self) -> Array:
-        """Where the search begins."""
+        """The initial guess."""
         x, u, z = self.scales
         g = self.guess
         parts = [g.nodes / x[:, None], g.points / x[:, None], g.algebraic / z[:, None], g.inputs / u[:, None]]
         return np.concatenate([*(p.ravel(order="F") for p in parts), [g.duration]])
 
     def build(self, start: ca.MX, p: ca.MX, free: ca.MX, shared: list[int]) -> dict[str, Any]:
-        """Equations (= 0), margins (>= 0), outputs at points and nodes, the time at the end; ``free`` are inputs that are parameters.
+        """Equations (= 0), margins (>= 0), outputs at points and nodes, the time at the end; ``free`` are inputs treated as parameters.
 
-        ``shared`` are the rows of the inputs that do not change: their values come from ``free``.
+        ``shared`` are the rows of the inputs that are constant: their values come from ``free``.
         """
         xs, us, zs = (ca.MX(s) for s in self.scales)
         h = self.duration / self.count

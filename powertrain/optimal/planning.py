@@ -1,4 +1,4 @@
-"""Optimal control of a model through a given sequence of modes, and the plan's replay in a simulation."""
+"""Optimal control of a model through a given sequence of modes, and a simulation of the plan."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from powertrain.variational.objectives import Objective, objective
 
 Bounds = Mapping[str, tuple[float, float]]
 _WIDTHS = (1e-1, 1e-2, 1e-3)
-"""Relative widths of rounded corners, one after the other."""
+"""Relative widths of rounded corners, tried in this order."""
 _WARM = {"ipopt.warm_start_init_point": "yes", "ipopt.mu_init": 1e-5}
-"""From the solution with wider corners: the usual first barrier would lead away from it, to any of several local minima."""
+"""Options for starting from the solution with wider corners: the default first barrier could lead away to another local minimum."""
 _FREE = ": free"
-"""How the margin of a free law ends."""
+"""The suffix of the margin of a free law."""
 _SHORTEST, _LONGEST = 0.05, 20.0
-"""How much shorter and longer than in the guess a phase may become."""
+"""Factors by which a phase may become shorter and longer than in the guess."""
 
 
 @dataclass(frozen=True)
@@ -87,9 +87,9 @@ def optimal_control(
     """Inputs and parameters that minimise an objective, through the sequence of modes of ``guess``.
 
     The instants at which modes change are free. The limits of the modes (speeds that keep their sign, torques within bounds) are
-    constraints. The method is direct collocation, solved by IPOPT; corners of the equations that are no modes and that the guess
-    reaches are rounded in the plan. The plan is then simulated with the complete model;
-    ``plan.same_modes`` says whether the modes were as planned.
+    constraints. The method is direct collocation, solved by IPOPT. Corners of the equations that the guess reaches and that are not modes
+    are rounded in the plan. The plan is then simulated with the complete model; ``plan.same_modes`` says whether the modes were as
+    planned.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ class _Programme:
         self.high: list[Array] = []
 
     def limit(self, limits: dict[Any, Any], ends: dict[str, Any], stop: Any, smooth: float) -> None:
-        """Builds the phases with all that is asked of them."""
+        """Build the phases with all limits."""
         self.limits = [(s, bounded(f"limits: {s}", r)) for s, r in limits.items()]
         self.ends = [(s, bounded(f"ends: {s}", (r, r) if np.ndim(r) == 0 else r, closed=True)) for s, r in ends.items()]
         self.stop = (self.run.trajectory.end,) * 2 if stop is None else bounded("stop", stop, closed=True)
@@ -211,7 +211,7 @@ class _Programme:
         return model, start, end
 
     def _distinct(self, models: list[tuple[Dynamics, float, float]]) -> list[tuple[Dynamics, float, float]]:
-        """Neighbours with the same modes joined, as nothing determines the instant between them: a free law slides, too."""
+        """Merge neighbours with the same modes, because nothing determines the instant between them; free laws count as sliding."""
         laws = [name for _, name, _ in self.run.trajectory.laws]
         found = models[:1]
         for model, start, end in models[1:]:
@@ -259,7 +259,7 @@ class _Programme:
         return replace(model, function=function)
 
     def _margins(self, phase: Phase, margins: ca.MX) -> None:
-        """The limits of the modes; where a law is free it slides with the limits as its torque, so they need not have met."""
+        """The limits of the modes; a free law slides with its limits as its torque, so they need not coincide."""
         names = phase.model.margins
         for k, name in enumerate(names):
             if not name.endswith(_FREE):
@@ -300,7 +300,7 @@ class _Programme:
     def _narrowed(
         self, programme: dict[str, ca.MX], first: Array, low: Array, high: Array
     ) -> tuple[ca.DM, float, dict[str, Any]]:
-        """The solution with the narrowest corners for which the solver converges, their width, and what the solver says."""
+        """The solution with the narrowest corners for which the solver converges, their width, and the solver's message."""
         bounds = {"lbx": low, "ubx": high, "lbg": np.concatenate(self.low), "ubg": np.concatenate(self.high)}
         kept: tuple[ca.DM, float, dict[str, Any]] = (ca.DM(first), 0.0, {"success": False})
         begun, iterations, solver = {"x0": kept[0]}, 0, _ipopt(programme, {})
@@ -360,7 +360,7 @@ class _Programme:
         )  # fmt: skip
 
     def _sequence(self, run: Result[Any]) -> list[bytes]:
-        """The modes one after the other."""
+        """The sequence of modes."""
         trajectory = run.trajectory
         modes = [index for index, _, kind in trajectory.laws if kind in ("friction", "contact")]
         rows = trajectory.held[trajectory.mode_of_step][:, modes]
@@ -380,7 +380,7 @@ def _ipopt(programme: dict[str, ca.MX], more: dict[str, Any]) -> Any:
 
 
 def _free(model: Dynamics) -> int:
-    """How many of its laws are free."""
+    """The number of its free laws."""
     return sum(name.endswith(_FREE) for name in model.margins)
 
 

@@ -1,12 +1,12 @@
-"""Expressions whose kinks are rounded, for methods that need second derivatives.
+"""Expressions with rounded kinks, for methods that need second derivatives.
 
 A corner where two branches meet, at side = 0, becomes a hyperbola of the width h:
 
     |s| -> sqrt(s^2 + h^2),  max(a, b) -> (a + b + sqrt((a - b)^2 + h^2))/2,  (s > 0) -> (1 + s/sqrt(s^2 + h^2))/2
 
-h is a part of the largest |side| along a given course; only corners that the course reaches are rounded. h -> 0 in steps is the smoothing
-homotopy of C. Chen, O. L. Mangasarian, Comput. Optim. Appl. 5 (1996) 97-138. Comparisons of time and parameters alone stay sharp, and so
-does everything where a branch has no value on the side of the other one.
+h is a share of the largest |side| along a given course; only corners that the course reaches are rounded. Decreasing h in steps is the
+smoothing homotopy of C. Chen, O. L. Mangasarian, Comput. Optim. Appl. 5 (1996) 97-138. Comparisons of time and parameters alone are not
+rounded, nor is anything if a branch has no value on the other branch's side.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from powertrain.numerics.buffers import Array
 from powertrain.numerics.tape import replayed
 
 FIXED, MOVING, ROUND = range(3)
-"""What an expression depends on: nothing that is solved for, or something; or it is a truth between 0 and 1."""
+"""The kind of an expression: independent of the unknowns, dependent on them, or a truth value between 0 and 1."""
 Moving: TypeAlias = tuple[Symbol, int]
 _NEAR = 0.01
-"""A course reaches a corner whose side falls to this part of its largest value."""
+"""A course reaches a corner if its side falls to this share of its largest value."""
 _ROUND_OFF = 1e-9
-"""A side within this part of 1 and of what it compares is zero: a width by its size would be a curvature without bounds."""
+"""A side this close to zero, relative to 1 and to its operands, is zero: a width of its size would give an unbounded curvature."""
 
 
 def rounded(function: ca.Function, course: Sequence[Array], moving: Sequence[str]) -> tuple[ca.Function, int]:
-    """``function`` with one entry more in its last input, the relative width of its corners, and the number of these.
+    """``function`` with one more entry in its last input, the relative width of its corners, and the number of corners.
 
-    ``course`` are the inputs along a course, a column for an instant; ``moving`` names the inputs in which kinks are rounded.
+    ``course`` are the inputs along a course, one column per instant; ``moving`` names the inputs in which kinks are rounded.
     """
     inputs = function.sx_in()
     found = _Rounding(Symbol.sym("width"))
@@ -47,7 +47,7 @@ def rounded(function: ca.Function, course: Sequence[Array], moving: Sequence[str
     sizes[~crossed & (sides.min(axis=1, initial=np.inf) > _NEAR * sizes)] = 0.0
     made = _made(function, moving, sizes)
     if not _finite(made(*course[:-1], np.vstack([course[-1], np.full((1, course[-1].shape[1]), 1.0)]))):
-        sizes[:] = 0.0  # a branch has no value where the other one holds
+        sizes[:] = 0.0  # a branch has no value on the other one's side
         made = _made(function, moving, sizes)
     return made, int((sizes > 0.0).sum())
 
@@ -78,9 +78,9 @@ def _replay(function: ca.Function, inputs: list[Symbol], moving: Sequence[str], 
 
 
 class _Rounding:
-    """Replays a tape with corners rounded by ``sizes``; without these, as it is.
+    """Replays a tape with corners rounded by ``sizes``; without them, unchanged.
 
-    ``sides`` are zero where the corners are, ``compared`` the sizes of what they compare.
+    ``sides`` are zero at the corners, ``compared`` the sizes of their operands.
     """
 
     def __init__(self, width: Symbol, sizes: Array | None = None) -> None:
@@ -89,11 +89,11 @@ class _Rounding:
         self.compared: list[Symbol] = []
 
     def constant(self, value: float) -> Moving:
-        """A number does not move."""
+        """A number does not depend on the unknowns."""
         return Symbol(value), FIXED
 
     def operate(self, code: int, operands: list[Moving]) -> Moving:
-        """The operation, rounded where it has a corner that moves."""
+        """The operation, rounded if it has a corner that depends on the unknowns."""
         inner, ways = [e for e, _ in operands], [way for _, way in operands]
         if max(ways) > FIXED and code in _CORNERS:
             return self._corner(code, inner)
@@ -104,7 +104,7 @@ class _Rounding:
         return _again(code, inner), min(max(ways), MOVING)
 
     def call(self, function: ca.Function, operands: list[Moving]) -> list[Moving]:
-        """A function is taken as it is, and never inlined: interpolation has no symbolic value."""
+        """A function is called unchanged and never inlined: interpolation has no symbolic value."""
         way = min(max((way for _, way in operands), default=FIXED), MOVING)
         places = np.cumsum([0, *(function.nnz_in(k) for k in range(function.n_in()))])
         inner = [
@@ -138,4 +138,4 @@ _LOGIC: dict[int, Callable[..., Symbol]] = {
     ca.OP_AND: lambda a, b: a * b,
     ca.OP_OR: lambda a, b: a + b - a * b,
 }
-"""What stands for logic where truth is a number from 0 to 1."""
+"""Logic operations for truth values from 0 to 1."""

@@ -1,13 +1,13 @@
-"""Decisions over a known course of demands: dynamic programming, and equivalent consumption minimisation (ECMS).
+"""Decisions for demands that are known in advance: dynamic programming, and equivalent consumption minimisation (ECMS).
 
-A store with the state s is charged and discharged while something burns. In interval k, of duration h_k, the mode i (engine off or on, a
+A store with the state s is charged and discharged while fuel is consumed. In interval k, of duration h_k, the mode i (engine off or on, a
 gear) and one of its controls c are chosen:
 
     s_{k+1} = s_k + h_k rate_k(i, c, s_k),   cost = sum of h_k cost_k(i, c, s_k) + switching(i_{k-1}, i_k) + price max(end - s_N, 0)
 
-What would charge the store beyond its last state is lost. Dynamic programming solves this backward over a grid of states (R. Bellman,
-Dynamic Programming, Princeton 1957). ECMS minimises at every instant cost - price rate with one price over the whole course, the one that
-brings the store back to where it shall end: the minimum principle of Pontryagin for a store whose rate does not depend on its state
+Charge beyond the store's last state is lost. Dynamic programming solves the problem backward over a grid of states (R. Bellman,
+Dynamic Programming, Princeton 1957). ECMS minimises cost - price rate at every instant, with a single price for which the store ends at
+the required state: the minimum principle of Pontryagin for a store whose rate does not depend on its state
 (L. Serrao, S. Onori, G. Rizzoni, ASME J. Dyn. Sys. Meas. Control 133 (2011) 031012).
 """
 
@@ -25,32 +25,32 @@ from powertrain.numerics.buffers import Array
 
 Indices = NDArray[np.intp]
 _NEVER = 1e30
-"""Stands for an infinite cost: interpolation turns infinities into nan."""
+"""Represents an infinite cost: interpolation would turn infinity into nan."""
 _IMPOSSIBLE = 1e20
-"""Costs above are those of impossible decisions, interpolated."""
+"""Interpolated costs above this belong to impossible decisions."""
 _DOUBLINGS, _PRECISION = 40, 1e-7
-"""The price is doubled so often at most, then found with this relative precision."""
+"""Largest number of doublings of the price, and the relative precision with which it is then found."""
 
 
 @dataclass(frozen=True)
 class Stages:
-    """What every decision costs and does in every interval of a course.
+    """Cost and effect of every decision in every interval.
 
     Parameters
     ----------
     durations
-        Of the N intervals [s].
+        Durations of the N intervals [s].
     states
-        Ascending states s at which rate and cost are given; between them they are linear. One is enough where they do not depend on s.
+        Ascending states s at which rate and cost are given; they are interpolated linearly. One is enough if they do not depend on s.
     cost, rate
-        Cost per second and change of the state per second, of shape (N, modes, controls, states). nan marks what is impossible.
+        Cost per second and change of the state per second, of shape (N, modes, controls, states). nan marks impossible decisions.
     switching
         Cost of changing from one mode (row) to another (column), of shape (modes, modes); zeros by default.
 
     Raises
     ------
     ParameterError
-        For shapes that do not fit, durations that are not positive, and an interval in which nothing is possible.
+        For shapes that do not match, durations that are not positive, and an interval in which nothing is possible.
     """
 
     durations: Array
@@ -101,31 +101,31 @@ class Stages:
         return (self.cost[k] @ weights)[:, :, 0], (self.rate[k] @ weights)[:, :, 0]
 
     def empties(self, states: Array) -> int | None:
-        """The first interval at whose end a store is below its least state."""
+        """The first interval at whose end a store is below its lowest state."""
         low = self.states[0] if self.states.size > 1 else -np.inf
         below = np.flatnonzero(states[1:] < low - 1e-9 * (1 + abs(low)))
         return int(below[0]) if below.size else None
 
 
 class Policy(Protocol):
-    """Decides in every interval from the state and the mode: a feedback law, also for a store that is not where the plan had it."""
+    """A feedback law that decides in every interval from state and mode, also for a store that deviates from the plan."""
 
     def decide(self, k: int, state: float, mode: int) -> tuple[int, int]:
-        """Mode and control in interval ``k``, for a state and the mode before."""
+        """Mode and control in interval ``k``, for the state and the previous mode."""
         ...
 
     def price(self, k: int, state: float, mode: int) -> float:
-        """What a unit of the state is worth there."""
+        """The worth of a unit of the state there."""
         ...
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """The decisions over a course.
+    """The decisions over the known demands.
 
-    ``modes``, ``controls``: their numbers in every interval; ``states``: at the ends of all intervals; ``cost``: of the whole course, with
-    switching, without the price of the end; ``price``: what a unit of the state is worth in every interval: the same for ECMS, minus the
-    slope of the cost to go for dynamic programming; ``policy``: the law behind the decisions, with ``policy.decide(k, state, mode)``.
+    ``modes``, ``controls``: their numbers in every interval; ``states``: at the ends of all intervals; ``cost``: the total, with switching,
+    without the price of the final state; ``price``: the worth of a unit of the state in every interval: constant for ECMS, minus the slope
+    of the cost to go for dynamic programming; ``policy``: the law behind the decisions, with ``policy.decide(k, state, mode)``.
     """
 
     modes: Indices
@@ -145,18 +145,18 @@ def dynamic_programming(
     grid: int | ArrayLike = 101,
     mode: int = 0,
 ) -> Schedule:
-    """The decisions of least cost over a course that is known in advance.
+    """The decisions of least cost for demands that are known in advance.
 
     Parameters
     ----------
     stages
         Costs and rates of all decisions.
     start, end
-        State at the start, and the state below which the end costs ``price`` per unit.
+        State at the start, and the state below which the final state costs ``price`` per unit.
     price
-        Choose it well above what a unit is worth during the course, so that the store ends full enough.
+        Choose it well above the worth of a unit during the course, so that the store ends full enough.
     grid
-        The states at which the cost to go is computed: values, or how many between the first and the last of ``stages.states``.
+        The states at which the cost to go is computed: values, or their number between the first and last of ``stages.states``.
     mode
         The mode before the start.
 
@@ -205,7 +205,7 @@ def dynamic_programming(
 
 
 def _backward(stages: Stages, nodes: Array, final: Array) -> NDArray[np.float64]:
-    """The cost to go (interval, mode before, state), at the end without a mode's influence."""
+    """The cost to go (interval, previous mode, state); at the end independent of the mode."""
     n, modes = stages.cost.shape[:2]
     found = np.empty((n + 1, modes, nodes.size))
     found[n] = final
@@ -231,17 +231,17 @@ def ecms(stages: Stages, *, start: float, end: float, mode: int = 0, dwell: floa
     mode
         The mode before the start.
     dwell
-        A change of mode counts with its cost spread over this time [s].
+        Time [s] over which the cost of a change of mode is spread.
 
     Returns
     -------
     Schedule
-        That with the least state at or above ``end``; decisions are discrete, so it may not be reached exactly.
+        The schedule with the lowest final state at or above ``end``; decisions are discrete, so ``end`` may not be reached exactly.
 
     Raises
     ------
     ParameterError
-        If no price brings the store to ``end``, or it runs empty or over on the way.
+        If no price brings the store to ``end``, or if it leaves its range on the way.
     """
     if not number("dwell", dwell, "s") > 0:
         raise ParameterError(f"dwell = {dwell:g} s must be positive")
@@ -271,7 +271,7 @@ def ecms(stages: Stages, *, start: float, end: float, mode: int = 0, dwell: floa
 
 @dataclass(frozen=True)
 class _CostToGo:
-    """Least cost of the interval and of what follows."""
+    """Decides by the least cost of the interval plus the cost to go."""
 
     stages: Stages
     nodes: Array
@@ -290,7 +290,7 @@ class _CostToGo:
 
 @dataclass(frozen=True)
 class _Price:
-    """Least equivalent cost of the present instant."""
+    """Decides by the least equivalent cost of the present instant."""
 
     stages: Stages
     worth: float
@@ -307,7 +307,7 @@ class _Price:
 
 
 def _least(whole: NDArray[np.float64], cost: NDArray[np.float64], rate: NDArray[np.float64]) -> tuple[int, int]:
-    """The decision of least cost; where none is possible, that which charges most."""
+    """The decision of least cost; if none is possible, the one that charges most."""
     if whole.min() >= _IMPOSSIBLE:
         whole = np.where(cost < _IMPOSSIBLE, -rate, np.inf)
     i, c = np.unravel_index(int(whole.argmin()), whole.shape)
@@ -315,7 +315,7 @@ def _least(whole: NDArray[np.float64], cost: NDArray[np.float64], rate: NDArray[
 
 
 def _follow(stages: Stages, policy: Policy, start: float, mode: int) -> Schedule:
-    """The course that a policy takes."""
+    """The schedule that follows from a policy."""
     n, most = len(stages.durations), stages.states[-1] if stages.states.size > 1 else np.inf
     modes, controls, states, price = np.empty(n, np.intp), np.empty(n, np.intp), np.full(n + 1, start), np.empty(n)
     total = 0.0
@@ -342,7 +342,7 @@ def _weights(states: Array, nodes: Array) -> NDArray[np.float64]:
 
 
 def _at(nodes: Array, values: NDArray[np.float64], where: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The cost to go (mode, node) at states (mode, control, state); never outside the nodes."""
+    """The cost to go (mode, node) at states (mode, control, state), clipped to the nodes."""
     i = np.clip(nodes.searchsorted(where, side="right") - 1, 0, nodes.size - 2)
     part = (where - nodes[i]) / (nodes[i + 1] - nodes[i])
     rows = np.arange(values.shape[0]).reshape(-1, 1, 1)

@@ -183,7 +183,7 @@ class PowerFlow:
 
     @property
     def imbalance(self) -> xr.DataArray:
-        """Power into every component plus its supply, minus its losses and the power it stores (W); round-off if its equations are right."""
+        """Power into every component plus its supply, minus its losses and the power it stores (W); round-off if the equations agree."""
         into = self._directed.own()
         rest = self.data["supplied"] - self.data["delivered"] - self.data["loss"] - self.data["stored"]
         return self._named(rest + self._shaped(into, "component"), "W", "Imbalance of power")

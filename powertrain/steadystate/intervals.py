@@ -108,9 +108,7 @@ class StuckLine:
         output, point = np.nonzero(bent)
         at = place[output, point]
         low, high = parts[np.maximum(at - 1, 0)], parts[np.minimum(at + 1, SAMPLES - 1)]
-        inward = parts[at] + NEAR * (
-            (at == 0).astype(float) - (at == SAMPLES - 1)
-        )  # from an end it may fall
+        inward = parts[at] + NEAR * ((at == 0).astype(float) - (at == SAMPLES - 1))  # from an end it may fall
         rises = self._at(output, point, inward, sign) >= best.max(axis=0)[output, point]
         output, point = output[rises], point[rises]
         low, high = low[rises], high[rises]

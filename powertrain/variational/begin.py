@@ -1,8 +1,8 @@
-"""The derivatives of the start: what its conditions make of parameters and starts.
+"""Derivatives of the start with respect to parameters and initial values, from the start conditions.
 
     c(t, s, z, p) = value,   0 = g(t, s, z, p),   d = d(t, p)   =>   c_x X + c_d D + c_p P = V
 
-States that no condition reaches keep their values. Second derivatives follow by differentiating once more,
+States that no condition affects keep their values. Second derivatives follow by differentiating once more,
 
     c_x X2 + c_d D2 + c''[V, V] = 0   for the tangents V = (X, D, P).
 """
@@ -44,7 +44,7 @@ class Start:
 
     @cached_property
     def curvatures(self) -> tuple[Curvature, Curvature]:
-        """Those of the conditions and of the given discrete variables."""
+        """Curvatures of the conditions and of the given discrete variables."""
         return Curvature(self.system, self.solved), Curvature(self.system, self.discretes.values)
 
     def derivatives(self, result: Result[Any], run: Record, wanted: Unknowns) -> NDArray[np.float64]:
@@ -80,7 +80,7 @@ class Start:
         return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], np.float64)
 
     def bent(self, result: Result[Any], run: Record, wanted: Unknowns, weights: Array, along: Tangents) -> Block:
-        """What weights of s make of its second derivatives at the start."""
+        """The second derivatives of the weighted states s at the start."""
         n, held, slopes = self.system.states, self.system.discretes, self.conditions(run.first, run.p)
         matrix = np.vstack([slopes.s[0, :, :n], np.eye(n)[list(result.report.open)].reshape(-1, n)])
         on_conditions = (weights[:n] @ np.linalg.pinv(matrix))[: len(self.labels)]
@@ -93,7 +93,7 @@ class Start:
 
 
 def _refuse_jump(result: Result[Any], run: Record) -> None:
-    """Resets at the very start are not differentiated."""
+    """Reject resets at the start of the run, which are not differentiated."""
     begun, first = np.array(list(result.report.states.values())), run.first.x[0]
     if (np.abs(begun - first) > 1e-7 * (1.0 + np.abs(first))).any():
         raise NotDifferentiable(

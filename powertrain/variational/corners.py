@@ -1,7 +1,7 @@
-"""Where the derivatives of rates jump although the rates do not: corners of |w| and of the larger of two values.
+"""Corners of the rates: places where their derivatives jump although they do not, as for |w| and the larger of two values.
 
-First derivatives of a run pass a corner unchanged. Second derivatives jump there, so a corner that the run passes is an instant like an
-event. ``side`` is zero at a corner; the instant follows from it as that of an event from its indicator.
+First derivatives of a run pass a corner unchanged. Second derivatives jump there, so a corner on the run is treated like an event.
+``side`` is zero at a corner and determines its instant, as an indicator determines that of an event.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from powertrain.variational.record import POINTS, Record, edge, spans
 
 _HALVINGS = 50
 _EVENT = 2e-4
-"""Corners within this share of a step of an event belong to that: |w| where a clutch sticks."""
+"""Corners within this share of a step of an event belong to the event: |w| where a clutch sticks."""
 _SAME = 1e-10
 
 
 @dataclass(frozen=True)
 class Corner:
-    """A corner that a run passes: the instant in s, and which of the sides are zero there."""
+    """A corner on the run: the instant in s, and which of the sides are zero there."""
 
     time: float
     sides: tuple[int, ...]
@@ -50,7 +50,7 @@ class Corners:
         self.slopes = Partials(system, self.found)
 
     def passed(self, result: Result[Any], run: Record) -> list[Corner]:
-        """All corners that a run passes between its events, in the order of time."""
+        """All corners that a run passes between its events, in order of time."""
         if not self.found.numel():
             return []
         steps, count = run.steps, len(run.steps.times)
@@ -72,7 +72,7 @@ class Corners:
         return found
 
     def _known(self, samples: Samples, p: Array) -> NDArray[np.float64]:
-        """The sides over how well they are known, as far as the states are."""
+        """The sides divided by their uncertainties, which follow from those of the states."""
         slopes = self.slopes(samples, p)
         return np.asarray(slopes.value / (INTEGRATED * np.maximum(np.abs(slopes.s).sum(axis=2), 1.0)), float)
 
@@ -85,7 +85,7 @@ class Corners:
         high: Array,
         positive: NDArray[np.bool_],
     ) -> Array:
-        """Halves the intervals in which sides change their signs."""
+        """Bisect the intervals in which sides change sign."""
         rows = np.arange(len(side))
         for _ in range(_HALVINGS if len(side) else 0):
             middle = 0.5 * (low + high)
@@ -94,13 +94,13 @@ class Corners:
         return 0.5 * (low + high)
 
     def _at_event(self, result: Result[Any], run: Record, t: float) -> bool:
-        """Whether the corner is that of a law which switches here, or of the start or the end of the run."""
+        """Whether the corner belongs to a law that switches here, or to the start or end of the run."""
         near = _EVENT * max(spans(result.trajectory, np.array([t]), before)[0] for before in (True, False))
         return bool((np.abs(np.array([run.start, run.end, *run.instants.times]) - t) <= near).any())
 
 
 def _changes(values: Array) -> Iterator[tuple[int, int]]:
-    """The samples before and after which a side changes its sign; what stays below the accuracy of the integration, here one, has none."""
+    """Samples before and after a change of sign; values below the accuracy of the integration, scaled to one, have no sign."""
     starts = np.append(0, np.flatnonzero((values[1:] > 0.0) != (values[:-1] > 0.0)) + 1)
     clear = np.flatnonzero(np.maximum.reduceat(np.abs(values), starts) > 1.0)
     ends = np.append(starts[1:], len(values)) - 1
@@ -110,7 +110,7 @@ def _changes(values: Array) -> Iterator[tuple[int, int]]:
 
 
 def _sides(expressions: Symbol) -> list[Symbol]:
-    """What is zero at the corners of expressions."""
+    """The expressions that are zero at the corners."""
     found: list[Symbol] = []
     for node in nodes_of(ca.sum1(ca.densify(expressions))):
         inner, code = operands(node), operation(node)

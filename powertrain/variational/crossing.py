@@ -1,18 +1,18 @@
-"""How second derivatives pass an event.
+"""Second derivatives across an event.
 
-An event at tau(s-, q) takes s- to s+, both as the flows before and after it have them at the nominal instant. Over the short time d to the
-event these flows are s + f d + f' d^2/2 with f' = f_t + f_s f. With the tangents at the event itself, D = d(tau),
+An event at tau(s-, q) maps s- to s+, the states that the flows before and after it have at the nominal instant. Over the short time d to
+the event these flows are s + f d + f' d^2/2 with f' = f_t + f_s f. With the tangents at the event itself, D = d(tau),
 
     W- = S- + f- D,   F- = f-_t D + f-_s W- + f-_q Q,   W+ = R_t D + R_s W- + R_q Q,   F+ alike,
 
-with a o b for a^T b + b^T a, and with h the indicator that falls through zero, the second derivatives of s before the event, of tau and
+with a o b = a^T b + b^T a, and h the indicator that falls through zero, the second derivatives of s before the event, of tau and
 of s+ are
 
     U  = F- o D - f-' D^T D + f- D2,
     D2 = -(h''[W-, W-] + h_s (F- o D - f-' D^T D)) / (dh/dt along f-),
     S2 = R''[W-, W-] + R_s U + R_t D2 - (F+ o D - f+' D^T D) - f+ D2,
 
-of which the adjoint takes one combination. A corner of the rates is an event at which neither s nor f changes, but the derivatives of f.
+The adjoint takes one combination of these. A corner is an event at which only the derivatives of f change, but neither s nor f.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ from powertrain.variational.transitions import VariationalRates
 
 Matrix = NDArray[np.float64]
 _BESIDE = 1e-5
-"""Derivatives at an instant are extrapolated from this share of a step beside it and twice that: |w| has its corner at w = 0."""
+"""Derivatives at an instant are extrapolated from this share of a step away from it and twice that: |w| has its corner at w = 0."""
 _ROOM = 1e-13
-"""Distances from an instant, in s and relative to the time, below which nothing is between it and the next event."""
+"""Distances from an instant, in s and relative to the time, below which two events count as simultaneous."""
 _EQUAL = 1e-6
-"""Instants whose derivatives differ by more than this share are different ones."""
+"""Instants are different if their derivatives differ by more than this share."""
 _ROUNDING = 1e-12
 _AT_REST = 1e-9
-"""Derivatives of a speed below this share of their terms are zero."""
+"""Derivatives of a speed below this share of their terms count as zero."""
 
 
 @dataclass(frozen=True)
@@ -67,12 +67,12 @@ class Side:
 
 
 def beside(partials: Partials, result: Result[Any], p: Array, times: Array, before: bool) -> Slopes:
-    """Values and derivatives of expressions as they are before or after instants."""
+    """Values and derivatives of expressions just before or after instants."""
     return extrapolated(partials, p, *(edge(result, times, before, share) for share in (_BESIDE, 2.0 * _BESIDE)))
 
 
 def extrapolated(partials: Partials, p: Array, near: Samples, far: Samples) -> Slopes:
-    """Values and derivatives at instants, from two distances of which one is twice the other."""
+    """Values and derivatives at instants, extrapolated from a distance and twice that distance."""
     one, two = partials(near, p), partials(far, p)
     with np.errstate(invalid="ignore"):
         value, t, s, q = (2.0 * getattr(one, n) - getattr(two, n) for n in ("value", "t", "s", "q"))
@@ -80,14 +80,14 @@ def extrapolated(partials: Partials, p: Array, near: Samples, far: Samples) -> S
 
 
 def has_room(result: Result[Any], run: Record, before: bool) -> NDArray[np.bool_]:
-    """Where something is between an event and the one before or after it, or the end of the run."""
+    """Whether there is time between an event and the one before or after it, or the end of the run."""
     times = run.instants.times
     room = spans(result.trajectory, times, before) * _BESIDE > _ROOM * (1.0 + np.abs(times))
     return np.asarray(room & (before | (times < run.end)))
 
 
 def beside_events(result: Result[Any], run: Record, before: bool) -> tuple[Samples, Samples]:
-    """Samples near the events of a run and twice as far; the limits themselves where there is no room."""
+    """Samples near the events of a run and twice as far away; the limits themselves if there is no room."""
     times, limits = run.instants.times, run.instants.left if before else run.instants.right
     room = has_room(result, run, before)
     near, far = (edge(result, times, before, share) for share in (_BESIDE, 2.0 * _BESIDE))
@@ -111,14 +111,14 @@ def side_of(flow: VariationalRates, slopes: Slopes, k: int) -> Side:
 
 
 def moved(weights: Array, side: Side, rates: Matrix, instant: Array) -> Matrix:
-    """w^T (F o D - f' D^T D): what the motion of an instant adds to the second derivatives of s there."""
+    """w^T (F o D - f' D^T D): the contribution of a moving instant to the second derivatives of s."""
     one = np.outer(weights @ rates, instant)
     return np.asarray(one + one.T - (weights @ side.bend) * np.outer(instant, instant))
 
 
 @dataclass(frozen=True)
 class Crossed:
-    """What the adjoint makes of S2 at an event, and the tangents there: of the instant, and of s and its rates on both sides."""
+    """The contribution of S2 to the sum at an event, and the tangents there: of the instant, and of s and its rates on both sides."""
 
     bent: Matrix
     instant: Array
@@ -131,7 +131,7 @@ class Crossed:
 
 @dataclass(frozen=True)
 class Causes:
-    """Derivatives of what may cause the events of a run, and the two samples that they are extrapolated from."""
+    """Derivatives of the possible causes of the events of a run, and the two samples from which they are extrapolated."""
 
     slopes: Slopes
     near: Samples
@@ -140,9 +140,9 @@ class Causes:
 
 @dataclass(frozen=True)
 class Meets:
-    """The events of a run: rates on both sides, and what may cause them as it is before them and as it is there.
+    """The events of a run: rates on both sides, and possible causes as they are before and at the events.
 
-    The limits of a clutch are zero before it engages, and begin to open with the event.
+    The limits of a clutch are zero before it engages, and begin to open at the event.
     """
 
     run: Record
@@ -161,7 +161,7 @@ class Crossing:
         self.speeds = Curvature(saltation.system, column([law.w for law in saltation.sticking]))
 
     def event(self, meets: Meets, k: int, jump: SaltationMap, weights: Array, s: Matrix, q: Matrix) -> Crossed:
-        """Event k, for tangents ``s`` before and the adjoint ``weights`` after it."""
+        """Second derivatives at event k, for tangents ``s`` before it and the adjoint ``weights`` after it."""
         before, after, run = meets.before[k], meets.after[k], meets.run
         n, (r_s, r_q, r_t) = self.saltation.system.size, jump.across
         instant, instant_bent = self._instant(meets, k, jump, s, q)
@@ -177,12 +177,12 @@ class Crossing:
         return Crossed(bent, instant, instant_bent, left, left_rates, right, right_rates)
 
     def meets(self, result: Result[Any], run: Record) -> Meets:
-        """What second derivatives need of the events of a run, but for the tangents."""
+        """Everything at the events of a run that second derivatives need, except the tangents."""
         left, right = (beside_events(result, run, before) for before in (True, False))
         before, after = (self._sides(run, *samples) for samples in (left, right))
         for k in (
             np.flatnonzero(~has_room(result, run, before=True)[1:]) + 1
-        ):  # events that follow at once share what is between them
+        ):  # consecutive events without room share the rates between them
             before[k] = after[k - 1]
         limits = run.instants.left, run.instants.left
         causes, opening = (
@@ -197,7 +197,7 @@ class Crossing:
         return [side_of(flow, slopes, k) for k in range(len(run.instants.times))]
 
     def _instant(self, meets: Meets, k: int, jump: SaltationMap, s: Matrix, q: Matrix) -> tuple[Array, Matrix]:
-        """D and D2, of all laws that cause the event the same."""
+        """D and D2, the same for all laws that cause the event."""
         causes = [shift for shift in jump.moved or jump.shifts[:1] if not shift.flat]
         found = [self._moves(meets, k, shift, s, q) for shift in causes]
         if not found:
@@ -207,7 +207,7 @@ class Crossing:
         return found[0]
 
     def _moves(self, meets: Meets, k: int, shift: Shift, s: Matrix, q: Matrix) -> tuple[Array, Matrix]:
-        """D and D2 by one law."""
+        """D and D2 of one law."""
         n, before, j = len(shift.s), meets.before[k], shift.row
         if j < 0:
             return shift.s @ s[:n] + shift.q @ q, np.zeros((s.shape[1], s.shape[1]))
@@ -226,7 +226,7 @@ class Crossing:
         return instant, 2.0 * near - far + moved(weights, before, before.along(instant, left, q), instant)
 
     def _falling(self, meets: Meets, k: int, j: int) -> tuple[Causes, float]:
-        """An indicator as it is before the event if it falls there, else as it begins to fall with it; and its rate."""
+        """An indicator, before the event if it falls there, else at the event from which on it falls; and its rate."""
         n = self.saltation.system.size
         for causes in (meets.causes, meets.opening):
             fall = float(causes.slopes.t[k, j] + causes.slopes.s[k, j] @ meets.before[k].f[:n])
@@ -238,9 +238,9 @@ class Crossing:
         )
 
     def caught(self, p: Array, sample: Samples, laws: Sequence[int], weights: Array, s: Matrix, q: Matrix) -> Matrix:
-        """Laws that hold from an instant on at a speed of zero that no unknown changes: -B (W B)^-1 w''[V, V].
+        """Laws that stick at a speed that is already zero and that no unknown changes: -B (W B)^-1 w''[V, V].
 
-        NotDifferentiable where one would: the law would slide for a while, and the way it slides depends on the sign of the change.
+        NotDifferentiable if an unknown changes it: the law would slide for a while, in a direction that depends on the sign of the change.
         """
         found = np.zeros((s.shape[1], s.shape[1]))
         for i, effect, row, on_q in self.saltation.catches(p, sample, laws):
@@ -258,7 +258,7 @@ class Crossing:
 
 
 def _refuse_apart(jump: SaltationMap, one: tuple[Array, Matrix], two: tuple[Array, Matrix]) -> None:
-    """Laws that switch together need the same derivatives of their instants."""
+    """Reject laws that switch together if the derivatives of their instants differ."""
     for a, b in zip(one, two, strict=True):
         size = np.maximum(np.abs(a), np.abs(b))
         if (np.abs(a - b) > _EQUAL * (size + size.max(initial=0.0)) + _ROUNDING).any():

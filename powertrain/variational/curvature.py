@@ -2,8 +2,8 @@
 
     e = e(t, s, z, q),   0 = g(t, s, z, q),   L = w^T e - (w^T e_z g_z^-1) g   =>   (w^T e)''[V, V] = V^T L'' V
 
-V are tangents of (t, s, q, z); those of z follow from the others, z' = -g_z^-1 (g_t t' + g_s s' + g_q q'). L'' V is a forward derivative
-of a reverse one, so it costs a few evaluations of e for each tangent, whatever the size of the model.
+V are tangents of (t, s, q, z). Those of z follow from the others, z' = -g_z^-1 (g_t t' + g_s s' + g_q q'). L'' V is a forward derivative
+of a reverse derivative, so it costs a few evaluations of e per tangent, whatever the size of the model.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ class Tangents:
 
     @property
     def together(self) -> Block:
-        """Those of (t, s, q), one below the other."""
+        """The tangents of (t, s, q), stacked."""
         return np.concatenate([self.t, self.s, self.q], axis=1)
 
 
 def tangents(s: NDArray[np.float64], q: NDArray[np.float64], t: Array | None = None) -> Tangents:
-    """Those of one sample; without ``t`` at a fixed time."""
+    """The tangents of one sample; without ``t`` at a fixed time."""
     return Tangents(np.zeros((1, 1, s.shape[1])) if t is None else t[None, None], s[None], q[None])
 
 
@@ -59,7 +59,7 @@ class Curvature:
         self._equations = Many(inputs, ca.vertcat(*(ca.vec(ca.densify(part)) for part in parts)))
 
     def __call__(self, samples: Samples, p: Array, seeds: Block, along: Tangents) -> NDArray[np.float64]:
-        """The sum over all samples of (w^T e)''[V, V], with w the ``seeds`` of each."""
+        """The sum over all samples of (w^T e)''[V, V], with ``seeds`` as w of each sample."""
         v = along.together
         count = v.shape[2]
         found = np.zeros((count, count))
@@ -73,7 +73,7 @@ class Curvature:
         return found
 
     def _eliminated(self, samples: Samples, p: Array, seeds: Block, v: Block) -> tuple[Block, Block]:
-        """The weights with those of the model's equations, and the tangents with those of z."""
+        """The weights extended to the model's equations, and the tangents extended to z."""
         nz, count = self.implicit, len(samples.t)
         flat = self._equations(self.system.with_seeds(samples, seeds), p)
         e_z, g = flat[:, :nz, None], flat[:, nz:].reshape(count, -1, nz).transpose(0, 2, 1)

@@ -1,7 +1,7 @@
 """Second derivatives of a result of a run by differences of its exact gradients, for models that look up maps.
 
-Column j is (g(p + h_j) - g(p - h_j))/(2 h_j) with h_j = 1e-4 |p_j|, and 1e-4 for zeros: 2 n runs with a gradient each for n unknowns.
-CasADi takes the second derivatives of linear interpolants for zero, and those of smooth ones in expressions of scalars crash it (3.8.2).
+Column j is (g(p + h_j) - g(p - h_j))/(2 h_j) with h_j = 1e-4 |p_j|, or 1e-4 for zeros: 2 n runs with one gradient each for n unknowns.
+CasADi takes the second derivatives of linear interpolants as zero, and crashes on those of smooth ones in scalar expressions (3.8.2).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Matrix = NDArray[np.float64]
 
 
 def differences(plant: Plant[Any], of: Any, names: Sequence[str], run: Result[Any], options: dict[str, Any]) -> Matrix:
-    """The second derivatives, with both ways to each mixed one. NotDifferentiable where neighbouring runs have other events."""
+    """The second derivatives, each mixed one in both orders. NotDifferentiable if neighbouring runs have other events."""
     here = gradient(run, of, names)
     found = np.empty((len(names), len(names)))
     for j, name in enumerate(names):
@@ -57,7 +57,7 @@ def _refuse_other_events(run: Result[Any], other: Result[Any], name: str, value:
 
 
 def asymmetry(found: Matrix) -> float:
-    """The largest difference between both ways to a mixed derivative, relative to the geometric mean of the diagonal entries."""
+    """The largest difference between both orders of a mixed derivative, relative to the geometric mean of the diagonal entries."""
     diagonal = np.sqrt(np.abs(np.diag(found)))
     scale = np.maximum(np.outer(diagonal, diagonal), np.abs(found + found.T) / 2.0)
     return float(

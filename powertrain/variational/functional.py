@@ -1,4 +1,4 @@
-"""An objective at one run: an integrand, and readings of signals at instants of the run."""
+"""An objective at one run: an integrand, and readings of signals at instants."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from powertrain.signals import Picked, Samples, signals_of
 from powertrain.variational.objectives import Objective, Reading, Term, weights_of
 
 _INSIDE = 9
-"""Samples of each step among which an extremum is looked for first."""
+"""Samples per step for bracketing an extremum."""
 _ROUNDS = 8
 
 
 @dataclass(frozen=True)
 class Functional:
-    """The integrand (None for none), the expressions that are read and their readings, and the value without the integral."""
+    """The integrand (or None), the expressions that are read, their readings, and the value without the integral."""
 
     label: str
     unit: str
@@ -92,7 +92,7 @@ def _read(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[floa
 
 
 def _extremum(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[float, list[Reading]]:
-    """Where a signal is greatest or least: at an event, or refined between its neighbours."""
+    """The largest or smallest value of a signal: at an event, or refined between neighbouring samples."""
     trajectory, sign = result.trajectory, 1.0 if term.kind == "maximum" else -1.0
     instants = [i for i in trajectory.instants if i.time > trajectory.start]
     marks = np.unique([*trajectory.times, *(i.time for i in instants), trajectory.end])

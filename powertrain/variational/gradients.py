@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _FEW = 6
-"""Up to so many unknowns the forward sweep is the cheaper one."""
+"""Up to this number of unknowns the forward sweep is cheaper."""
 _KEPT = 8
 
 
@@ -37,9 +37,9 @@ class Gradient(Mapping[str, float]):
     """The derivatives of one result of a run: ``gradient["J1.J"]``; prints as a table with units.
 
     ``value``: the result itself; ``of``: its description; ``unit``: its unit; ``array``: the derivatives in the order of the names;
-    ``units``: their units; ``elasticity``: the change of the result in percent per percent of change of each unknown. ``spread``: by how
-    much the derivatives are off where laws switch together in another order; 0 where no laws do. Where that is more than 1 % of the
-    derivative, the table shows it.
+    ``units``: their units; ``elasticity``: the change of the result in percent per percent of change of each unknown. ``spread``: the
+    uncertainty of the derivatives if laws switch together and their order matters; otherwise 0. The table shows it if it exceeds 1 % of
+    the derivative.
     """
 
     def __init__(self, of: str, unit: str, value: float, wanted: Unknowns, found: Parts) -> None:
@@ -83,7 +83,7 @@ class Gradient(Mapping[str, float]):
         return pd.DataFrame(columns, index=list(self.names))
 
     def _rows(self) -> list[tuple[str, ...]]:
-        """The unknowns that matter, the most important one first, and how many do not."""
+        """The significant unknowns, the most important first, and the number of others."""
         found = sorted((n for n in self.names if self[n]), key=lambda n: (-abs(self.elasticity[n]), -abs(self[n])))
         rows = [
             (n, f"{self.at[n]:.6g} {self._units[k]}", f"{self._said(k)} {self.units[n]}", f"{self.elasticity[n]:+.4f}")
@@ -93,7 +93,7 @@ class Gradient(Mapping[str, float]):
         return [("", "value", f"d({self.of})/d(.)", "elasticity"), *rows]
 
     def _said(self, k: int) -> str:
-        """A derivative, with its spread where that is not small."""
+        """A derivative, with its spread if that is not small."""
         value, spread = self.array[k], self.spread[k]
         return f"{value:.6g}" if spread <= APART * abs(value) else f"({value:.2g} +- {spread:.2g})"
 
@@ -113,7 +113,7 @@ class Gradient(Mapping[str, float]):
 
 
 def quotient(unit: str, by: str) -> str:
-    """The unit of a quotient; an empty one is not known."""
+    """The unit of a quotient; an empty unit is unknown."""
     if not unit or by in ("", "1"):
         return unit
     if unit == by:
@@ -137,11 +137,11 @@ def gradient(
     derivatives are as accurate as the run and account for the motion of events. A forward sweep is used for few unknowns, one adjoint
     sweep for many.
 
-    Laws that switch together and act on each other, such as the brakes of both wheels of an axle, give a derivative for each order in
-    which an unknown would let them switch. The result is their mean, as that of central differences.
+    Laws that switch together and act on each other, such as the brakes of both wheels of an axle, have a different derivative for each
+    order in which a change of an unknown would let them switch. The result is the mean, as for central differences.
 
     Raises ParameterError for unknown names; SimulationError if the run is not differentiable: an event that an arbitrarily small change
-    would remove (grazing), or laws that switch together where the derivatives of both orders differ by more than 2 %.
+    would remove (grazing), or laws that switch together and whose derivatives differ by more than 2 % between the orders.
     """
     wanted, number = _asked(result, wrt), functional(result, objective(of))
     model = model_of(result, wanted, number)
@@ -154,7 +154,7 @@ def gradient(
 
 
 def number_of(result: Result[Any], of: Objective) -> float:
-    """The number that an objective is at a run."""
+    """The value of an objective at a run."""
     found = functional(result, of)
     if found.integrand is None:
         return found.value
@@ -251,7 +251,7 @@ _models: WeakKeyDictionary[Signals, dict[Any, Model]] = WeakKeyDictionary()
 
 
 def model_of(result: Result[Any], wanted: Unknowns, of: Functional) -> Model:
-    """The functions for this choice, built once for a compiled model and a few choices."""
+    """The functions for this choice, built once for a compiled model and kept for a few choices."""
     known = _models.setdefault(signals_of(result.compiled), {})
     conditions = tuple(a.label for a in result.report.solved) if hasattr(result.report, "solved") else ()
     key = (wanted.parameters, wanted.segments, of.key, conditions)

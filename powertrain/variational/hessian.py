@@ -31,10 +31,10 @@ def hessian(plant: Plant[Any] | Component, of: Any, wrt: Sequence[str], **option
     """The second derivatives of a result of a run with respect to parameters and initial values.
 
     One run, the tangents of its states for all unknowns (forward) and the adjoint of the result (backward) give the second derivatives of
-    all steps and of all events, which are summed: the curvature of the motion of events, of resets and impacts, of laws that stick, and of
-    corners such as those of a friction curve. They are as accurate as the run, but for corners that it passes twice within a step;
-    ``max_step`` makes these rarer. Where the model looks up maps, they are central differences of gradients, of 2 n further runs for n
-    unknowns.
+    all steps and events, which are summed: the curvature of the motion of events, of resets and impacts, of laws that stick, and of
+    corners such as those of a friction curve. They are as accurate as the run, except for corners that it passes twice within a step;
+    ``max_step`` makes these rarer. If the model looks up maps, the second derivatives are central differences of gradients, which take
+    2 n further runs for n unknowns.
 
     Parameters
     ----------
@@ -43,19 +43,20 @@ def hessian(plant: Plant[Any] | Component, of: Any, wrt: Sequence[str], **option
     wrt
         Names or patterns of parameters and initial values, as for ``pt.gradient``.
     options
-        Of ``Plant.simulate``, such as ``stop=2.0``. Without ``rtol`` and ``atol`` the run has 1e-10 and 1e-12.
+        Options of ``Plant.simulate``, such as ``stop=2.0``. By default the run has ``rtol`` 1e-10 and ``atol`` 1e-12.
 
     Returns
     -------
     xarray.DataArray
         Over ``wrt`` and ``wrt_2``, symmetric, with the coordinate ``units``. Differences have the attribute ``asymmetry``: the largest
-        difference between both ways to a mixed derivative, relative to the geometric mean of the diagonal entries, which shows their error.
+        difference between both orders of a mixed derivative, relative to the geometric mean of the diagonal entries, a measure of their
+        error.
 
     Raises
     ------
     SimulationError
-        If the run has no gradient; if an unknown moves laws apart that switch together, or moves a speed at which a law sticks
-        without an event of its own; if an extremum lies at a corner of the signal; with maps, if neighbouring runs have other events.
+        If the run has no gradient; if an unknown moves laws apart that switch together, or changes a speed at which a law sticks
+        without an event of its own; if an extremum is at a corner of the signal; with maps, if neighbouring runs have other events.
     ParameterError
         For unknown names, and inputs.
 

@@ -52,14 +52,14 @@ def sensitivity_indices(
     progress: bool = False,
     **options: Any,
 ) -> xr.Dataset:
-    """Which parameters cause how much of the scatter of results, by many runs, and by the gradient of one run.
+    """Shares of the parameters in the scatter of results, from many runs, and from the gradient of one run.
 
     Parameters
     ----------
     of
         Results by name: signals (their final values), or ``pt.integral``, ``pt.maximum`` and the like; see ``pt.gradient``.
     distributions
-        Of the parameters, as for ``pt.sample``: (low, high), or a frozen distribution of scipy.stats; independent of each other.
+        Distributions of the parameters, as for ``pt.sample``: (low, high), or a frozen distribution of scipy.stats; independent.
     number
         For "sobol" the number n of base points, a power of two: n (k + 2) runs with k parameters. For "morris" the number n of
         trajectories: n (k + 1) runs.
@@ -70,7 +70,7 @@ def sensitivity_indices(
     seed, executor, progress
         As for ``pt.sample`` and ``pt.sweep``.
     options
-        Of ``Plant.simulate``, such as ``stop=2.0``.
+        Options of ``Plant.simulate``, such as ``stop=2.0``.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def sensitivity_indices(
         Over ``parameter`` and ``result``. "sobol": ``first`` and ``total`` [1], with half their 95 % confidence intervals ``first_error``
         and ``total_error``. "morris": ``mean``, ``magnitude`` (with ``magnitude_error``) and ``scatter`` in the unit of the result.
         Both: ``linear`` [1], the share (dy/dp_i)^2 Var(p_i) of the sum of these at the medians, from one run and its exact gradient.
-        Where ``linear`` agrees with ``first``, one run would have done. The attribute ``runs`` is the number of runs.
+        If ``linear`` agrees with ``first``, one run is sufficient. The attribute ``runs`` is the number of runs.
 
     Raises
     ------
@@ -138,7 +138,7 @@ def sensitivity_indices(
 
 
 def _salib(method: str, problem: dict[str, Any], number: int, seed: int) -> tuple[Array, Any]:
-    """The points in the unit cube, and the function that gives the indices for the results there."""
+    """The points in the unit cube, and the function that computes the indices from the results there."""
     try:
         draw, analysis = (import_module(f"SALib.{part}.{method}") for part in ("sample", "analyze"))
     except ImportError:
@@ -153,7 +153,7 @@ def _salib(method: str, problem: dict[str, Any], number: int, seed: int) -> tupl
 def _linear(
     plant: Plant[Any], results: Mapping[str, Objective], given: Mapping[str, Any], options: Mapping[str, Any]
 ) -> Array:
-    """(dy/dp_i)^2 Var(p_i) over its sum, at the medians: (parameter, result)."""
+    """(dy/dp_i)^2 Var(p_i) divided by its sum, at the medians: (parameter, result)."""
     middle = {name: float(quantiles(name, d, np.array([0.5]))[0]) for name, d in given.items()}
     fixed = options.get("parameters") or {}
     run = plant.simulate(**{**options, "parameters": {**fixed, **middle}})

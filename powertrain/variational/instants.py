@@ -1,4 +1,4 @@
-"""How the instants of events move with s and q, and which laws cause an event.
+"""How the instants of events depend on s and q, and which laws cause an event.
 
 An event happens where an indicator h(t, s, q) falls through zero, or at a known instant T(s, q):
 
@@ -23,15 +23,15 @@ from powertrain.variational.record import Record
 Law = Friction | Switch | Contact | When
 _SAME_TIME = 1e-9
 _AT_ZERO = 5e-11
-"""Indicators below this fell through zero: they are located to a few 1e-11."""
+"""Indicators below this have fallen through zero; they are located to a few 1e-11."""
 _TRIGGER = 1e-6
 _GRAZING = 1e-3
-"""An indicator that reaches zero with less than this share of its mean slope over the step before only touches it."""
+"""An indicator grazes zero if it arrives with less than this share of its mean slope over the step before."""
 _SHALLOW = 100 * EPS
-"""An indicator that would rise again this soon below zero switches by the hysteresis of the events alone."""
+"""An indicator that would rise again this close below zero switches only because of the hysteresis of events."""
 _ROUNDING = 1e-15
 _NOTHING = 100 * EPS
-"""Changes of rates that the hysteresis of the events makes."""
+"""Changes of rates due to the hysteresis of events."""
 
 
 class NotDifferentiable(SimulationError):
@@ -40,9 +40,9 @@ class NotDifferentiable(SimulationError):
 
 @dataclass(frozen=True)
 class Shift:
-    """How the instant of an event moves: d(tau) = s S + q, by the law ``name``; ``index`` is the place of its mode.
+    """The motion of an event's instant, d(tau) = s S + q, due to the law ``name``; ``index`` is the index of its mode.
 
-    ``row``: its indicator or instant among the expressions that may cause an event; below zero for knots of inputs.
+    ``row``: its indicator or instant among the possible causes of events; negative for knots of inputs.
     """
 
     name: str
@@ -51,11 +51,11 @@ class Shift:
     q: Array
     row: int = -1
     flat: NotDifferentiable | None = None
-    """Why it has no derivative, if the event changes anything."""
+    """The reason why there is no derivative, if the event changes anything."""
 
 
 class EventLaws:
-    """The laws that may cause the events of one model's runs."""
+    """The possible causes of events in one model's runs."""
 
     def __init__(
         self,
@@ -67,7 +67,7 @@ class EventLaws:
         self.system, self.indicators, self.timed, self.sticking = system, indicators, timed, sticking
 
     def shifts(self, run: Record, k: int, slopes: Slopes, falls: Array, earlier: Array) -> list[Shift]:
-        """The laws whose instant or indicator this event is."""
+        """The laws whose indicator or instant causes this event."""
         t, left, right = float(run.instants.times[k]), run.instants.left.m[k], run.instants.right.m[k]
         near, count, nq = _SAME_TIME * max(1.0, abs(t)), len(self.indicators), slopes.q.shape[1]
         found = [
@@ -112,27 +112,27 @@ class EventLaws:
         return found
 
     def _knot(self, index: int, nq: int) -> Array:
-        """How the instant depends on q if it is a knot of an input: as the end of its segment."""
+        """The dependence of the instant on q if it is a knot of an input: the end of its segment."""
         found, first = np.zeros(nq), len(self.system.parameters) + len(self.system.segments)
         if index in self.system.segments:
             found[first + self.system.segments.index(index) // 3] = 1.0
         return found
 
     def _sticks(self, law: Law, left: Array, right: Array) -> bool:
-        """Whether a sliding law comes to rest: then the jump of the rates is in proportion to the slope, however flat that is."""
+        """Whether a sliding law comes to rest: then the jump of the rates is proportional to the slope, however small."""
         return any(law is s for s in self.sticking) and left[law.index] != 0.0 and right[law.index] == 0.0
 
     def _first(self, laws: list[int], value: Array, falls: Array, t: float) -> list[int]:
-        """Those that fell through zero first, within the hysteresis; others below zero follow from what these change."""
+        """The laws that fell through zero first, within the hysteresis; others below zero follow from what these change."""
         since = {j: float(value[j] / falls[j]) for j in laws}
         first = max(laws, key=lambda j: since[j], default=-1)
         noise = {j: -2.0 * EPS / float(falls[j]) for j in laws}
         return [j for j in laws if since[first] - since[j] <= noise[first] + noise[j] + _ROUNDING * t]
 
     def _grazing(self, law: Law, t: float, slope: float, fallen: float, h: float) -> NotDifferentiable | None:
-        """An indicator that arrives at zero flat moves its instant without bound.
+        """An indicator that arrives at zero with zero slope moves its instant without bound.
 
-        Over the step before, it is taken as a parabola: ``depth`` is how far below zero that would reach.
+        It is approximated by a parabola over the step before; ``depth`` is how far that would fall below zero.
         """
         straight = -slope * h
         bent = fallen - straight
@@ -155,7 +155,7 @@ class EventLaws:
 
 
 def without_effect(shift: Shift, change: Array, rates: Array) -> bool:
-    """Whether a flat event may be passed over, because nothing changes with it; raises why it has no derivative if not."""
+    """Whether a grazing event changes nothing and can be ignored; otherwise raises the reason why there is no derivative."""
     if shift.flat is None:
         return False
     if (np.abs(change) <= _NOTHING * (1.0 + np.abs(rates))).all():

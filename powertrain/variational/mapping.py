@@ -1,4 +1,4 @@
-"""How resets and impacts carry the states over an event: s+ = R(t, s-, q), with its derivatives.
+"""The map of the states over an event with resets and impacts, s+ = R(t, s-, q), with its derivatives.
 
     reset:   s_i+ = value(t, s-, q)
     impact:  x+ = x- + X j,   A j = -(1 + e) v   for the barriers that are struck (contacts, one-way laws),
@@ -29,10 +29,10 @@ _ROUNDS = 20
 
 @dataclass(frozen=True)
 class Round:
-    """One round of resets or impacts: the map s -> e(t, s, q) of some entries of s, the others staying as they are.
+    """One round of resets or impacts: the map s -> e(t, s, q) of some entries of s; the others are unchanged.
 
-    ``before`` are the derivatives of s before the round with respect to t, s and q before the event, ``s`` is that of s after the round
-    with respect to s before it; ``assigned`` tells which of the expressions goes where; ``impact``: the barriers struck, and which bounce.
+    ``before``: the derivatives of s before the round with respect to t, s and q before the event; ``s``: those of s after the round with
+    respect to s before it; ``assigned``: which expression is assigned to which entry; ``impact``: the barriers struck, and which bounce.
     """
 
     sample: Samples
@@ -54,7 +54,7 @@ class Carried:
     rounds: list[Round]
 
     def follow(self, t: Array, s: Block, q: Block) -> None:
-        """One more round with these derivatives."""
+        """Apply one more round with these derivatives."""
         self.t, self.s, self.q = s @ self.t + t, s @ self.s, s @ self.q + q
 
 
@@ -80,7 +80,7 @@ class Mapping:
         return Partials(self.system, column([*parts, ca.vec(dae.impact_x), ca.vec(dae.impact_a)]))
 
     def map(self, run: Record, k: int, fired: set[int]) -> Carried | None:
-        """R and its derivatives at event k, where laws with modes at ``fired`` started it; None where the run went another way."""
+        """R and its derivatives at event k, caused by laws with modes at ``fired``; None if the run took another path."""
         events, n, nd = run.instants, self.system.states, len(self.system.discretes)
         left_m, right_m = events.left.m[k], events.right.m[k]
         size, nq = n + nd, self.system.free.numel()
@@ -103,7 +103,7 @@ class Mapping:
         return now
 
     def bent(self, p: Array, rounds: Sequence[Round], weights: Array, along: Tangents) -> Block:
-        """(w^T R)''[V, V]: the sum over the rounds, each with the weights behind it and the tangents before it."""
+        """(w^T R)''[V, V]: the sum over the rounds, each with the weights after it and the tangents before it."""
         count = along.s.shape[2]
         found = np.zeros((count, count))
         for each in reversed(rounds):
@@ -117,7 +117,7 @@ class Mapping:
         return found
 
     def _curvature(self, of: Round) -> Curvature:
-        """That of the values of the resets, or of x + X j for the barriers struck, of which some bounce."""
+        """The curvature of the values of the resets, or of x + X j for the barriers struck, some of which bounce."""
         if of.impact not in self._curvatures:
             values, dae = self.values, self.dae
             if of.impact is not None:
@@ -129,7 +129,7 @@ class Mapping:
         return self._curvatures[of.impact]
 
     def _following(self, run: Record, k: int, now: Carried, done: Sequence[When]) -> list[When]:
-        """Laws that what was reset before has set off, and that are over again at the right: their resets are what was found there."""
+        """Laws triggered by previous resets and over again at the right limit, recognised by the values that their resets left."""
         if self.resets is None:
             return []
         values = self.resets(self._sample(run, k, now), run.p).value[0]
@@ -145,7 +145,7 @@ class Mapping:
         return found
 
     def _combined(self, run: Record, k: int, fired: set[int]) -> set[int]:
-        """The laws whose combined conditions hold with the comparisons that turn at event k."""
+        """The laws whose combined conditions hold with the comparisons that change at event k."""
         left = run.instants.left
         m = left.m[k].copy()
         turned = [r.index for r in self.dae.relations if r.index in fired]
@@ -158,7 +158,7 @@ class Mapping:
         return Samples(left.t[k : k + 1], now.x[None].copy(), left.z[k : k + 1], now.m[None].copy())
 
     def _reset(self, run: Record, k: int, now: Carried, whens: Sequence[When]) -> None:
-        """All right sides with the values before."""
+        """Assign all right-hand sides, evaluated with the values before."""
         assert self.resets is not None
         sample = self._sample(run, k, now)
         slopes = self.resets(sample, run.p)
@@ -192,7 +192,7 @@ class Mapping:
         impulse = np.linalg.solve(value[on_a], -factor * value[v])
 
         def effect(d: Block) -> Block:
-            """The change of the states by the change of all values, for t, s or q."""
+            """The change of the states due to the change of all values, for t, s or q."""
             uneven = np.einsum("ijv,j->iv", d[on_a], impulse)
             turned = factor[:, None] * d[v] + (bounces * value[v])[:, None] * d[e]
             d_impulse = -np.linalg.solve(value[on_a], uneven + turned)
@@ -209,5 +209,5 @@ class Mapping:
 
 
 def _differ(one: Any, other: Any) -> Any:
-    """Whether values are more than round-off apart."""
+    """Whether values differ by more than round-off."""
     return np.abs(one - other) > 1e-7 * (1.0 + np.abs(other))

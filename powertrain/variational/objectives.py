@@ -1,4 +1,4 @@
-"""What a derivative is taken of: values, integrals, extremes and squares of signals, and their sums."""
+"""Objectives of derivatives: values, integrals, extremes and squares of signals, and their sums."""
 
 from __future__ import annotations
 
@@ -116,8 +116,8 @@ def objective(of: Any) -> Objective:
 class Reading:
     """``weight`` times expression ``signal`` at ``time`` (s); at event ``instant`` before (side -1) or after it (side 1).
 
-    ``bend`` is the second derivative with respect to what is read; ``turning``: the signal is greatest or least there between events, so
-    the instant moves with that.
+    ``bend`` is the second derivative with respect to the value read; ``turning``: the signal has an extremum there between events, so
+    the instant moves with the extremum.
     """
 
     time: float
@@ -130,7 +130,7 @@ class Reading:
 
 
 def weights_of(term: Term, values: Array) -> tuple[float, Array, float]:
-    """The value of a term that reads a signal at its times, and its first and second derivatives with respect to what is read."""
+    """The value of a term that reads a signal at its times, and its first and second derivatives with respect to the values read."""
     if term.kind == "squares":
         left = (values - np.array(term.values)) / term.sigma
         first, second = 2.0 * term.factor * left / term.sigma, 2.0 * term.factor / term.sigma**2

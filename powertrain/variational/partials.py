@@ -2,8 +2,8 @@
 
     e = e(t, s, z, q),   0 = g(t, s, z, q)   =>   de/dv = e_v - e_z g_z^-1 g_v   for v = t, s, q
 
-``s`` = (x, d): the states and the discrete variables that hold numbers; ``q``: the parameters that matter, the running segments
-(t0, y0, slope) of the inputs that matter, and the instants at which these segments end.
+``s`` = (x, d): the states and the numeric discrete variables; ``q``: the parameters concerned, the current segments
+(t0, y0, slope) of the inputs concerned, and the instants at which these segments end.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Block = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class System:
-    """A model; the places of the parameters and held entries of inputs of which derivatives are taken; the number of these inputs."""
+    """A model, the indices of the parameters and of the held entries of inputs to differentiate by, and the number of these inputs."""
 
     dae: HybridDae
     parameters: tuple[int, ...]
@@ -36,7 +36,7 @@ class System:
 
     @cached_property
     def discretes(self) -> list[int]:
-        """The places in ``m`` of the discrete variables."""
+        """The indices of the discrete variables in ``m``."""
         dae = self.dae
         modes = {
             law.index
@@ -64,7 +64,7 @@ class System:
 
     @cached_property
     def free(self) -> Symbol:
-        """The symbols of q; the instants of the next knots are in no expression."""
+        """The symbols of q; the instants of the next knots appear in no expression."""
         p, m = self.dae.p, self.dae.m
         return ca.vertcat(_chosen(p, self.parameters), _chosen(m, self.segments), Symbol.sym("next", self.knots))
 
@@ -74,7 +74,7 @@ class System:
         return ca.vertcat(self.dae.x, _chosen(self.dae.m, self.discretes))
 
     def with_seeds(self, samples: Samples, *seeds: Block) -> Samples:
-        """Samples with further columns behind the held values. Those of a run without any have one column of zeros."""
+        """Samples with further columns after the held values. A run without held values has one column of zeros."""
         return samples._replace(m=np.concatenate([samples.m[:, : self.dae.m.numel()], *seeds], axis=1))
 
 

@@ -1,6 +1,6 @@
-"""What the derivatives of a run read of it: its steps at collocation points, and both limits of its events.
+"""The data of a run that its derivatives use: its steps at collocation points, and both limits of its events.
 
-Everything else in this package knows a run through these records only.
+The rest of this package accesses a run only through these records.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from powertrain.result import Result
 from powertrain.signals import Samples, signals_of
 
 STAGES = 4
-"""One more than the fifth order of the run's own methods asks for: what drives the variational equations may be faster than the states."""
+"""One more than the fifth order of the run's methods requires: the forcing of the variational equations may be faster than the states."""
 POINTS = np.append(0.5 * (1.0 + np.sort(roots_jacobi(STAGES - 1, 1.0, 0.0)[0])), 1.0)
 """The collocation points of Radau IIA in a step of length 1: zeros of the Jacobi polynomial P(1, 0), and the end."""
 
 _LATE = 1e-12
-"""So much later, in s and relative to the time, is the right limit of what depends on the time since an event: sign(0) is neither side."""
+"""Delay, in s and relative to the time, of the right limit of functions of the time since an event: sign(0) is on neither side."""
 _EARLY = 1e-6
-"""How much earlier, as a share of the steps before an event."""
+"""Share of a step by which the sample before an event is earlier."""
 _FEW = 64
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Steps without events inside: starts and durations in s, and samples at their collocation points, one after the other."""
+    """Steps without events inside: starts and durations in s, and samples at their collocation points, consecutively."""
 
     times: Array
     durations: Array
@@ -48,7 +48,7 @@ class Instants:
     """The events of a run: times in s, both limits, samples some steps before, impacts and resets by name.
 
     ``seen`` is the left limit as the event was located, with the algebraic unknowns of the dense output; ``early`` is a little earlier,
-    where expressions that bend at the event itself have not bent yet.
+    before the kinks of expressions at the event itself.
     """
 
     times: Array
@@ -62,7 +62,7 @@ class Instants:
 
 @dataclass(frozen=True)
 class Record:
-    """One run: parameters by place, first and last instant in s, steps cut at the wanted times, events."""
+    """One run: parameters by index, first and last instant in s, steps cut at the requested times, events."""
 
     p: Array
     start: float
@@ -73,7 +73,7 @@ class Record:
 
 
 def record(result: Result[Any], cuts: Array) -> Record:
-    """The run of a result whose steps end at ``cuts``, too."""
+    """The run of a result, with steps that also end at ``cuts``."""
     trajectory = result.trajectory
     p = np.array(list(result.parameters.values()), float)
     signals = signals_of(result.compiled)
@@ -128,7 +128,7 @@ def _instants(trajectory: Trajectory, corrected: Any, switches: list[int]) -> In
 
 
 def _quiet(trajectory: Trajectory, told: Sequence[Instant], switches: list[int]) -> Iterator[Instant]:
-    """Changes of ``switches`` that no event tells of, because branches meet there: a rate that is made of their derivatives may jump."""
+    """Changes of ``switches`` without an event, because branches meet there; a rate that contains their derivatives may jump."""
     rows = trajectory.mode_of_step
     known = np.array([i.time for i in told], float)
     for i in np.flatnonzero(rows[1:] != rows[:-1]) + 1:
@@ -141,7 +141,7 @@ def _quiet(trajectory: Trajectory, told: Sequence[Instant], switches: list[int])
 
 
 def edge(result: Result[Any], times: Array, before: bool, share: float = 0.0) -> Samples:
-    """A ``share`` of a step before or after instants, by the dense output; without it, by that of the steps that end or begin there."""
+    """Dense output a ``share`` of a step before or after instants; with zero share, of the steps that end or begin there."""
     trajectory = result.trajectory
     side: Literal["left", "right"] = "left" if before else "right"
     if share:
@@ -153,7 +153,7 @@ def edge(result: Result[Any], times: Array, before: bool, share: float = 0.0) ->
 
 
 def spans(trajectory: Trajectory, times: Array, before: bool) -> Array:
-    """The longest of the few steps before or after instants, in s, up to the next event: the one that ends at an event may be tiny."""
+    """The longest of the few steps before or after instants, in s, up to the next event; the step that ends at an event may be tiny."""
     starts, row = trajectory.times, trajectory.mode_of_step
     changes, told = starts[1:][row[1:] != row[:-1]], np.array([i.time for i in trajectory.instants])
     apart = np.abs(changes[:, None] - told).min(axis=1, initial=np.inf) > _LATE * (1.0 + np.abs(changes))
@@ -167,7 +167,7 @@ def spans(trajectory: Trajectory, times: Array, before: bool) -> Array:
 
 
 def _inside(trajectory: Trajectory, times: Array) -> Samples:
-    """Right limits at any times of the run."""
+    """Right limits at arbitrary times of the run."""
     return Samples(*trajectory.at(times, with_events=False))
 
 

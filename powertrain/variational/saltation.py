@@ -1,4 +1,4 @@
-"""How derivatives pass an event: saltation, resets, impacts.
+"""Derivatives across an event: saltation, resets, impacts.
 
 An event happens where an indicator h(t, s, q) falls through zero, or at a known instant T(s, q). With rates f- before and f+ after,
 and s+ = R(t, s-, q),
@@ -40,9 +40,9 @@ _EQUAL = 1e-7
 class SaltationMap:
     """S+ = s S + left Q- + right Q+ at one event, Q the derivatives of q in the segments before and after.
 
-    ``shifts``: how its instant moves, by all laws that cause it; ``moved``: those of them whose motion changes anything; ``apart``: of laws
-    that act on each other, how far S+ of one order is from this mean over all orders, by S and by Q-; ``across``: R_s, R_q and R_t of the
-    resets and impacts, made in ``rounds``; ``caught``: the laws that hold from here on at a speed that is zero already.
+    ``shifts``: the motion of its instant, for all laws that cause it; ``moved``: those whose motion changes anything. ``apart``: for laws
+    that act on each other, the deviation of S+ in one order from this mean over all orders, by S and by Q-. ``across``: R_s, R_q and R_t of
+    the resets and impacts, computed in ``rounds``; ``caught``: the laws that stick from here on at a speed that is already zero.
     """
 
     time: float
@@ -76,7 +76,7 @@ class Saltation:
         self.mapping = Mapping(system) if dae.whens or dae.contacts else None
 
     def jumps(self, run: Record) -> list[SaltationMap]:
-        """One jump for each event of a run. NotDifferentiable names the event that has none."""
+        """One jump for each event of a run. NotDifferentiable names an event that has none."""
         events = run.instants
         if not len(events.times):
             return []
@@ -132,7 +132,7 @@ class Saltation:
     def _parts(
         self, run: Record, k: int, shifts: Sequence[Shift], f_left: Array, change: Array
     ) -> tuple[Parts, Parts | None]:
-        """What the motion of each of the laws' instants changes; and of laws that act on each other, the order farthest from that."""
+        """The effect of the motion of each law's instant; for laws that act on each other also the order farthest from the mean."""
         if not shifts:
             return np.zeros((0, len(change))), None
         rows = np.array([np.append(shift.s, shift.q) for shift in shifts])
@@ -161,9 +161,9 @@ class Saltation:
         return mean, apart if np.abs(apart).max(initial=0.0) > _EQUAL * scale else None
 
     def caught(self, p: Array, sample: Samples, laws: Sequence[int]) -> tuple[Block, Block]:
-        """Laws that hold from an instant on at which their speed is zero: another speed there would be taken away at once.
+        """Laws that stick from an instant at which their speed is zero: a perturbation of that speed would be removed at once.
 
-        S+ = (I - B (W B)^-1 W) S - B (W B)^-1 W_q, with W the derivatives of the speeds and B what the laws' torques do to the rates.
+        S+ = (I - B (W B)^-1 W) S - B (W B)^-1 W_q, with W the derivatives of the speeds and B the effect of the laws' torques on the rates.
         """
         onto, at_q = np.eye(self.flow.size), np.zeros((self.flow.size, self.system.free.numel()))
         for _, effect, row, q in self.catches(p, sample, laws):
@@ -172,7 +172,7 @@ class Saltation:
         return onto, at_q
 
     def catches(self, p: Array, sample: Samples, laws: Sequence[int]) -> Iterator[tuple[int, Array, Array, Array]]:
-        """Of each of these laws B (W B)^-1, W and W_q."""
+        """B (W B)^-1, W and W_q for each of these laws."""
         if not laws:
             return
         size, n = self.flow.size, self.system.size
@@ -196,7 +196,7 @@ class Saltation:
 
 
 def chosen(where: NDArray[np.bool_], yes: Slopes, no: Slopes) -> Slopes:
-    """Derivatives of the first where it says so, one decision for every expression and sample."""
+    """The first derivatives where ``where`` is true, else the second; one decision for every expression and sample."""
     wide = where[:, :, None]
     return Slopes(
         no.value, np.where(where, yes.t, no.t), np.where(wide, yes.s, no.s), np.where(wide, yes.q, no.q), no.weights

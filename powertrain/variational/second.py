@@ -1,13 +1,13 @@
 """Second derivatives of an objective of a run, forward over adjoint.
 
-A run is a chain of maps: the start, steps, events, readings. With the tangents V of what enters a map and the adjoint w of what leaves
-it, the second derivatives of the whole are the sum of those of the maps,
+A run is a chain of maps: the start, steps, events, readings. With the tangents V at the input of each map and the adjoint w at its
+output, the second derivatives of the whole are the sum of those of the maps,
 
     d2g/dp2 = sum over all maps M of (w^T M)''[V, V].
 
 This is the second-order adjoint mu, d(mu)/dt = -f_s^T mu - (w^T f)_ss S - (w^T f)_sq Q, multiplied by the tangents and integrated: one
-forward sweep gives the tangents for all unknowns, so mu itself is not needed. Steps contribute what the collocation of the variational
-equations does, hence the sum is the exact derivative of what ``pt.gradient`` computes on the same dense output.
+forward sweep gives the tangents for all unknowns, so mu itself is not needed. The steps contribute through the collocation of the
+variational equations, so the sum is the exact derivative of what ``pt.gradient`` computes on the same dense output.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from powertrain.variational.transitions import batches, stage_tangents
 from powertrain.variational.unknowns import Unknowns
 
 _STATIONARY = 1e-3
-"""An extremum between events lies nearer than this share of a step to where the rate of the signal is zero."""
+"""An extremum between events is within this share of a step of a zero of the signal's rate."""
 _EQUAL = 1e-6
 _ROUND_OFF = 1e-12
 
@@ -51,7 +51,7 @@ class _Batch:
 
 @dataclass(frozen=True)
 class _Way:
-    """A run with its tangents: those of q, of s at the boundaries before steps (after the events there), and of s before events."""
+    """A run with its tangents: of q, of s at the boundaries before steps (after the events there), and of s before events."""
 
     passage: Passage
     corners: dict[int, list[Corner]]
@@ -74,7 +74,7 @@ class SecondOrder:
         self.corners = Corners(system, ca.vertcat(rates, system.dae.residual))
 
     def __call__(self, result: Result[Any], wanted: Unknowns, of: Functional) -> Matrix:
-        """The second derivatives. NotDifferentiable where the run has none."""
+        """The second derivatives. NotDifferentiable if the run has none."""
         model = self.model
         way = self._forward(result, wanted, of)
         run, reads = way.passage.run, by_place([r.boundary for r in way.passage.reads])
@@ -125,7 +125,7 @@ class SecondOrder:
         return _Way(through, places, phi, kept, q, at, before)
 
     def _linear(self, run: Record, q: Matrix) -> tuple[Block, Block, list[_Batch]]:
-        """Phi of all steps, Psi for all unknowns, and what the steps' second derivatives need."""
+        """Phi of all steps, Psi for all unknowns, and the data for the steps' second derivatives."""
         flow, count = self.model.flow, len(run.steps.times)
         phi, psi, kept = np.empty((count, flow.size, flow.size)), np.zeros((count, flow.size, q.shape[1])), []
         for here, samples in batches(run.steps):
@@ -137,7 +137,7 @@ class SecondOrder:
         return phi, psi, kept
 
     def _steps(self, way: _Way, ends: Block) -> Matrix:
-        """Of the steps: f'' at every stage, along its tangents, times the effect of the stage on the objective."""
+        """Contribution of the steps: f'' at every stage, along its tangents, times the effect of the stage on the objective."""
         flow, run = self.model.flow, way.passage.run
         found = np.zeros((way.q.shape[1], way.q.shape[1]))
         for batch in way.batches:
@@ -148,7 +148,7 @@ class SecondOrder:
         return found
 
     def _event(self, way: _Way, meets: Meets, k: int, weights: Array) -> tuple[Matrix, Array]:
-        """Of an event, and of what is read there; and the adjoint before it."""
+        """Contribution of an event and of the readings there, and the adjoint before it."""
         run, jump, n = way.passage.run, way.passage.jumps[k], self.model.system.size
         here = [r for r in way.passage.reads if r.boundary < 0 and r.reading.instant == k]
         for read in here:
@@ -169,7 +169,7 @@ class SecondOrder:
         return found + crossed.bent, weights
 
     def _read_moving(self, run: Record, read: Read, crossed: Crossed, side: Side, q: Matrix) -> Matrix:
-        """Of a reading at an event, before or after it."""
+        """Contribution of a reading at an event, before or after it."""
         left = read.reading.side < 0
         s, rates = (crossed.left, crossed.left_rates) if left else (crossed.right, crossed.right_rates)
         bent = self._curved(run, read, tangents(s[: self.model.system.size], q, crossed.instant))
@@ -177,7 +177,7 @@ class SecondOrder:
         return bent + read.reading.weight * on_instant
 
     def _read(self, result: Result[Any], run: Record, read: Read, s: Matrix, q: Matrix) -> Matrix:
-        """Of a reading at a fixed instant, or at an extremum between events."""
+        """Contribution of a reading at a fixed instant, or at an extremum between events."""
         if read.reading.turning:
             return self._turning(result, run, read, s, q)
         slope = read.s @ s + read.q @ q
@@ -185,7 +185,7 @@ class SecondOrder:
         return fixed + read.reading.bend * np.outer(slope, slope)
 
     def _turning(self, result: Result[Any], run: Record, read: Read, s: Matrix, q: Matrix) -> Matrix:
-        """Of an extremum y(T, p) with y_T = 0: y_pp - y_pT y_Tp/y_TT. The instant T is one more unknown."""
+        """Contribution of an extremum y(T, p) with y_T = 0: y_pp - y_pT y_Tp/y_TT. The instant T is one more unknown."""
         flow, count = self.model.flow, s.shape[1]
         side = side_of(flow, flow.partials(read.sample, run.p), 0)
         instant = np.append(np.zeros(count), 1.0)
@@ -204,13 +204,13 @@ class SecondOrder:
         )
 
     def _curved(self, run: Record, read: Read, along: Tangents) -> Matrix:
-        """Of the expression that is read."""
+        """Contribution of the curvature of the expression read."""
         seeds = np.zeros((1, self.readings.explicit))
         seeds[0, read.reading.signal] = read.reading.weight
         return self.readings(read.sample, run.p, seeds, along)
 
     def _corner(self, result: Result[Any], run: Record, corner: Corner, weights: Array, s: Matrix, q: Matrix) -> Matrix:
-        """Of a corner: the same s and f on both sides, other derivatives of f."""
+        """Contribution of a corner: the same s and f on both sides, but other derivatives of f."""
         flow, t = self.model.flow, np.array([corner.time])
         before, after = (side_of(flow, beside(flow.partials, result, run.p, t, b), 0) for b in (True, False))
         change = np.abs(np.hstack([before.s - after.s, (before.t - after.t)[:, None], before.q - after.q]))
@@ -236,7 +236,7 @@ class SecondOrder:
         )
 
     def _start(self, result: Result[Any], wanted: Unknowns, way: _Way, weights: Array) -> Matrix:
-        """Of the start: laws that stick from there on, and the conditions."""
+        """Contribution of the start: laws that stick from there on, and the conditions."""
         model, run, s, n = self.model, way.passage.run, way.passage.given, self.model.system.size
         stuck = [i for i, law in enumerate(model.saltation.sticking) if run.first.m[0, law.index] == 0.0]
         found = self.crossing.caught(run.p, run.first, stuck, weights, s, way.q)

@@ -1,13 +1,13 @@
 """Laws that switch at one instant and act on each other.
 
-An unknown may let any of them be the first. In one such order, with rates f_0 before, f_j after the first j laws and f_k after all,
+A change of an unknown may let any of them be first. In one such order, with rates f_0 before, f_j after the first j laws and f_k after all,
 
     S+ = S + sum_j (f_(j-1) - f_j) d(tau'_j),   d(tau'_j) = (d(tau_j) + sum_(l<j) c_jl d(tau'_l)) / (1 + sum_(l<j) c_jl),
     c_jl = grad tau_j . (f_(l-1) - f_l),
 
-where d(tau_j) is the motion of the instant of law j alone. The run then has one derivative for each order, and two sides for each unknown.
-Of two laws, the mean of both is what central differences find. Of more, the mean of all orders is near that, and the order farthest from
-it bounds how near. Where all d(tau) agree, all orders do.
+where d(tau_j) is the motion of the instant of law j alone. The run then has one derivative for each order, and one-sided derivatives for
+each unknown. For two laws, their mean is what central differences give. For more laws, the mean over all orders is close to that, and the
+order farthest from it bounds the difference. If all d(tau) agree, so do all orders.
 
 A. Pang, D. Stewart: Solution dependence on initial conditions in differential variational inequalities, Math. Program. 116 (2009) 429-460
 (directional derivatives of nonsmooth flows).
@@ -24,19 +24,19 @@ from numpy.typing import NDArray
 from powertrain.numerics.buffers import Array
 
 Parts = NDArray[np.float64]
-"""What the motion of each law's instant changes: one row per law."""
+"""The effect of the motion of each law's instant, one row per law."""
 LARGEST = 4
-"""Laws of which every order is tried."""
+"""The largest number of laws for which every order is tried."""
 _STOPPED = 1e-6
-"""A law whose indicator falls this much slower once another has switched may not switch at all."""
+"""If an indicator falls slower by this factor after another law has switched, its law may not switch at all."""
 
 
 def over_orders(
     gradients: Sequence[Array], before: Array, after: Array, between: Callable[[list[tuple[int, ...]]], Parts]
 ) -> tuple[Parts, Parts]:
-    """The mean over all orders, and the order farthest from it less the mean.
+    """The mean over all orders, and the deviation of the order farthest from it.
 
-    ``gradients``: those of the instants by s; ``between``: the rates where only some of the laws have switched.
+    ``gradients``: of the instants with respect to s; ``between``: the rates if only some of the laws have switched.
     """
     count = len(gradients)
     subsets = [s for size in range(1, count) for s in combinations(range(count), size)]
@@ -51,13 +51,13 @@ def over_orders(
 
 
 def undecided(change: Array, count: int) -> tuple[Parts, Parts]:
-    """The whole change by the mean instant, or by the first."""
+    """The whole change with the mean instant, and the deviation with the first."""
     mean = np.full((count, 1), 1.0 / count) * change
     return mean, np.eye(count)[:, :1] * change - mean
 
 
 def _in_order(order: tuple[int, ...], gradients: Sequence[Array], rates: dict[tuple[int, ...], Array]) -> Parts | None:
-    """The parts of all laws where they switch in one order; None where one might not switch any more."""
+    """The parts of all laws if they switch in one order; None if one of them might not switch any more."""
     count = len(order)
     moves, parts = np.zeros((count, count)), np.zeros((count, len(rates[()])))
     changes: list[Array] = []

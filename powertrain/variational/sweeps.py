@@ -1,4 +1,4 @@
-"""The two ways through a run: forward with derivatives of s for each unknown, or backward with the adjoint of one objective."""
+"""The two sweeps through a run: forward with derivatives of s for each unknown, or backward with the adjoint of one objective."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from powertrain.variational.transitions import WEIGHTS, Reverse, VariationalRate
 from powertrain.variational.unknowns import Unknowns
 
 APART = 0.01
-"""Both sides of a derivative may differ from it by this share of it,"""
+"""One-sided derivatives may differ from the mean by this share of it,"""
 _SEEN = 1e-4
-"""or by so little that a change of the unknown by all of its value changes the result by this share."""
+"""or by so little that a 100 % change of the unknown changes the result by this share."""
 
 
 class Model:
@@ -56,7 +56,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Read:
-    """The derivatives of one reading: with respect to s and q where it is taken, and along the motion there."""
+    """The derivatives of one reading: with respect to s and q, and along the motion."""
 
     reading: Reading
     sample: Samples
@@ -68,7 +68,7 @@ class Read:
 
 @dataclass(frozen=True)
 class Passage:
-    """A run as the sweeps see it: steps, jumps at the boundaries before steps, readings there, and the start."""
+    """The data of a run for the sweeps: steps, jumps at the boundaries before steps, readings there, and the start."""
 
     run: Record
     jumps: list[SaltationMap]
@@ -76,11 +76,11 @@ class Passage:
     reads: list[Read]
     begin: NDArray[np.float64]
     given: NDArray[np.float64]
-    """The same before laws that stick from the start on take away what speed they have."""
+    """The same before laws that stick from the start remove their speed."""
 
 
 def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional, cuts: Array) -> Passage:
-    """Everything of a run but its steps' matrices. NotDifferentiable names an event without a derivative."""
+    """Everything of a run except the matrices of its steps. NotDifferentiable names an event without a derivative."""
     run = record(result, np.union1d(of.cuts, cuts))
     jumps = model.saltation.jumps(run)
     boundaries = [run.steps.before(t) for t in run.instants.times.tolist()]
@@ -109,9 +109,9 @@ def _read(model: Model, result: Result[Any], run: Record, reading: Reading) -> R
 
 
 def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[Parts, Block]:
-    """The derivatives of the objective and how far those of its sides are from them (two rows).
+    """The derivatives of the objective, and the deviation of the one-sided derivatives from them (two rows).
 
-    Kept, if asked: those of s at all boundaries (before step i: row i), one block after the other.
+    With ``keep``, also the derivatives of s at all boundaries (before step i: row i), one block after the other.
     """
     run, steps = way.run, way.run.steps
     phi, psi = transitions(model.flow, steps, run.p)
@@ -125,7 +125,7 @@ def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[P
     chains = wanted.chain(np.array([r.reading.time for r in way.reads]), after=True)
 
     def alone(value: Array) -> Array:
-        """Nothing of it for the other side."""
+        """The value, with zeros for the deviation."""
         return np.concatenate([value, np.zeros_like(value)], axis=-1)
 
     for i in range(len(steps.times) + 1):
@@ -153,7 +153,7 @@ def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[P
 
 
 def refuse_apart(wanted: Unknowns, way: Passage, found: Parts, value: float) -> None:
-    """Sides that differ are no derivative, unless nobody would see it. ``found``: derivatives, and how far those of the sides are off."""
+    """Reject one-sided derivatives that differ noticeably. ``found``: derivatives, and the deviation of the one-sided ones."""
     derivatives, off = np.abs(found)
     sizes = np.abs(wanted.values)
     apart = (off > APART * derivatives) & ((off * sizes > _SEEN * abs(value)) | (sizes == 0.0))
@@ -170,7 +170,7 @@ def refuse_apart(wanted: Unknowns, way: Passage, found: Parts, value: float) -> 
 
 
 def by_place(places: list[int]) -> dict[int, list[int]]:
-    """Which of them each place has; those below zero have none."""
+    """The indices in ``places`` for each place; negative places have none."""
     found: dict[int, list[int]] = {}
     for k, place in enumerate(places):
         if place >= 0:
@@ -179,7 +179,7 @@ def by_place(places: list[int]) -> dict[int, list[int]]:
 
 
 def adjoint(model: Model, wanted: Unknowns, way: Passage) -> Parts:
-    """The same by one backward sweep: the second row is the adjoint of what events with two sides add."""
+    """The same by one backward sweep; the second row is the adjoint of the deviations at events with two sides."""
     run, steps = way.run, way.run.steps
     phi, kept = _linear_steps(model, way)
     lefts, rights = (wanted.chain(run.instants.times, after=a) for a in (False, True))
@@ -233,7 +233,7 @@ class _Batch:
 
 
 def _linear_steps(model: Model, way: Passage) -> tuple[Block, list[_Batch]]:
-    """Phi of all steps, and what the sweep needs of them later."""
+    """Phi of all steps, and the data that the sweep needs later."""
     steps, size = way.run.steps, model.flow.size
     phi, kept = np.empty((len(steps.times), size, size)), []
     for here, samples in batches(steps):

@@ -25,7 +25,7 @@ RADAU = (POINTS[:, None] ** (_POWERS + 1) / (_POWERS + 1)) @ np.linalg.inv(POINT
 """Integrals of the polynomials through the stages, from the start of a step to each of them."""
 WEIGHTS = RADAU[-1]
 _BATCH = 2000
-"""Steps of one batch: their matrices stay in the cache of the processor or near it."""
+"""Steps per batch: their matrices fit roughly into the processor's cache."""
 
 
 class VariationalRates:
@@ -50,9 +50,9 @@ class VariationalRates:
         return f
 
     def effects(self, durations: Array, a: Block) -> Block:
-        """What a rate added at every stage changes at the end of the step, one matrix per step.
+        """The effect of a rate added at each stage on the end of the step, one matrix per step.
 
-        Stages K = h A (R x I) K + G are solved for the core c alone: the other rates p follow from it,
+        Stages K = h A (R x I) K + G are solved only for the core c; the other rates p follow from it:
         end_c = h (b x I) K_c and end_p = h b (h A_pc (R x I) K_c + G_p). Rows and columns are those of ``places``.
         """
         count, size, core = len(durations), len(self.places), self.core
@@ -113,7 +113,7 @@ def transitions(flow: VariationalRates, steps: Steps, p: Array) -> tuple[Block, 
 def stage_tangents(flow: VariationalRates, durations: Array, slopes: Slopes, s: Block, q: Block) -> Block:
     """The derivatives of s at the stages of steps, from those at their starts and those of q.
 
-    Stages K = A (S + h (R x I) K) + B Q are solved for the core; the other states, on which no rate depends, stay as at the start.
+    Stages K = A (S + h (R x I) K) + B Q are solved for the core; rates do not depend on the other states, which stay as at the start.
     """
     count, size, core = len(durations), flow.system.size, flow.core
     a = slopes.s.reshape(count, STAGES, -1, size)[:, :, core]

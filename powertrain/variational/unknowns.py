@@ -1,4 +1,4 @@
-"""With respect to what: parameters, starts and knots of inputs by name, and how they enter the equations."""
+"""Unknowns of derivatives: parameters, starts and knots of inputs by name, and how they enter the equations."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from powertrain.result import Result
 from powertrain.signals import fits_pattern
 
 TIMES = ".times"
-"""Behind the name of an input: the instants of its knots instead of the values there."""
+"""Suffix of an input's name: the instants of its knots instead of their values."""
 
 
 @dataclass(frozen=True)
 class Knots:
-    """An input of a run, linear between its knots (times in s); its running segment lies in ``m`` at ``index``.
+    """An input of a run, linear between its knots (times in s); its current segment is in ``m`` at ``index``.
 
-    ``values_wanted``, ``times_wanted``: which of both are unknowns. Knots at one instant (a jump) share that instant.
+    ``values_wanted``, ``times_wanted``: which of the two are unknowns. Knots at one instant (a jump) share that instant.
     """
 
     name: str
@@ -37,13 +37,13 @@ class Knots:
 
     @cached_property
     def instants(self) -> tuple[Array, NDArray[np.int64]]:
-        """The different times, and which of them each knot has."""
+        """The distinct times, and the index of each knot's time among them."""
         times, place = np.unique(self.times, return_inverse=True)
         return times, np.asarray(place, np.int64)
 
     @property
     def size(self) -> int:
-        """How many unknowns these are."""
+        """The number of unknowns."""
         return self.values_wanted * len(self.times) + self.times_wanted * len(self.instants[0])
 
     def labels(self) -> list[str]:
@@ -79,7 +79,7 @@ class Knots:
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Parameters (by place), starts (by the name of the variable), values and instants of the knots of some inputs, in this order."""
+    """Parameters (by index), starts (by the name of the variable), values and instants of the knots of some inputs, in this order."""
 
     parameters: tuple[int, ...]
     starts: tuple[str, ...]
@@ -90,7 +90,7 @@ class Unknowns:
 
     @cached_property
     def segments(self) -> tuple[int, ...]:
-        """The places in ``m`` of the segments of the inputs."""
+        """The indices in ``m`` of the segments of the inputs."""
         return tuple(knots.index + k for knots in self.inputs for k in range(3))
 
     @cached_property
@@ -115,7 +115,7 @@ class Unknowns:
 
 
 def unknowns(result: Result[Any], wrt: str | Sequence[str] | None) -> Unknowns:
-    """The unknowns of the given names and patterns; all parameters for None. ParameterError for a name without any."""
+    """The unknowns that match the names and patterns; all parameters for None. ParameterError for a name without a match."""
     compiled = result.compiled
     parameters, starts = list(compiled.parameters), _starts(result)
     chosen: list[str] = []
@@ -145,7 +145,7 @@ def unknowns(result: Result[Any], wrt: str | Sequence[str] | None) -> Unknowns:
 
 
 def _starts(result: Result[Any]) -> Mapping[str, float]:
-    """The variables whose value at the start is a condition of its own, or that nothing else determines."""
+    """The variables whose start value is a condition of its own, or that nothing else determines."""
     used = {c.label: c.value for c in result.report.used} if result.report is not None else {}
     first = {d.name: d for d in result.compiled.flat.discretes}
     held = result.trajectory.held[0] if len(result.trajectory.held) else result.trajectory.final_held
