@@ -1,7 +1,7 @@
-"""The components of drivelines, with the names of the Modelica Standard Library where it has them.
+"""The components of drivelines, named as in the Modelica Standard Library where it has them.
 
-``from powertrain.components import Clutch`` imports a component from its family when it is first asked for. Names that several families
-have, such as ``Brake``, are imported from the family: ``from powertrain.components.rotational import Brake``.
+``from powertrain.components import Clutch`` imports a component from its family on first access. Names that several families have, such as
+``Brake``, are imported from the family: ``from powertrain.components.rotational import Brake``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _BOTH = """
     Move MultiSensor OneFlangeAndSupport Position PowerSensor RelAccSensor RelSpeedSensor Speed SpeedSensor
     Spring SpringDamper TwoFlanges TwoFlangesAndSupport
 """
-"""Names of rotational as well as translational components."""
+"""Names of both rotational and translational components."""
 
 
 def __getattr__(name: str) -> Any:

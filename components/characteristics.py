@@ -1,4 +1,4 @@
-"""Characteristics over speed that torques on shafts and forces on rods share, with x a speed over its nominal value."""
+"""Characteristics over speed for torques on shafts and forces on rods, with x a speed divided by its nominal value."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import casadi as ca
 from powertrain import Symbol, switch, time, within
 
 COLDEST = 1e-3
-"""Resistance over that at the reference temperature below which the linear law has no sense."""
+"""Resistance relative to that at the reference temperature below which the linear law is meaningless."""
 
 Regularization: TypeAlias = Literal["exp", "sine", "linear", "cosine"]
 
@@ -64,7 +64,7 @@ def eddy_current(x: Symbol) -> Symbol:
 
 
 def resistance(alpha20: Symbol, T: Symbol, TRef: Symbol) -> Symbol:
-    """R(T)/R(TRef), linear in temperature; a simulation ends where it comes to zero."""
+    """R(T)/R(TRef), linear in temperature; the simulation ends where it reaches zero."""
     ratio = 1 + alpha20 / (1 + alpha20 * (TRef - 293.15)) * (T - TRef)
     within(ratio, COLDEST, math.inf, name="resistance R(T)/R(TRef)", unit="1")
     return ratio

@@ -14,7 +14,7 @@ from powertrain.components.translational.interfaces import Flange as BeltEnd
 
 
 class BeltSpan(CompliantWithRelativeStates, Lossy):
-    """The free piece of a belt between two pulleys, running from flange_a to flange_b; it pulls and never pushes.
+    """The free span of a belt between two pulleys, from flange_a to flange_b; it pulls but never pushes.
 
     s_rel = flange_b.s - flange_a.s,  v_rel = der(s_rel),  f = flange_b.f = -flange_a.f
     f = stretch + damping,  stretch = T_0 + c s_rel or 0 where that is negative,  damping = d v_rel within -stretch..stretch
@@ -26,7 +26,7 @@ class BeltSpan(CompliantWithRelativeStates, Lossy):
     stretch: Variable = variable("N", "Elastic part of the tension")
 
     def equations(self) -> Equations:
-        """A spring and a damper that is never stronger than the spring."""
+        """A spring, and a damper that never exceeds it."""
         yield from self._transmit()
         yield self.stretch == ca.fmax(self.T_0 + self.c * self.s_rel, 0)
         yield self.f == self.stretch + self._damping()
@@ -45,17 +45,17 @@ class BeltSpan(CompliantWithRelativeStates, Lossy):
 
 
 class Pulley(Lossy):
-    """A pulley around which a belt runs from belt_a to belt_b, and on which it slips where Eytelwein's limit is reached.
+    """A pulley with a belt running from belt_a to belt_b, which slips at Eytelwein's limit.
 
     v = der(s),  s = belt_a.s = belt_b.s,  slip = v - radius der(flange.phi)
     m der(v) = belt_a.f + belt_b.f - F,  flange.tau = -radius F
     slip > 0: F = limit;  slip < 0: F = -limit;  slip = 0: |F| <= limit
     limit = (exp(mue wrap) - 1) (T - rho v^2), not below 0, with the smaller T of the tensions -belt_a.f and belt_b.f
 
-    Limit and centrifugal tension are those of a belt that slips on its whole wrap: (T_1 - rho v^2)/(T_2 - rho v^2) = exp(mue wrap). On
-    the pulley the belt does not stretch, so creep is not described. For a V belt or a ribbed belt mue is the coefficient of friction
-    over the sine of half the groove angle. A toothed belt is a ``ChainDrive`` without polygon effect. Spans and pulleys in a ring are
-    the accessory drive of an engine.
+    Limit and centrifugal tension are those of a belt that slips on its whole wrap: (T_1 - rho v^2)/(T_2 - rho v^2) = exp(mue wrap). The
+    belt does not stretch on the pulley, so creep is not modelled. For a V belt or a ribbed belt mue is the coefficient of friction
+    divided by the sine of half the groove angle. For a toothed belt use a ``ChainDrive`` without polygon effect. Spans and pulleys in a
+    ring form the accessory drive of an engine.
     Source: K. L. Johnson, Contact Mechanics, Cambridge 1985, section 8.2; R. L. Norton, Machine Design, ch. 17.
     """
 
@@ -75,7 +75,7 @@ class Pulley(Lossy):
     F: Variable = variable("N", "Friction force by which the belt drives the pulley")
 
     def equations(self) -> Equations:
-        """A mass of belt that sticks to a rim or slips."""
+        """The mass of the belt sticks to a rim or slips."""
         yield self.belt_a.s == self.s
         yield self.belt_b.s == self.s
         yield self.v == der(self.s)
@@ -102,9 +102,9 @@ class BeltDrive(TwoShafts):
     wrap_a = pi - 2 asin((radius_b - radius_a)/distance),  wrap_b = 2 pi - wrap_a
     stiffness of a span = EA/root(distance^2 - (radius_b - radius_a)^2),  speed ratio w_a/w_b = radius_b/radius_a where nothing slips
 
-    Both spans have the tension T_0 at rest. They share the load: T_1 + T_2 = 2 T_0 until one is slack, so that the largest force is
-    2 T_0 (exp(mue wrap) - 1)/(exp(mue wrap) + 1) of the smaller wrap. The shafts are held by a housing at rest.
-    Errors: ParameterError for pulleys that overlap. The numbers are invented, for a ribbed belt of six ribs.
+    Both spans have the tension T_0 at rest. They share the load: T_1 + T_2 = 2 T_0 until one is slack, so the largest force is
+    2 T_0 (exp(mue wrap) - 1)/(exp(mue wrap) + 1) with the smaller wrap. The shafts run in a housing at rest.
+    Errors: ParameterError for pulleys that overlap. The defaults are invented, for a ribbed belt with six ribs.
     """
 
     pulley_a: Pulley = Pulley()
@@ -123,11 +123,11 @@ class BeltDrive(TwoShafts):
     rho: Parameter = parameter("kg/m", "Mass of the belt over its length", default=0.1, above=0)
 
     def check(self) -> Equations:
-        """The pulleys have room."""
+        """The pulleys must not overlap."""
         yield self.radius_a + self.radius_b < self.distance
 
     def equations(self) -> Equations:
-        """Two pulleys and two spans in a ring; the belt runs from a to b on the loose side where a drives forward."""
+        """Two pulleys and two spans in a ring; on the slack side, if a drives forward, the belt runs from a to b."""
         a, b = self.pulley_a, self.pulley_b
         step = self.radius_b - self.radius_a
         length, angle = ca.sqrt(self.distance**2 - step**2), 2 * ca.asin(step / self.distance)

@@ -10,9 +10,9 @@ from powertrain import Equations, Parameter, ParameterError, Symbol, Variable, d
 from powertrain.components.rotational.interfaces import Lossy, TwoFlanges
 
 HARMONICS = 3
-"""Of the tooth frequency, with which the polygon effect is written."""
+"""Harmonics of the tooth frequency in the polygon effect."""
 LEAST = 6
-"""Teeth of the smallest sprocket."""
+"""Minimum number of teeth of a sprocket."""
 
 
 class ChainDrive(TwoFlanges, Lossy):
@@ -23,9 +23,9 @@ class ChainDrive(TwoFlanges, Lossy):
     flange_a.tau = path_a' (T - loose),  flange_b.tau = -path_b' (T - loose)
 
     A sprocket is a polygon: its chain moves at r cos(angle to the next joint), between r and r cos(pi/z); the series is that of this
-    motion, of which ``polygon`` takes three terms or none. The mean ratio is teeth_b/teeth_a. Either strand may become slack. In a
-    strand damping counts only as far as it is taut. The axes are so far apart that the sprockets' joints meet by chance: their
-    phases are those of the angles 0. Errors: ParameterError for fewer than 6 teeth.
+    motion, of which ``polygon`` uses three terms or none. The mean ratio is teeth_b/teeth_a. Either strand may become slack; its damping
+    then vanishes with its tension. The phase between the sprockets' joints is arbitrary and follows from the angles 0.
+    Errors: ParameterError for fewer than 6 teeth.
     Source: N. Fuglede, J. J. Thomsen, Kinematic and dynamic modeling and approximate analysis of a roller chain drive, J. Sound and
     Vibration 366 (2016) 447-470.
     """
@@ -43,7 +43,7 @@ class ChainDrive(TwoFlanges, Lossy):
     loose: Variable = variable("N", "Tension of the other strand")
 
     def equations(self) -> Equations:
-        """Two strands between two rims that are not quite round."""
+        """Two strands between two polygonal rims."""
         for name, z in (("teeth_a", self.teeth_a), ("teeth_b", self.teeth_b)):
             if z < LEAST:
                 raise ParameterError(f"{self._path}.{name} = {z}: a sprocket has at least {LEAST} teeth".lstrip("."))
@@ -81,6 +81,6 @@ class ChainDrive(TwoFlanges, Lossy):
         return self.p * z / (2 * math.pi) * (1 + sum(a * ca.cos(k * z * phi) for k, a in self._terms(z)))
 
     def _terms(self, z: int) -> list[tuple[int, float]]:
-        """Harmonics of the tooth frequency in the chain speed over its mean."""
+        """Harmonics of the tooth frequency in the ratio of chain speed to mean speed."""
         count = HARMONICS if self.polygon else 0
         return [(k, 2 * (-1) ** (k + 1) / ((k * z) ** 2 - 1)) for k in range(1, count + 1)]

@@ -29,9 +29,9 @@ from powertrain import (
 )
 
 INSTANT = 1e-300
-"""Shortest ramp in s, so that a duration of zero (a step) divides by something."""
+"""Shortest ramp in s, which avoids a division by zero for a duration of zero (a step)."""
 NEVER = 1e300
-"""A time in s that does not come."""
+"""A time in s that is never reached."""
 
 
 class _Source(Component):
@@ -118,9 +118,9 @@ class Cosine(_Wave):
 
 
 class _Periodic(_StartingSource):
-    """Partial: a signal that starts anew with every period, nperiod times (without end where nperiod < 0).
+    """Partial: a signal that repeats with every period, nperiod times (endlessly if nperiod < 0).
 
-    A simulation has to start before the first period is over.
+    A simulation must start before the end of the first period.
     """
 
     period: Parameter = parameter("s", "Time for one period", min=1e-60)
@@ -128,7 +128,7 @@ class _Periodic(_StartingSource):
     count: Discrete = discrete("1", "Number of completed periods")
 
     def _elapsed(self) -> Symbol:
-        """Time since the period began."""
+        """Time since the start of the period."""
         return time - (self.startTime + self.count * self.period)
 
     def _over(self) -> Symbol:
@@ -205,7 +205,7 @@ class TimeTable(_Source):
     table: tuple[tuple[float, float], ...]
 
     def check(self) -> Equations:
-        """There are rows, in order."""
+        """There is at least one row, and times do not decrease."""
         yield len(self.table) > 0  # it has rows
         yield all(before[0] <= after[0] for before, after in pairwise(self.table))  # times do not decrease
 

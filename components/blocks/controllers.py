@@ -30,7 +30,7 @@ from powertrain.components.limited import limited
 
 
 class _Controller(Component):
-    """Partial: what a controller is told, and what it gives within its limits."""
+    """Partial: inputs and limits of a controller."""
 
     u_s: Input = signal_input("1", "Set point")
     u_m: Input = signal_input("1", "Measured value")
@@ -41,7 +41,7 @@ class _Controller(Component):
     yMin: Parameter = parameter("1", "Lower limit of y")
 
     def check(self) -> Equations:
-        """There is room between the limits."""
+        """The limits must be in order."""
         yield self.yMin <= self.yMax
 
 
@@ -81,7 +81,7 @@ class LimPID(_Controller):
         yield self.derivative == (self.Nd * (self.wd * set_point - measured - self.x) if derives else 0)
 
     def initial(self) -> Equations:
-        """Without a kick of the derivative."""
+        """The derivative starts without a transient."""
         yield self.x == self.wd * self.u_s.value - self.u_m.value
 
 
@@ -101,7 +101,7 @@ class SampledPI(_Controller):
     held: Discrete = discrete("1", "Last computed value")
 
     def equations(self) -> Equations:
-        """A program that runs once in a period."""
+        """One update per sample."""
         error = self.u_s.value - self.u_m.value
         v = self.k * error + self.x
         given = limited(v, self.yMin, self.yMax)
@@ -114,6 +114,6 @@ class SampledPI(_Controller):
         yield self.y.value == switch(self.n > 0.5, self.held, self.y_start)
 
     def _free(self, v: Symbol, error: Symbol) -> Symbol:
-        """1 where the integral goes on, 0 where it waits."""
+        """1 if the integral is updated, 0 if it is held."""
         wound = ca.logic_or(ca.logic_and(v > self.yMax, error > 0), ca.logic_and(v < self.yMin, error < 0))
         return 1 - wound

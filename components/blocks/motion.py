@@ -7,7 +7,7 @@ import casadi as ca
 from powertrain import Component, Equations, Output, Parameter, parameter, signal_output, switch, time
 
 SMALL = 1e-300
-"""A speed or a time that divides nothing by zero."""
+"""A speed or a time that avoids a division by zero."""
 
 
 class KinematicPTP(Component):

@@ -26,7 +26,7 @@ class Limiter(Filter):
     uMin: Parameter = parameter("1", "Lower limit")
 
     def check(self) -> Equations:
-        """There is room between the limits."""
+        """The limits must be in order."""
         yield self.uMin <= self.uMax
 
     def equations(self) -> Equations:
@@ -48,12 +48,12 @@ class Hysteresis(Filter):
     held: Discrete = discrete("1", "Last state of u: 1 above uHigh, -1 below uLow, 0 neither")
 
     def check(self) -> Equations:
-        """There is a band, and y is 0 or 1 from the start."""
+        """The band must not be empty, and y_start is 0 or 1."""
         yield self.uLow <= self.uHigh
         yield self.y_start * self.y_start == self.y_start
 
     def equations(self) -> Equations:
-        """A memory, which an input outside of the band does not need."""
+        """The state is needed only within the band."""
         u = self.u.value
         above, below = u > self.uHigh, u < self.uLow
         yield when(above, reinit(self.held, 1))
@@ -63,7 +63,7 @@ class Hysteresis(Filter):
 
 
 class AllPass(Filter):
-    """A first-order all-pass filter, which changes no amplitude: the first Padé approximation of a delay.
+    """A first-order all-pass filter, which leaves amplitudes unchanged: the first Padé approximation of a delay.
 
     delayTime/2 der(x) + x = u,  y = 2 x - u;  it starts as if u had been constant before.
     """
@@ -72,7 +72,7 @@ class AllPass(Filter):
     x: Output = signal_output("1", "Signal after a first-order lag")
 
     def equations(self) -> Equations:
-        """A lag, and what it is too slow by counted twice."""
+        """A first-order lag, whose deviation counts twice."""
         yield self.delayTime / 2 * der(self.x.value) + self.x.value == self.u.value
         yield self.y.value == 2 * self.x.value - self.u.value
 
@@ -84,16 +84,16 @@ class AllPass(Filter):
 class Delay(Filter):
     """A delayed signal: y(t) = u(t - delayTime), approximated by n all-pass sections of delayTime/n each.
 
-    A sine of angular frequency w keeps its amplitude and is late by delayTime (1 - (w delayTime)^2/(12 n^2) + ...), so 1 % too early at
+    A sine of angular frequency w keeps its amplitude and is delayed by delayTime (1 - (w delayTime)^2/(12 n^2) + ...), 1 % too little at
     w delayTime = 0.35 n. A jump of u appears at once and rings until about delayTime: smooth it, or use more sections. An exact delay
-    would need the history of the signal, which the states of a model do not contain.
+    would need the history of the signal, which is not part of a model's state.
     """
 
     delayTime: Parameter = parameter("s", "Delay", above=0)
     sections: tuple[AllPass, ...] = (AllPass(delayTime=1),) * 8
 
     def check(self) -> Equations:
-        """There is a chain."""
+        """There is at least one section."""
         yield len(self.sections) > 0  # it has sections
 
     def equations(self) -> Equations:

@@ -1,4 +1,4 @@
-"""Bodies of vehicles: mass, drag, slope, loads of the axles; the axles; and the paths of the wheels in a bend."""
+"""Bodies of vehicles: mass, drag, slope, axle loads; axles; and the paths of the wheels in a bend."""
 
 from __future__ import annotations
 

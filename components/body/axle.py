@@ -12,12 +12,12 @@ from powertrain.components.wheels import MagicFormulaWheel, RigidWheel, Wheel, W
 
 
 def _rolls(wheel: Wheel) -> Symbol:
-    """At the start the road turns the wheel."""
+    """At the start the wheel rolls on the road."""
     return wheel.radius * wheel.w == wheel.v
 
 
 def _as_one(*wheels: Wheel) -> RigidWheel:
-    """One wheel in the place of all, which bears what they bear and does not slip."""
+    """One wheel that replaces several, carries their load and does not slip."""
     radii = {float(wheel.radius) for wheel in wheels}
     if len(radii) > 1:
         raise ParameterError(
@@ -34,7 +34,7 @@ def _as_one(*wheels: Wheel) -> RigidWheel:
 
 
 class Axle(Component):
-    """Partial: an axle under a body. ``axle`` pushes the body; ``load`` is what the body sends."""
+    """Partial: an axle under a body. ``axle`` pushes the body; ``load`` comes from the body."""
 
     axle: Flange = port(Flange)
     load: Input = signal_input("N", "Load on the axle")
@@ -42,7 +42,7 @@ class Axle(Component):
     brake: Input = signal_input("1", "Brake demand, 0 to 1", default=0.0)
 
     def lumped(self) -> Axle:
-        """The axle as it is on a straight road without slip: its wheels as one that does not slip."""
+        """The axle on a straight road without slip: its wheels as one that does not slip."""
         raise NotImplementedError(type(self).__name__)
 
 
@@ -53,7 +53,7 @@ class PoweredAxle(Axle):
 
 
 class RollingAxle(Axle):
-    """An axle that nothing drives. Its two wheels are one, with the inertia of both; in a bend it follows the middle of the axle."""
+    """An axle that is not driven. Its two wheels are one, with the inertia of both; in a bend it follows the middle of the axle."""
 
     brakes: WheelBrake = WheelBrake(tau_max=1500)
     wheels: Wheel = RigidWheel(J=2.0)
@@ -77,10 +77,9 @@ class RollingAxle(Axle):
 class LumpedAxle(PoweredAxle):
     """A driven axle whose two wheels are one, with the inertia of both.
 
-    On a straight road with equal ground the two wheels turn alike. A differential between them turns as one block then: its members do
-    not move against each other, whatever its kind, so that it loses nothing. In a bend the wheels turn on average as the middle of the
-    axle does, which is what is left of a differential without friction. Where the differential matters, in bends and on unequal ground,
-    take a ``DrivenAxle``.
+    On a straight road with equal ground the two wheels turn at the same speed. A differential between them then turns as a block and loses
+    nothing, whatever its kind. In a bend the mean wheel speed is that of the middle of the axle, as with a differential without friction.
+    If the differential matters, in bends and on uneven ground, use a ``DrivenAxle``.
     """
 
     final_drive: TwoFlanges = CrownGear(ratio=3.9, eta_ab=0.95, eta_ba=0.95)
@@ -106,7 +105,7 @@ class LumpedAxle(PoweredAxle):
 
 
 class DrivenAxle(PoweredAxle):
-    """Final drive, differential, half shafts that twist, brakes and two wheels, each on its own path and with its own load.
+    """Final drive, differential, elastic half shafts, brakes and two wheels, each on its own path and with its own load.
 
     The differential and the wheels are slots.
     """
@@ -150,6 +149,6 @@ class DrivenAxle(PoweredAxle):
         yield self.right_shaft.phi_rel == 0
 
     def lumped(self) -> LumpedAxle:
-        """Its two wheels as one that does not slip. Errors: ParameterError for wheels of different radii."""
+        """Its two wheels as one that does not slip. Errors: ParameterError for wheels with different radii."""
         brakes = WheelBrake(tau_max=float(self.left_brake.tau_max) + float(self.right_brake.tau_max))
         return LumpedAxle(final_drive=self.final_drive, brakes=brakes, wheels=_as_one(self.left, self.right))

@@ -33,7 +33,7 @@ G_N = 9.80665
 
 
 class AirStream(Connector):
-    """Air that moves along the road: its speed v and the force f on the component, whose power is f v."""
+    """Moving air along the road: its speed v and the force f on the component; the power is f v."""
 
     v: Variable = variable("m/s", "Speed of the air over the road")
     f: Variable = flow("N", "Force on the component")
@@ -44,7 +44,7 @@ class AirStream(Connector):
 
 
 class Wind(Component):
-    """Air whose speed a signal gives: air.v = v."""
+    """Air with a prescribed speed: air.v = v."""
 
     boundary: ClassVar[bool] = True
     v: Input = signal_input("m/s", "Speed of the wind, positive with the vehicle")
@@ -73,7 +73,7 @@ class Body(Component):
 
 
 class _InAir(Body):
-    """Partial: a body by its drag coefficient and cross section."""
+    """Partial: a body with a drag coefficient and a frontal area."""
 
     Cd: Parameter = parameter("1", "Drag coefficient", default=0.3, min=0)
     A: Parameter = parameter("m2", "Cross section", default=2.2, min=0)
@@ -111,7 +111,7 @@ class MovingBody(Body, Lossy):
 
 
 class Chassis(_InAir, MovingBody):
-    """The body in air that an own port brings, see ``VehicleBody``."""
+    """The body, with the air as a port; see ``VehicleBody``."""
 
     air: AirStream = support(AirStream)
     drag: Variable = variable("N", "Resistance of the air")
@@ -124,19 +124,19 @@ class Chassis(_InAir, MovingBody):
         yield self.air.f == -self.drag
 
     def loss(self) -> Symbol:
-        """Resistance of the air times speed against the air."""
+        """Air resistance times speed relative to the air."""
         return self.drag * (self.speed - self.air.v)
 
 
 class VehicleBody(_InAir):
-    """The body of a vehicle between its two axles, which are rigidly on one mass.
+    """The body of a vehicle between its two axles, which are rigidly attached to one mass.
 
     m a = front.f + rear.f - drag - m g sin(alpha),  tan(alpha) = grade,  drag = Cd A rho (v - wind) |v - wind|/2
     front_load = m g cos(alpha) front_share - h/wheelbase (front.f + rear.f),  front_load + rear_load = m g cos(alpha)
 
-    The forces at the flanges are what the axles push with. The air and the weight act at the centre of mass; so the axles' forces alone
-    pitch the body, with the lever h. The torque that the inertia of the wheels takes is left out of the loads.
-    The slope climbed is stored energy; the wind may do work.
+    The forces at the flanges are the tractive forces of the axles. Air and weight act at the centre of mass, so only the axles' forces
+    pitch the body, with the lever arm h. Axle loads neglect the torque that accelerates the wheels.
+    The height gained is stored energy; the wind may do work.
     """
 
     heat_port: HeatPort = support(HeatPort)

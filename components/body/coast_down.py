@@ -9,16 +9,16 @@ from powertrain.components.body.body import MovingBody
 
 
 class CoastDownBody(MovingBody):
-    """The body of a vehicle whose whole road load is a polynomial in its speed, as a coast-down measures it.
+    """The body of a vehicle whose total road load is a polynomial in speed, as measured by a coast-down test.
 
     m a = front.f + rear.f - load - m g sin(alpha),  tan(alpha) = grade
     v > 0: load = F_0 + F_1 v + F_2 v^2;  v < 0: load = -(F_0 - F_1 v + F_2 v^2);  v = 0: |load| <= F_0
     front_load = m g cos(alpha) front_share - h/wheelbase (front.f + rear.f),  front_load + rear_load = m g cos(alpha)
 
-    The coefficients hold everything that brakes the coasting vehicle in neutral: air, tyres, bearings, brakes, and what turns with the
-    wheels. The wheels take none of it again: give them Cr = 0, which cars check. So does what still turns in neutral, as the oil of a
-    gearbox behind its clutches, or of one that has no neutral. ``m`` is the test mass; what turns with the wheels beside it, the
-    rotating equivalent, is the wheels' J. F_1 may be negative, as fits of measurements are, as long as the load is not.
+    The coefficients include everything that brakes the vehicle coasting in neutral: air, tyres, bearings, brakes, and everything that turns
+    with the wheels. The wheels must not add to it: use Cr = 0, which cars check. This also applies to parts that still turn in neutral,
+    such as the oil of a gearbox behind its clutches, or of one without neutral. ``m`` is the test mass; the rotating equivalent mass is the
+    wheels' J. F_1 may be negative, as in fits of measurements, as long as the load is not.
 
     Source: 40 CFR 1066.301 to 1066.325; UN GTR No. 15, Annex 4 (f_0, f_1, f_2). Errors: ParameterError for coefficients whose load becomes
     negative at some speed. The default is a compact car.
@@ -30,11 +30,11 @@ class CoastDownBody(MovingBody):
     load: Variable = variable("N", "Road load")
 
     def check(self) -> Equations:
-        """The least load, at v = -F_1/(2 F_2), is not negative."""
+        """The smallest load, at v = -F_1/(2 F_2), must not be negative."""
         yield ca.fmin(self.F_1, 0) ** 2 <= 4 * self.F_0 * self.F_2
 
     def equations(self) -> Equations:
-        """The road load, which holds at rest."""
+        """The road load, which also holds the vehicle at rest."""
         yield from self._moves(self.load)
         limit = self.F_0 + self.F_1 * ca.fabs(self.speed) + self.F_2 * self.speed**2
         yield friction(self.speed, self.load, -limit, limit)

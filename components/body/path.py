@@ -31,11 +31,11 @@ from powertrain.components.translational import Flange
 
 Array = NDArray[np.float64]
 EASED = 0.25
-"""Part of the way between two heights over which the slope changes, at either end."""
+"""Share of the distance between two points, at either end, over which the slope changes."""
 ROUND = 1e-12
-"""Slopes that differ by less are one."""
+"""Slopes that differ by less are equal."""
 HALVINGS = 60
-"""Halvings of the range of angles, -90 to 90 degrees: down to round-off."""
+"""Bisections of the range of angles, -90 to 90 degrees, down to round-off."""
 
 
 class AxlePath(Lossy):
@@ -45,15 +45,14 @@ class AxlePath(Lossy):
     axle.f v + left.f v_left + right.f v_right = lossPower = slip_angle load side^2 |v|,  side = curvature v^2/g
     left_load = load/2 - transfer,  right_load = load/2 + transfer,  transfer = roll load side h/track
 
-    Positive curvature bends to the left; it is that of the path of the axle that is not steered, where v is the speed. An axle ``ahead``
-    of it is steered and runs on a larger circle about the same centre; it is taken to turn as a whole. The forces follow from the power
-    that goes through. ``h`` is the height at which the axle's part of the mass is turned over: 0 shares the load equally. ``roll`` is the
-    axle's share of the roll stiffness over its share of the load: a stiffer axle takes more of the car's transfer of load, and the other
-    one less, so that the products of ``roll`` and load of both axles add up to the weight. The side force of the bend turns the tyres by
-    ``slip_angle`` side against their path, which drags; 0.05 to 0.1 rad are usual. The wheels bear it by their loads; ``side`` tells
-    them. Wheels that do not slip follow a curvature that changes smoothly in time only.
-    Source: B. Madhavan, M.S. thesis, University of Maryland 1996, App. A: with 88 rad/s in the middle, radius 7 m and track 1.4 m the
-    wheels turn at 96.8 rad/s and 79.2 rad/s.
+    Positive curvature bends to the left. It is that of the path of the unsteered axle, where the speed is v. An axle ``ahead`` of it is
+    steered and runs on a larger circle about the same centre; it is assumed to turn as a whole. The forces follow from the power balance.
+    ``h`` is the height of the axle's share of the mass, which transfers load in a bend; with 0 the load is shared equally. ``roll`` is the
+    axle's share of the roll stiffness divided by its share of the load: a stiffer axle takes more of the car's load transfer, and the other
+    one less, so the products of ``roll`` and load of both axles must add up to the weight. The side force requires a slip angle of
+    ``slip_angle`` side, which causes drag; 0.05 to 0.1 rad are usual. The wheels share it by their loads; they receive ``side``. Wheels
+    that do not slip require a curvature that changes smoothly in time. Source: B. Madhavan, M.S. thesis, University of Maryland 1996, App.
+    A: with 88 rad/s in the middle, radius 7 m and track 1.4 m the wheels turn at 96.8 rad/s and 79.2 rad/s.
     """
 
     track: Parameter = parameter("m", "Distance of the wheels", default=1.5, above=0)
@@ -72,7 +71,7 @@ class AxlePath(Lossy):
     v: Variable = variable("m/s", "Speed of the middle of the axle that is not steered")
 
     def equations(self) -> Equations:
-        """Kinematics of a rigid body on a circle, power, and moments about the road."""
+        """Kinematics of a rigid body on a circle, power balance, and moments about the road."""
         lead, apart = ca.sqrt(1 + (self.curvature.value * self.ahead) ** 2), self.curvature.value * self.track / 2
         left, right = lead - apart, lead + apart
         yield self.v == der(self.axle.s)
@@ -97,8 +96,8 @@ class AxlePath(Lossy):
 class RoadProfile(Component):
     """The slope of a road along its length: grade = profile(s).
 
-    ``profile`` is a map of one argument, the path in m, to tan(alpha); ``from_heights`` makes one from heights.
-    Errors: ParameterError for a map of other arguments or of another unit.
+    ``profile`` is a map with one argument, the path in m, to tan(alpha); ``from_heights`` makes one from heights.
+    Errors: ParameterError for a map with other arguments or another unit.
     """
 
     profile: Map = Map.constant(0.0, x="s", x_unit="m", name="grade")
@@ -121,10 +120,10 @@ class RoadProfile(Component):
     def from_heights(cls, s: ArrayLike, heights: ArrayLike) -> Self:
         """A road through the given heights [m] at places s [m] along it, without crests or dips between them.
 
-        dz/ds = sin(alpha) is continuous: between two places the slope is constant but for the first and the last ``EASED`` part of the way,
-        where it changes linearly with s. At a place it is the harmonic mean of the slopes of the straight lines on both sides, and zero
-        where these have opposite signs. Before the first and after the last place the slope goes on. Errors: ParameterError for places that
-        do not increase, or heights that rise by more than the road is long.
+        dz/ds = sin(alpha) is continuous. Between two places the slope is constant, except for the first and the last ``EASED`` share of the
+        distance, where it changes linearly with s. At a place it is the harmonic mean of the slopes of the straight lines on both sides, or
+        zero if these have opposite signs. Before the first and after the last place the slope is constant. Errors: ParameterError for
+        places that do not increase, or heights that change by more than the length of the road.
         """
         places, z = np.asarray(s, float).ravel(), np.asarray(heights, float).ravel()
         if places.size != z.size or places.size < 2:
@@ -144,7 +143,7 @@ class RoadProfile(Component):
 
 
 def _eased(places: Array, sines: Array) -> tuple[Array, Array]:
-    """Places [m] and slopes tan(alpha) of a polygon whose heights rise by the mean ``sines`` from one of ``places`` to the next."""
+    """Places [m] and slopes tan(alpha) of a polygon whose heights rise with the mean ``sines`` between ``places``."""
     straight = sines / np.sqrt(1 - sines**2)
     before, after = straight[:-1], straight[1:]
     alike = before * after > 0
@@ -158,10 +157,10 @@ def _eased(places: Array, sines: Array) -> tuple[Array, Array]:
 
 
 def _plateau(first: Array, last: Array, sines: Array) -> Array:
-    """The constant slope p between slopes at both ends that gives the mean sine.
+    """The constant slope p that, with slopes at both ends, gives the mean sine.
 
-    A slope that changes linearly from q to p rises by the mean sine (p + q)/(root(1 + p^2) + root(1 + q^2)). The sum grows with p, so
-    that it is found by halving.
+    A slope that changes linearly from q to p rises with the mean sine (p + q)/(root(1 + p^2) + root(1 + q^2)). The sum grows with p, which
+    is found by bisection.
     """
 
     def rise(p: Array) -> Array:

@@ -1,4 +1,4 @@
-"""A rolling road: the wheels of a vehicle stand on rollers whose speed is given."""
+"""A rolling road: the wheels of a vehicle stand on rollers with a given speed."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from powertrain.components.body.body import Body
 
 
 class RollingRoad(Body):
-    """In the place of a body: the road moves with a given speed under the axles and takes what force they push with.
+    """Replaces a body: the road moves under the axles at a given speed and absorbs their tractive force.
 
     der(front.s) = der(rear.s) = speed,  force = front.f + rear.f
     front_load = m g front_share, and the rest on the rear axle
 
-    Mass, drag and slope of a body are not there; add them to ``force`` for what a vehicle would do.
+    Mass, drag and slope are not included; subtract them from ``force`` to predict a vehicle's motion.
     """
 
     boundary: ClassVar[bool] = True

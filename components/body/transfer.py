@@ -1,4 +1,4 @@
-"""Transfer cases: how the transmission's output is shared by the front and the rear axle."""
+"""Transfer cases: how the front and the rear axle share the transmission's output."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class TransferCase(Component):
 class RigidTransferCase(TransferCase):
     """One shaft for all three flanges.
 
-    With one driven axle that is the drive shaft itself; with two it is a part-time four-wheel drive, whose axles turn alike.
+    With one driven axle this is the drive shaft itself; with two it is a part-time four-wheel drive, whose axles turn at the same speed.
     """
 
     def equations(self) -> Equations:
@@ -27,15 +27,15 @@ class RigidTransferCase(TransferCase):
 
 
 class CentreDifferential(TransferCase):
-    """A centre differential with its two propeller shafts, which twist.
+    """A centre differential with two elastic propeller shafts.
 
-    ``differential`` takes any ``Differential``: its left side drives the front axle, its right side the rear axle. The default is an
-    open one with an efficiency of 0.97, and with a friction of bearings and washers of 2 N.m without load, an estimate.
+    ``differential`` accepts any ``Differential``: its left side drives the front axle, its right side the rear axle. The default is an
+    open differential with an efficiency of 0.97 and a no-load friction of bearings and washers of 2 N.m, an estimate.
     """
 
     front_shaft: SpringDamper = SpringDamper(c=1e4, d=10)
     rear_shaft: SpringDamper = SpringDamper(c=1e4, d=10)
-    # Without friction at no load, the differential slips and sticks whenever the axles vibrate while the clutch is open.
+    # Without no-load friction, the differential slips and sticks whenever the axles vibrate while the clutch is open.
     differential: Differential = LimitedSlipDifferential(preload=2, bias_drive=1 / 0.97, bias_coast=1 / 0.97)
 
     def equations(self) -> Equations:

@@ -9,10 +9,10 @@ from powertrain.components.control.interfaces import Pedals
 from powertrain.components.limited import limited
 
 STILL = 0.05
-"""A cycle that asks for less, in m/s and in m/s2, stands."""
+"""A cycle counts as standing still below this demand, in m/s and in m/s2."""
 
 BEYOND = 0.1
-"""Demand beyond the stop of a pedal over which the integral comes to a halt."""
+"""Demand beyond the stop of a pedal at which the integral stops completely."""
 
 
 class SpeedFollower(Pedals):
@@ -60,7 +60,7 @@ class Driver(SpeedFollower):
     """
 
     def equations(self) -> Equations:
-        """A controller between two stops."""
+        """A controller with two limits."""
         yield from self._demand()
         yield from self._press(self.u)
 
@@ -68,7 +68,7 @@ class Driver(SpeedFollower):
 class LaggingDriver(SpeedFollower):
     """Follows a speed with a foot that lags behind, as a human one does: T der(foot) = u - foot, with foot at the pedals.
 
-    A foot without lag answers the shuffle of a car on its half shafts (2 to 8 Hz) in a phase that keeps it up.
+    Without this lag the driver would sustain the shuffle of a car on its half shafts (2 to 8 Hz).
     Source of the order of T: D. T. McRuer, H. R. Jex, A review of quasi-linear pilot models, IEEE Trans. Human Factors in Electronics
     HFE-8 (1967) 231: neuromuscular lag and delay of 0.1 to 0.3 s.
     """
@@ -77,7 +77,7 @@ class LaggingDriver(SpeedFollower):
     foot: Variable = variable("1", "Demand that has reached the foot", start=0.0)
 
     def equations(self) -> Equations:
-        """A controller, a lag, two stops."""
+        """A controller, a lag and two limits."""
         yield from self._demand()
         yield self.T * der(self.foot) == self.u - self.foot
         yield from self._press(self.foot)

@@ -1,4 +1,4 @@
-"""Control of an electrically driven car: drives and brakes with the machine as far as machine and battery allow."""
+"""Control of an electrically driven car: drives and brakes with the machine as far as machine and battery permit."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from powertrain import (
 from powertrain.components.limited import limited
 
 SLOW = 0.1
-"""Speed [m/s] below which forces are told from power as at this speed."""
+"""Speed [m/s] below which forces are computed from power as at this speed."""
 
 
 NO_POWER = 1.0
-"""Power [W] below which none counts as drawn."""
+"""Power [W] below which no power counts as drawn."""
 
 
 def drawing(power: Symbol, w: Symbol, limit: Symbol, loss: Symbol) -> Symbol:
-    """The torque up to ``limit`` [N.m] with which a machine draws at most ``power`` [W], if it loses ``loss`` [W] at the limit."""
+    """The torque up to ``limit`` [N.m] at which a machine draws at most ``power`` [W]; it loses ``loss`` [W] at the limit."""
     return limit * limited(power / ca.fmax(limit * ca.fmax(w, 0) + loss, NO_POWER))
 
 
 class BlendedBraking(Component):
-    """Partial: divides a demand on the brakes between a machine and the friction brakes; the machine brakes first.
+    """Partial: divides a brake demand between a machine and the friction brakes; the machine brakes first.
 
     regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  fade = v/v_fade within 0..1,  k = w/v (v at least 0.1 m/s)
     most = limit min(1, discharge_power/(limit w + added_loss))
 
-    ``charge_power`` and ``discharge_power`` are what the battery allows and others on the bus leave to the machine, without its loss at
-    no torque. ``most`` is the torque that draws discharge_power, told from the chord of the power over the torque: as losses grow faster
-    than the torque, the power drawn stays below, by at most a quarter of ``added_loss``.
+    ``charge_power`` and ``discharge_power`` are the powers that battery and other consumers on the bus leave to the machine, without its
+    no-load loss. ``most`` is the torque that draws discharge_power, estimated from the chord of the power over the torque. Losses grow
+    faster than the torque, so the power drawn stays below this, by at most a quarter of ``added_loss``.
     """
 
     F_brake: Parameter = parameter("N", "Force of all brakes with the pedal fully pressed", default=15e3, above=0)
@@ -57,14 +57,14 @@ class BlendedBraking(Component):
     regenerated: Variable = variable("N", "Regenerative braking force")
 
     def _recover(self, v: Symbol, w: Symbol) -> Equations:
-        """The part of the demand that axle, machine and battery let a machine of speed ``w`` take at the vehicle's speed ``v``."""
+        """The part of the demand that axle, machine and battery let a machine with speed ``w`` recover at vehicle speed ``v``."""
         speed, turning = ca.fmax(v, SLOW), ca.fmax(w, SLOW)
         most = ca.fmin(ca.fmin(self.F_most, self.limit.value * turning / speed), self.charge_power.value / speed)
         force = ca.fmin(self.brake.value * self.F_brake, ca.fmax(most, 0))
         yield self.regenerated == limited(v / self.v_fade) * force
 
     def _most(self, w: Symbol) -> Symbol:
-        """The largest driving torque that machine and battery allow at the machine's speed ``w``."""
+        """The largest driving torque that machine and battery permit at the machine's speed ``w``."""
         return drawing(self.discharge_power.value, w, self.limit.value, self.added_loss.value)
 
 

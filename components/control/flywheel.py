@@ -1,4 +1,4 @@
-"""Control of a car that stores its energy in a flywheel: the ratio moves the car, and the engine only charges the flywheel."""
+"""Control of a car with a flywheel: the transmission ratio controls the motion, and the engine only charges the flywheel."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class FlywheelDrive(Component):
     friction: Output = signal_output("1", "Demand on the friction brakes")
 
     def check(self) -> Equations:
-        """The range has a width."""
+        """The range must not be empty."""
         yield self.ratio_min < self.ratio_max
 
     def equations(self) -> Equations:
@@ -132,7 +132,7 @@ class FlywheelCharge(FlywheelCharging):
 
 
 class PlannedCharge(FlywheelCharging):
-    """Runs the engine as it is told from outside, by a plan over time or a supervisor.
+    """Runs the engine as commanded from outside, by a plan over time or a supervisor.
 
     on = 1 where engine_on > 0.5,  throttle = on engine_throttle,  clutch as of ``FlywheelCharge``
 

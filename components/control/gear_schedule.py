@@ -98,7 +98,7 @@ class _Scheduled(Shifting):
         """A schedule for gears of these ratios, a final drive and wheels of a radius [m].
 
         With the accelerator released it shifts up where the next gear gives the engine the speed ``w_up`` [rad/s], and down at ``down``
-        times that vehicle speed. With the accelerator fully pressed no gear turns the engine beyond ``w_full`` [rad/s].
+        times that vehicle speed. With the accelerator fully pressed no gear lets the engine exceed ``w_full`` [rad/s].
         Errors: ParameterError for fewer than two ratios, and for ratios that do not decrease.
         """
         if len(ratios) < 2 or any(one <= other for one, other in pairwise(ratios)) or ratios[-1] <= 0:
@@ -127,7 +127,7 @@ class _Scheduled(Shifting):
         yield when(ca.logic_and(kick, rested), reinit(self.gear, self.gear - 1), reinit(self.kicked, time), *marks)
 
     def _at_gear(self, values: list[float], first: int) -> Symbol:
-        """The value that belongs to the gear, from ``first`` on; where there is none, one that is never reached."""
+        """The value for the present gear, from ``first`` on; otherwise a value that is never reached."""
         low, high = (0.0, -1e9) if first > 1 else (0.0, 1e9)
         found = Symbol(high)
         for k, value in enumerate(values, first):
@@ -171,7 +171,7 @@ class GearSchedule(_Scheduled):
     hold: Variable = variable("1", "Clutch pedal: 1 released, 0 pressed")
 
     def equations(self) -> Equations:
-        """When to shift, and the course of a shift."""
+        """When to shift, and the sequence of a shift."""
         yield from self._choose()
         yield from self._shift(time - self.began)
         yield self.throttle.value == self.hold * self.accelerator.value
@@ -198,7 +198,7 @@ class PowerShiftSchedule(_Scheduled):
     t_shift: Parameter = parameter("s", "Duration of a shift", default=0.4, above=0)
 
     def equations(self) -> Equations:
-        """When to shift, and where the lever is."""
+        """When to shift, and the position of the lever."""
         yield from self._choose()
         t = time - self.began
         way = switch(t < self.t_shift, t / self.t_shift, 1.0, continuous=True)

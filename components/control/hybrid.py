@@ -1,4 +1,4 @@
-"""Rules of hybrids: when the engine runs, and how much of a demand it covers."""
+"""Rules of hybrids: when the engine runs, and how much of the demand it covers."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from powertrain.components.control.interfaces import SOON
 from powertrain.components.limited import limited
 
 PRESSED = 0.05
-"""Accelerator from which the engine gives power."""
+"""Accelerator position from which on the engine delivers power."""
 
 
 class HybridSupervisor(Component):
-    """Partial: says whether the engine of a hybrid runs, and which power and torque it gives.
+    """Partial: decides whether the engine of a hybrid runs, and its power and torque.
 
-    The vehicle supplies the data of the engine: ``tau_open`` is the torque with an open throttle, ``opening`` the throttle for the
-    ``torque`` that goes out.
+    The vehicle supplies the data of the engine: ``tau_open`` is the torque with an open throttle, ``opening`` the throttle for the output
+    ``torque``.
     """
 
     P_min: Parameter = parameter("W", "Minimum power of the running engine", default=5e3, min=0)
@@ -51,13 +51,13 @@ class HybridSupervisor(Component):
 
 
 class HybridControl(HybridSupervisor):
-    """Partial: starts and stops the engine of a hybrid by a demand of power and by the speed of the vehicle.
+    """Partial: starts and stops the engine of a hybrid depending on power demand and vehicle speed.
 
     engine on from demand > P_on or |v| > v_on,  off from demand < P_off and |v| < v_off,  if it has run or stood for t_least
 
-    The demand contains k_soc (soc_0 - soc), at most charge_power: a charge below soc_0 adds to it. Far above soc_0 it keeps the engine
-    off: a plug-in hybrid that starts with a full battery drives on it until the charge comes near soc_0, and then sustains the charge.
-    What the engine needs to start, and its power P_min, are not limited by the battery.
+    The demand contains k_soc (soc_0 - soc), at most charge_power, so a charge below soc_0 increases it. A charge far above soc_0 keeps the
+    engine off: a plug-in hybrid that starts with a full battery drives electrically until the charge approaches soc_0, and then sustains
+    the charge. The battery does not limit the power for starting the engine, nor P_min.
     """
 
     k_soc: Parameter = parameter("W", "Power per deviation of the state of charge", default=100e3, min=0)
@@ -73,12 +73,12 @@ class HybridControl(HybridSupervisor):
     since: Discrete = discrete("s", "Time of the last start or stop", start=-100.0)
 
     def check(self) -> Equations:
-        """The switch has a hysteresis."""
+        """The switch must have a hysteresis."""
         yield self.P_off < self.P_on
         yield self.v_off < self.v_on
 
     def _recharge(self) -> Symbol:
-        """Power demanded for the charge of the battery, no more than it accepts."""
+        """Power demanded to charge the battery, at most what it accepts."""
         return ca.fmin(self.k_soc * (self.soc_0 - self.soc.value), self.charge_power.value)
 
     def _switch(self) -> Equations:
@@ -102,10 +102,10 @@ class ParallelControl(HybridControl, BlendedBraking):
     rest = max(asked pressed - torque w, 0) - min(max(torque w_shaft - asked pressed, 0), charge_power),  w_shaft within 0..w
     friction = brake - coupled regenerated/F_brake,  regenerated and most as in ``ElectricDriveControl``
 
-    While the engine stands the machine drives alone. While it runs, it gives what is asked and what the charge needs, and the machine the
-    difference: it assists where the engine has too little, and charges where the engine gives more. ``w_shaft`` is the speed of the shaft
-    through which the engine reaches machine and wheels: behind a clutch that slips there is less power to charge with than the engine
-    gives, and none at standstill. A machine at the engine's crank is ``coupled`` to the wheels as far as the clutch is closed.
+    While the engine is stopped the machine drives alone. While it runs, it covers the driver's demand and the charge, and the machine
+    supplies the difference: it assists if the engine gives too little, and charges if it gives more. ``w_shaft`` is the speed of the shaft
+    between the engine's clutch and the machine: behind a slipping clutch there is less power for charging than the engine delivers, and
+    none at standstill. A machine on the crankshaft is ``coupled`` to the wheels as far as the clutch is closed.
     """
 
     F_max: Parameter = parameter("N", "Tractive force with the accelerator fully pressed", default=6000.0, above=0)
@@ -135,7 +135,7 @@ class ParallelControl(HybridControl, BlendedBraking):
         yield self.friction.value == b - coupled * self.regenerated / self.F_brake
 
     def _rest(self, asked: Symbol) -> Symbol:
-        """Power of the machine: what the engine lacks, or what of its power arrives behind the clutch and is not asked for."""
+        """Power of the machine: the engine's deficit, or the surplus of its power that arrives behind the clutch."""
         torque, w = self.torque.value, self.w.value
         spare = ca.fmax(torque * limited(self.w_shaft.value, 0, w) - asked, 0)
         return ca.fmax(asked - torque * w, 0) - ca.fmin(spare, self.charge_power.value)
@@ -147,8 +147,8 @@ class GensetControl(HybridControl):
     demand = load + k_soc (soc_0 - soc),  power = demand within P_min..P_most,  torque = power/w, at most tau_open
     tau = held - torque,  held = k_w (w_best - w) within -slowing..tau_held,  slowing = (charge_power + load)/w - torque within 0..tau_held
 
-    ``load`` is the electric power that the vehicle draws. The generator holds the engine at its speed of least fuel for the power, and
-    starts it with the same speed control. It slows the engine down no faster than battery and load take the power.
+    ``load`` is the electric power drawn by the vehicle. The generator keeps the engine at the speed of lowest fuel consumption for its
+    power, and starts it with the same speed control. It slows the engine down only as fast as battery and load absorb the power.
     """
 
     P_most: Parameter = parameter("W", "Maximum power of the engine", default=60e3, above=0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from powertrain import Component, Input, Output, signal_input, signal_output
 
 SOON = 1e-3
-"""Time [s] before which no control switches: what holds from the beginning is then an event as well."""
+"""Time [s] before which no control switches, so conditions that hold from the start also cause an event."""
 
 
 class Pedals(Component):

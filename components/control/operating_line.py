@@ -1,4 +1,4 @@
-"""Control of a continuously variable transmission: the engine runs on its line of least fuel."""
+"""Control of a continuously variable transmission: the engine runs on its line of lowest fuel consumption."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from powertrain import (
 from powertrain.components.limited import limited
 
 SMALL = 1.0
-"""Torque [N.m] that an engine has at least: beyond its limit it has none, and the throttle is open."""
+"""Smallest torque [N.m] that an engine counts as having: beyond its speed limit it has none, and the throttle is open."""
 PRESSED = 0.05
-"""Accelerator from which combustion makes up for all of the engine's drag."""
+"""Accelerator position at which combustion compensates all of the engine's drag."""
 
 
 class OperatingLineControl(Component):
-    """Sets the engine speed at which the demanded power takes the least fuel, and the torque for this power.
+    """Sets the engine speed with the lowest fuel consumption for the demanded power, and the torque for this power.
 
     power = accelerator F_max (max(v, 0) + v_0),  throttle = (power/w + tau_drag pressed)/(tau_open + tau_drag),  ratio = w_out/w_best
     pressed = accelerator/0.05 within 0..1,  clutch = (w - w_open)/(w_closed - w_open)
@@ -57,11 +57,11 @@ class OperatingLineControl(Component):
     clutch: Output = signal_output("1", "Pressure of the start clutch")
 
     def check(self) -> Equations:
-        """The range has a width."""
+        """The range must not be empty."""
         yield self.ratio_min < self.ratio_max
 
     def equations(self) -> Equations:
-        """Power, and what torque and ratio follow."""
+        """Power demand, and the resulting torque and ratio."""
         yield self.power.value == self.accelerator.value * self.F_max * (ca.fmax(self.v.value, 0) + self.v_0)
         torque, drag = self.power.value / ca.fmax(self.w.value, self.w_open), ca.fmax(self.tau_drag.value, 0)
         pressed = limited(self.accelerator.value / PRESSED)

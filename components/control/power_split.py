@@ -22,7 +22,7 @@ from powertrain.components.control.hybrid import HybridControl, HybridSupervisor
 from powertrain.components.limited import limited
 
 OVER = 40.0
-"""Speed above w_ref from which the engine gives less torque, none at twice as much [rad/s]."""
+"""Excess of speed over w_ref [rad/s] above which the engine's torque is reduced, to zero at twice this excess."""
 
 
 class PowerSplit(HybridSupervisor):
@@ -38,14 +38,14 @@ class PowerSplit(HybridSupervisor):
     held = k_w (w_ref - w) within -tau_held..tau_held,  slowing = -(1 + ratio) held w at most charge_power + asked - torque w
     asked = tau_full accelerator w_ring;  held is zero while the engine stands, torque until it fires and where it overspeeds
 
-    When the engine runs and what power it gives is up to the class; the battery covers the difference to the power demanded. Machine 1
-    holds the engine at the speed of least fuel for its power. Machine 2 supplies the torque missing at the ring and recovers as much as
-    the battery accepts: what the engine gives, and what it releases as it slows down, comes first. Machine 1 starts the engine with the
-    same speed control. ``charge_power`` is for both machines, ``discharge_power`` for machine 2, what machine 1 leaves to it; ``most`` is
-    reckoned as in ``BlendedBraking``.
+    The subclass decides when the engine runs and with what power; the battery covers the difference to the power demanded. Machine 1 keeps
+    the engine at the speed of lowest fuel consumption for its power. Machine 2 supplies the missing torque at the ring, and recovers as
+    much as the battery accepts after the power of the engine and the energy released when it slows down. Machine 1 starts the engine with
+    the same speed control. ``charge_power`` is for both machines, ``discharge_power`` for machine 2, after machine 1; ``most`` is computed
+    as in ``BlendedBraking``.
 
-    The vehicle supplies the data of the engine: ``w_best`` is the speed of least fuel for the output ``power``, ``tau_open`` the torque
-    with an open throttle, ``opening`` the throttle for the ``torque`` that goes out.
+    The vehicle supplies the data of the engine: ``w_best`` is the speed of lowest fuel consumption for the output ``power``, ``tau_open``
+    the torque with an open throttle, ``opening`` the throttle for the output ``torque``.
     """
 
     ratio: Parameter = parameter("1", "Teeth of the ring over teeth of the sun", default=2.6, above=0)
@@ -75,7 +75,7 @@ class PowerSplit(HybridSupervisor):
     w_ref: Variable = variable("rad/s", "Speed of least fuel for the engine's power")
 
     def _split(self, running: Symbol, demand: Symbol) -> Equations:
-        """Pedals, power, engine, machines: the engine runs (1) or stands (0) and shall give the power ``demand``."""
+        """Pedals, power, engine, machines; the engine runs (1) or not (0) and gives the power ``demand``."""
         b, w, w_ring = self.brake.value, self.w.value, self.w_ring.value
         asked = self.tau_full * self.accelerator.value
         yield self.power.value == ca.fmax(demand, self.P_min)

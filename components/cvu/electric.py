@@ -9,17 +9,17 @@ from powertrain.components.cvu.interfaces import VariableUnit
 
 
 class ElectricVariator(VariableUnit):
-    """Two electric machines on a common DC link: the one at flange_b keeps the speed ratio, the one at flange_a keeps the link charged.
+    """Two electric machines on a common DC link: one at flange_b controls the speed ratio, one at flange_a keeps the link charged.
 
     T_b = -limited(k (V w_a - w_b), tau_max_b)
     T_a = limited(P w_a/(w_a^2 + slow^2), tau_max_a),  P = -T_b w_b + losses + k_E (E_0 - E): what the link needs
     der(E) = T_a w_a + T_b w_b - losses,  losses = copper (T_a^2 + T_b^2) + iron (w_a^2 + w_b^2)
     limited(u, limit) = u/sqrt(1 + (u/limit)^2)
 
-    The torque into each flange is positive where the machine generates. E is the energy in the link and E_0 its set point. At low speed
-    of flange_a, and beyond its torque limit, the link discharges; an empty link ends a simulation with an error, and there is no operating
-    point where copper T_a^2 - w_a T_a + (losses besides - T_b w_b) = 0 has no root within tau_max_a. The machines have quasi-static
-    losses and no inertia. ``ratio`` may have any finite value, also zero (geared neutral); where flange_a passes rest: ``ElectricPair``.
+    The torque into each flange is positive if the machine generates. E is the energy in the link and E_0 its set point. At low speed
+    of flange_a, and beyond its torque limit, the link discharges. An empty link ends a simulation with an error, and there is no operating
+    point if copper T_a^2 - w_a T_a + (other losses - T_b w_b) = 0 has no root within tau_max_a. The machines have quasi-static
+    losses and no inertia. ``ratio`` may have any finite value, also zero (geared neutral); if flange_a passes rest, use ``ElectricPair``.
     """
 
     k: Parameter = parameter("N.m.s/rad", "Gain of the speed control", default=100.0, above=0)
@@ -37,7 +37,7 @@ class ElectricVariator(VariableUnit):
     tau_b: Variable = variable("N.m", "Torque of the machine at flange_b")
 
     def equations(self) -> Equations:
-        """Speed control, link control, and the link's balance."""
+        """Speed control, link control, and energy balance of the link."""
         V = self._ratio()
         within(self.E, 0.0, ca.inf, name="energy in the link of the two machines", unit="J")
         yield from self._balance()

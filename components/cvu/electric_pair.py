@@ -10,24 +10,24 @@ from powertrain.components.electric.machine import ElectricMachine
 from powertrain.components.rotational.interfaces import TwoFlanges
 
 SHARE = 0.9
-"""What the control of the speeds may use of a machine's torque; the rest is for the power of the link."""
+"""Share of a machine's torque available to the speed control; the rest is for the power of the link."""
 LEAST = 1e-3
-"""Share of its largest torque that a machine counts as having at least."""
+"""A machine counts as having at least this share of its largest torque."""
 
 
 class ElectricPair(TwoFlanges):
-    """Two electric machines whose speeds are kept in the proportion n_a : n_b, and the capacitor of their link.
+    """Two electric machines with speeds controlled to the proportion n_a : n_b, and the capacitor of their link.
 
     slip = (n_b w_a - n_a w_b)/n,  n^2 = n_a^2 + n_b^2
     tau = k slip/sqrt(1 + (k slip)^2 ((n_b/(n limit_a))^2 + (n_a/(n limit_b))^2)),  limit = 0.9 tau_limit of the machine
     (tau_a, tau_b) = tau (-n_b, n_a)/n - P (w_a, w_b)/(w_a^2 + w_b^2 + slow^2),  P = k_E (E_0 - E),  E_0 = C V_0^2/2
 
-    tau_a and tau_b drive their shafts. The first term acts across the wanted proportion: it takes tau slip >= 0 from the shafts, which
-    the link gets back, and is zero where the proportion is kept, so that what one machine generates the other one drives with. The
-    second is the smallest torque that takes the power P from the shafts, which charges the link and makes up for the losses. The
-    speed ratio is n_b/n_a; only one of both may be zero, so a shaft may pass rest and turn backward, where the ratio V = w_b/w_a of other
-    units is infinite. The first term leaves either machine a tenth of its torque for the second.
-    A link outside [V_min, V_max] ends a simulation with an error.
+    tau_a and tau_b drive their shafts. The first term acts across the desired proportion: it takes the power tau slip >= 0 from the shafts,
+    which is returned to the link. It is zero at the desired proportion, so one machine drives with the power that the other generates. The
+    second term is the smallest torque that takes the power P from the shafts, which charges the link and compensates the losses. The speed
+    ratio is n_b/n_a; only one of the two may be zero. A shaft may therefore pass rest and turn backward, where the ratio V = w_b/w_a of
+    other units is infinite. The first term leaves a tenth of each machine's torque for the second. A link voltage outside [V_min, V_max]
+    ends a simulation with an error.
     """
 
     k: Parameter = parameter("N.m.s/rad", "Gain of the control of the speeds", default=100.0, above=0)
@@ -45,7 +45,7 @@ class ElectricPair(TwoFlanges):
     link: Capacitor = Capacitor()
 
     def check(self) -> Equations:
-        """The set point is within the range."""
+        """The set point must be within the range."""
         yield self.V_min < self.V_0
         yield self.V_max > self.V_0
 
@@ -66,7 +66,7 @@ class ElectricPair(TwoFlanges):
         yield self.machine_b.torque_demand.value == a * self.tau - share * w_b
 
     def _across(self, a: Symbol, b: Symbol) -> Equations:
-        """The torque that keeps the proportion, within what both machines have."""
+        """The torque that controls the proportion, within the limits of both machines."""
         yield self.slip == b * self.machine_a.w - a * self.machine_b.w
         wanted = self.k * self.slip
         limit_a, limit_b = (

@@ -1,4 +1,4 @@
-"""Variable units that transmit by friction: their speed ratio drops under load (creep)."""
+"""Variable units that transmit torque by friction: their speed ratio drops under load (creep)."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from powertrain.components.cvu.interfaces import VariableUnit
 
 
 class _Creeping(VariableUnit):
-    """Partial: a friction contact whose torque follows from its creep.
+    """Partial: a friction contact whose torque depends on its creep.
 
     creep = (V w_a - w_b)/w_rolling,  w_rolling^2 = slow^2 + (V w_a)^2/2 + w_b^2/2: the sliding speed over the rolling speed
     tau = tau_max x/sqrt(1 + x^2), x = creep/creep_max;  T_b = -tau,  T_a = V tau
 
-    tau is the torque that the contact carries, seen at flange_b, tau_max what it carries at most. The power (V w_a - w_b) tau is lost in
-    the contact, and never negative.
+    tau is the torque of the contact, referred to flange_b, tau_max its limit. The power (V w_a - w_b) tau is lost in the contact and is
+    never negative.
     """
 
     creep_max: Parameter = parameter(
@@ -53,9 +53,9 @@ class VBelt(_Creeping):
     creep = (V w_a - w_b)/w_rolling,  w_rolling^2 = slow^2 + (V w_a)^2/2 + w_b^2/2
     T_b = -tau,  T_a = V tau,  tau = tau_max x/sqrt(1 + x^2),  x = creep/creep_max
 
-    ``clamp`` is the axial clamping force of the sheaves. Both flanks of a pulley transmit friction, so the belt carries at most F_max;
-    beyond that it slips as a whole, below it creeps in proportion to the load. The power tau (V w_a - w_b) is lost. That r_a + r_b
-    stays constant holds to (r_b - r_a)^2/(2 pi C), C the distance of the shafts. V > 0. Bearings and belt bending: add
+    ``clamp`` is the axial clamping force of the sheaves. Both flanks of a pulley transmit friction, so the belt carries at most F_max.
+    Below F_max it creeps in proportion to the load; at F_max it slips as a whole. The power tau (V w_a - w_b) is lost. That r_a + r_b is
+    constant is accurate to (r_b - r_a)^2/(2 pi C), with C the distance of the shafts. V > 0. For bearings and belt bending add
     rotational.BearingFriction, ChurningLoss.
     """
 
@@ -77,16 +77,16 @@ class VBelt(_Creeping):
 
 
 class TractionDrive(_Creeping):
-    """A full-toroidal (Perbury-type) traction drive: rollers between two toroidal discs, which turn against each other.
+    """A full-toroidal (Perbury-type) traction drive: rollers between two toroidal discs, which turn in opposite directions.
 
     |V| = r_a/r_b,  r_a + r_b = 2 e (e: distance of the roller's centre from the axis);  tau_max = n mue clamp r_b
     creep = (V w_a - w_b)/w_rolling,  w_rolling^2 = slow^2 + (V w_a)^2/2 + w_b^2/2
     T_b = -tau,  T_a = V tau,  tau = tau_max x/sqrt(1 + x^2),  x = creep/creep_max
 
     ``clamp`` is the normal force of each of the n contacts, ``mue`` the traction coefficient at which the fluid yields (0.05 to 0.1),
-    ``creep_max`` the limit over the first slope of the traction curve. The rollers are tilted by the angle whose sine
-    is (e/r_roller) (1 - |V|)/(1 + |V|), r_roller their radius. V < 0, or V > 0 with a reversing gear behind the discs. The power tau (V
-    w_a - w_b) is lost by creep; model spin and bearing losses as separate components.
+    ``creep_max`` the limit divided by the initial slope of the traction curve. The sine of the rollers' tilt angle is
+    (e/r_roller) (1 - |V|)/(1 + |V|), with r_roller their radius. V < 0, or V > 0 with a reversing gear behind the discs. The power
+    tau (V w_a - w_b) is lost by creep; model spin and bearing losses as separate components.
     """
 
     ratio_min: Parameter = parameter("1", "Minimum ratio within the tilt of the rollers", default=-10.0)

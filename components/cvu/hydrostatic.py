@@ -9,17 +9,17 @@ from powertrain.components.cvu.interfaces import VariableUnit
 
 
 class HydrostaticUnit(VariableUnit):
-    """A pump of variable displacement (flange_a) that feeds a motor of fixed displacement (flange_b) in a closed circuit.
+    """A pump with variable displacement (flange_a) that feeds a motor with fixed displacement (flange_b) in a closed circuit.
 
     D_a = V D_b;  C der(p) = D_a w_a - D_b w_b - leakage p                         (p: pressure difference; oil and hoses give way)
     T_a = V D_b p + d_a w_a + tau_a,   T_b = -D_b p + d_b w_b + tau_b
     w_a > 0: tau_a = mue D_full |p|,  w_a < 0: tau_a = -mue D_full |p|,  w_a = 0: between them;  tau_b the same with D_b and w_b
     D_full = V_full D_b
 
-    Volumetric loss by leakage (its speed ratio falls under load), mechanical losses viscous and by dry friction in proportion to the
-    pressure: W. E. Wilson's three coefficients (Positive-Displacement Pumps and Fluid Motors, 1950). The dry friction is that of the full
-    displacement, however little of it is used: pistons and valve plate are under pressure all the same, so that a pump of small
-    displacement is inefficient. A ratio beyond V_full counts as full displacement. Lost: leakage p^2 + d_a w_a^2 +
+    Leakage is the volumetric loss (the speed ratio falls under load); mechanical losses are viscous and dry friction, the latter in
+    proportion to the pressure: W. E. Wilson's three coefficients (Positive-Displacement Pumps and Fluid Motors, 1950). The dry friction is
+    that of full displacement even if less is used, because pistons and valve plate are under pressure anyway; a pump at small displacement
+    is inefficient. A ratio above V_full counts as full displacement. Lost: leakage p^2 + d_a w_a^2 +
     d_b w_b^2 + tau_a w_a + tau_b w_b; stored: C p^2/2.
     """
 

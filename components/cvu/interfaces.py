@@ -20,11 +20,11 @@ class VariableUnit(TwoFlangesAndSupport, Lossy):
     w_b: Variable = variable("rad/s", "Speed of flange_b against the housing")
 
     def check(self) -> Equations:
-        """The range has a width."""
+        """The range must not be empty."""
         yield self.ratio_min < self.ratio_max
 
     def _ratio(self) -> Symbol:
-        """The ratio, which has to stay within its range."""
+        """The ratio, which must stay within its range."""
         V = self.ratio.value
         within(V, self.ratio_min, self.ratio_max, name="speed ratio of the variable unit", unit="1")
         return V

@@ -1,4 +1,4 @@
-"""A split-path transmission on its test bench, with what Yu & Beachley's figures show.
+"""A split-path transmission on its test bench, with the quantities of Yu & Beachley's figures.
 
 D. Yu, N. Beachley, Mechanical efficiency of differential gearing, Gear Technology (July/August 1986) 9-16, 48.
 """
@@ -13,10 +13,10 @@ from powertrain.components.transmissions import SplitPathTransmission, members
 class SplitPathBench(pt.Component):
     """A split-path transmission driven at a constant speed and loaded by a torque.
 
-    ``efficiency`` is power delivered over power supplied: the input supplies, or in overrun the output. It is below 0 where both supply and
-    all of it is lost. K is power into the variable unit over input power (eq. 29), positive where it goes through the unit towards the
-    output. P_1, P_2 and P_3 are the powers into the differential's members at input, variable unit and output, whose signs tell the cases
-    of Fig. 8. The inertia at the output separates the load from the pressure of a hydrostatic unit, which is a state.
+    ``efficiency`` is power delivered over power supplied; the input supplies power, in overrun the output. It is below 0 if both supply
+    power and all of it is lost. K is power into the variable unit over input power (eq. 29), positive if it flows through the unit towards
+    the output. P_1, P_2 and P_3 are the powers into the differential's members at input, variable unit and output; their signs distinguish
+    the cases of Fig. 8. The inertia at the output separates the load from the pressure of a hydrostatic unit, which is a state.
     """
 
     V: pt.Input = pt.signal_input("1", "Speed ratio of the variable unit")
@@ -33,7 +33,7 @@ class SplitPathBench(pt.Component):
     inertia: Inertia = Inertia(J=1)
 
     def equations(self) -> pt.Equations:
-        """Connections, and what the figures show."""
+        """Connections, and the quantities of the figures."""
         gear = self.transmission
         yield pt.connect(self.drive.flange, gear.flange_a)
         yield pt.connect(self.torque.flange, self.inertia.flange_a, gear.flange_b)

@@ -1,6 +1,6 @@
-"""Which split-path transmission for a duty: layouts, couplings, basic ratios and switched combinations compared.
+"""Split-path transmissions for a duty: a comparison of layouts, couplings, basic ratios and switched combinations.
 
-This is the program of Yu & Beachley 1986 (Fig. 10 and p. 16) put to the acausal model: nothing here knows a formula of the transmission.
+This is the program of Yu & Beachley 1986 (Fig. 10 and p. 16) with the acausal model: no formula of the transmission is used here.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ def split_path_designs(
     """Compare all six types in both couplings over basic ratios, including the nine switched combinations.
 
     The lowest efficiency, K, V and the load of the unit are extrema over the range of r, also between the points of the duty and at
-    standstill. A combination uses one type up to r = 1 and another above it; at the shift both count. At r = 1 all members turn at the
-    same speed; it is the only ratio at which two of them can be exchanged without a jump in speed.
+    standstill. A combination uses one type up to r = 1 and another above; at the shift both count. At r = 1 all members turn at the
+    same speed; only there can two of them be exchanged without a jump in speed.
 
     Parameters
     ----------
@@ -57,24 +57,24 @@ def split_path_designs(
         Weights over a range of r: columns r, weight (see ``Duty.over``).
     unit : (float, float), float, optional
         The range (low, high) of V of the variable unit; or a number, its span V_max/V_min, if fixed gears may bring V into its range; by
-        default any.
+        default unlimited.
     transmission : SplitPathTransmission, optional
-        The one to vary, with its efficiencies and its unit; by default eta = 0.95 and eta_v = 0.9.
+        The transmission to vary, with its efficiencies and its unit; by default eta = 0.95 and eta_v = 0.9.
     couplings : sequence of {"input", "output"}
         Couplings to compare.
     combinations : bool
         Include the switched combinations.
     limits : mapping of str to float, optional
-        The capacity of the unit on either shaft, "torque" [N.m], "speed" [rad/s], "power" [W], for the torque and speed of the duty.
+        The limits of the unit on either shaft, "torque" [N.m], "speed" [rad/s], "power" [W], for the torque and speed of the duty.
     by : str
         The column that ranks the designs.
     progress : bool
-        A progress bar.
+        Show a progress bar.
 
     Returns
     -------
     SplitPathDesigns
-        ``table`` ranks the designs, ``curves`` has their values over r.
+        ``table`` ranks the designs; ``curves`` has their values over r.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def split_path_designs(
 def _combined(
     points: Mapping[tuple[str, int], EvaluatedLayout], couplings: Sequence[Coupling]
 ) -> list[tuple[Coupling, str, list[EvaluatedLayout]]]:
-    """The nine combinations, each with either type below r = 1."""
+    """The nine combinations, with either type below r = 1."""
     return [
         (coupling, f"{name}: {first}, then {second}", [points[coupling, first], points[coupling, second]])
         for coupling in couplings
@@ -138,13 +138,13 @@ class SplitPathDesigns:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """One line per design, the best first, those that cannot do it last.
+        """One row per design, the best first, infeasible ones last.
 
-        ``mean_efficiency``: energy delivered over energy supplied for the duty; where the mesh is stuck at a point of the duty (r = 1)
-        by the least torque ratio that it may have, ``mean_efficiency_high`` by the greatest. Extrema over the range of r, see ``extrema``:
-        ``min_efficiency``, ``max_K`` (size), ``V_min``, ``V_max``, ``unit_range`` (their difference), and what the more loaded shaft of the
-        unit carries, ``unit_torque`` [N.m], ``unit_speed`` [rad/s], ``unit_power`` [W]. ``regimes``: the cases of Fig. 8 in the order of r.
-        ``problem``: why it cannot do it; empty where it can.
+        ``mean_efficiency``: energy delivered over energy supplied for the duty; if the mesh is stuck at a point of the duty (r = 1), with
+        the lowest possible torque ratio there, and ``mean_efficiency_high`` with the highest. Extrema over the range of r, see ``extrema``:
+        ``min_efficiency``, ``max_K`` (size), ``V_min``, ``V_max``, ``unit_range`` (their difference), and the load of the more loaded shaft
+        of the unit, ``unit_torque`` [N.m], ``unit_speed`` [rad/s], ``unit_power`` [W]. ``regimes``: the cases of Fig. 8 in the order of r.
+        ``problem``: why the design is infeasible; empty if it is feasible.
         """
         import pandas as pd
 
@@ -155,12 +155,12 @@ class SplitPathDesigns:
 
     @property
     def feasible(self) -> pd.DataFrame:
-        """The designs that can do it."""
+        """The feasible designs."""
         return self.table[self.table.feasible]
 
     @cached_property
     def curves(self) -> xr.Dataset:
-        """V, efficiency, K with the ends of their intervals over coupling, type, R_o and the points of the duty (coordinate r)."""
+        """V, efficiency and K with the ends of their intervals, over coupling, type, R_o and the points of the duty (coordinate r)."""
         import xarray as xr
 
         couplings = list(dict.fromkeys(c for c, _ in self.points))
@@ -176,11 +176,11 @@ class SplitPathDesigns:
 
     @property
     def unit(self) -> Unit:
-        """The range of V that the unit has."""
+        """The range of V of the unit."""
         return self.demands.unit
 
     def at_edge(self, line: int = 0) -> bool:
-        """Whether a line's R_o is the first or last of those compared on its side of 0 and 1: the best one may lie beyond."""
+        """Whether a row's R_o is the first or last of those compared on its side of 0 and 1, so a better one may lie beyond."""
         R_o = float(self.table.R_o[line])
         return self.ratios.size > 1 and R_o in self._bounds(R_o)
 
@@ -189,7 +189,7 @@ class SplitPathDesigns:
         return min(same), max(same)
 
     def refine(self, line: int = 0, *, bounds: tuple[float, float] | None = None, max_K: float = math.inf) -> Refined:
-        """The best R_o, by what ranks the table, for the layouts of a line of ``table``; see ``refine_ratio``.
+        """The best R_o for the layouts of a row of ``table``, by the table's criterion; see ``refine_ratio``.
 
         ``bounds``: by default the compared basic ratios on the same side of 0 and 1.
         """

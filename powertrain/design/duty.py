@@ -1,4 +1,4 @@
-"""The duty of a split-path transmission, and what its variable unit can do."""
+"""The duty of a split-path transmission, and the limits of its variable unit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 Unit = tuple[float, float] | float | None
-"""The range (low, high) of V that a variable unit has; or its span V_max/V_min; or None for any."""
+"""The range (low, high) of V of a variable unit; or its span V_max/V_min; or None for unlimited."""
 R_O = "transmission.differential.ratio"
 SIGNALS = ("V", "efficiency", "K", "P_1", "P_2", "P_3")
 _POINTS = 31
@@ -27,8 +27,8 @@ class Duty:
     """The operating points of a transmission: ratio r, share of the delivered energy, magnitude of the output torque, input speed.
 
     ``low`` and ``high`` are the required range of r; its ends, and r = 1 within it, are also checked, with zero share. Between the
-    points torque and speed are interpolated over r, and held before the first and after the last; a ``sampled`` duty consists of its
-    points only. Points at r = 0 deliver no energy: they only require a ratio of the unit. Errors: ParameterError for shares that are
+    points torque and speed are interpolated over r, and constant before the first and after the last; a ``sampled`` duty consists only of
+    its points. Points at r = 0 deliver no energy; they only require a ratio of the unit. Errors: ParameterError for shares that are
     negative or all zero.
     """
 
@@ -42,7 +42,7 @@ class Duty:
 
     @classmethod
     def over(cls, r: tuple[float, float], table: pd.DataFrame | Mapping[str, ArrayLike] | None = None) -> Duty:
-        """A duty from a table with columns r, weight and where they matter torque (N.m) and speed (rad/s); else all of the range alike."""
+        """A duty from a table with columns r, weight and optionally torque (N.m) and speed (rad/s); uniform without a table."""
         low, high = map(float, r)
         if not low < high:
             raise pt.ParameterError(f"the required range of r is empty: it starts at {low:g} and ends at {high:g}")
@@ -77,7 +77,7 @@ class Duty:
     def driven(cls, w_in: ArrayLike, w_out: ArrayLike, torque: ArrayLike) -> Duty:
         """A duty from a drive cycle sampled at equal intervals: speeds (rad/s) of input and output, torque (N.m) that the output delivers.
 
-        Samples in which the output takes no power (standstill, braking, coasting) do not count.
+        Samples in which the output takes up no power (standstill, braking, coasting) do not count.
         """
         one, two, tau = (np.asarray(x, float).ravel() for x in (w_in, w_out, torque))
         drives = (two * tau > 0) & (one > 0)
@@ -90,7 +90,7 @@ class Duty:
 
     @classmethod
     def together(cls, duties: Iterable[tuple[Duty, float]]) -> Duty:
-        """Several duties as one, each with its share of the delivered energy. Errors: ParameterError for a negative share or none."""
+        """Several duties combined, each with its share of the delivered energy. Errors: ParameterError for negative or all-zero shares."""
         given = list(duties)
         shares = [share for _, share in given]
         if not given or min(shares) < 0 or not sum(shares) > 0:
@@ -104,13 +104,13 @@ class Duty:
         return cls(weight=weight[order], **{n: v[order] for n, v in columns.items()}, low=low, high=high, sampled=True)
 
     def grid(self, ratios: Sequence[float] | Vector) -> dict[str, Any]:
-        """The grid of ``pt.steady``: the load is against the motion."""
+        """The grid for ``pt.steady``; the load opposes the motion."""
         import xarray as xr
 
         return {R_O: xr.DataArray(np.asarray(ratios, float), dims="R_o"), **_points(self.r, self.torque, self.speed)}
 
     def points(self) -> dict[str, Any]:
-        """The grid of the points at which something is delivered."""
+        """The grid of the points at which energy is delivered."""
         some = self.weight > 0
         return _points(self.r[some], self.torque[some], self.speed[some])
 
@@ -119,7 +119,7 @@ class Duty:
         return _points(r, np.interp(r, self.r, self.torque), np.interp(r, self.r, self.speed))
 
     def halves(self) -> tuple[Duty, Duty]:
-        """The parts below and above r = 1. What is delivered at r = 1 itself is delivered half before, half after the shift."""
+        """The parts below and above r = 1. Half of the energy delivered at r = 1 counts before the shift, half after."""
         at_one = np.where(self.r == 1, 0.5, 1.0)
         below, above = (
             replace(self, r=self.r[m], weight=(self.weight * at_one)[m], torque=self.torque[m], speed=self.speed[m])

@@ -1,4 +1,4 @@
-"""One design of a split-path transmission put to its duty: curves at the duty's points, the worst between them, a line of a table."""
+"""One design of a split-path transmission for a duty: curves at the duty's points, extrema between them, a row of the table."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 REGIMES = ("", "idle", "split", "positive recirculation", "negative recirculation")
 NONE = 1e-9
-"""A power or an efficiency that counts as none."""
+"""A power or an efficiency that counts as zero."""
 Plant = pt.Plant[SplitPathBench]
 
 
 @dataclass(frozen=True)
 class Curves:
-    """Values at the points of a duty (last dimension), over basic ratios where there are several; intervals by both ends."""
+    """Values at the points of a duty (last dimension), over basic ratios if there are several; intervals by both ends."""
 
     values: dict[str, tuple[Vector, Vector]]
     status: NDArray[np.int8]
@@ -51,7 +51,7 @@ class Curves:
         return cls(values, status, regime, tuple(found.status.attrs["flag_meanings"].split()))
 
     def isel(self, k: int) -> Curves:
-        """Those of one basic ratio."""
+        """The curves of one basic ratio."""
         return self._map(k)
 
     def _map(self, index: Any) -> Curves:
@@ -65,7 +65,7 @@ class Curves:
 
 @dataclass(frozen=True)
 class EvaluatedLayout:
-    """A layout over basic ratios: curves at the points of the duty, and the worst below and above r = 1 (once, where 1 is not inside)."""
+    """A layout over basic ratios: curves at the points of the duty, and extrema below and above r = 1 (or over all, if 1 is not inside)."""
 
     curves: Curves
     worst: tuple[Extrema, ...]
@@ -89,7 +89,7 @@ class Demands:
 
 
 def row(layouts: Sequence[EvaluatedLayout], k: int, duty: Duty, demands: Demands) -> dict[str, Any]:
-    """The values of one layout, or of one below and another above r = 1, for the basic ratio number k."""
+    """The values of one layout, or of one below and another above r = 1, for basic ratio k."""
     if len(layouts) == 1:
         parts, worst = [(layouts[0].curves.isel(k), duty)], list(layouts[0].worst)
     else:
@@ -118,7 +118,7 @@ def row(layouts: Sequence[EvaluatedLayout], k: int, duty: Duty, demands: Demands
 
 
 def _problem(parts: Sequence[tuple[Curves, Duty]], worst: Sequence[Extrema], k: int) -> str:
-    """Why it cannot turn at some r; empty where it can."""
+    """Why the design cannot turn at some r; empty if it can."""
     for curves, duty in parts:
         V, efficiency = curves.values["V"][0], curves.values["efficiency"][0]
         with np.errstate(invalid="ignore"):
@@ -157,7 +157,7 @@ def _range_problem(found: Mapping[str, Any], demands: Demands) -> str:
 
 
 def _regimes(r: Vector, regime: NDArray[np.intp]) -> str:
-    """The regimes in the order of r, with the ratio about which one goes over into the next."""
+    """The regimes in the order of r, with the ratios at which they change."""
     known = regime > 1
     r, regime = r[known], regime[known]
     if not regime.size:

@@ -1,4 +1,4 @@
-"""What a design asks of its variable unit at worst, and its least efficiency: over the range of r, not over the samples of a duty."""
+"""Worst-case demands on the variable unit of a design, and its lowest efficiency: over the range of r, not just a duty's samples."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from powertrain.design.duty import R_O, Duty, Vector
 UNIT = "transmission.cvu"
 OUTPUTS = ("V", "efficiency", "K", *(f"{UNIT}.{n}" for n in ("flange_a.tau", "flange_b.tau", "w_a", "w_b")))
 WORST = ("V_min", "V_max", "min_efficiency", "max_K", "unit_torque", "unit_speed", "unit_power")
-"""What is reported: V, efficiency and K; torque [N.m], speed [rad/s] and power [W] of the more loaded shaft of the unit."""
+"""The reported quantities: V, efficiency and K; torque [N.m], speed [rad/s] and power [W] of the more loaded shaft of the unit."""
 UNITS = {"torque": "N.m", "speed": "rad/s", "power": "W"}
 _CELLS = 96
 _ZOOM = 17
 _NARROW = 1e-8
-"""Width, in parts of the range of r, to which an extremum is located; and how near to standstill it is looked for."""
+"""Width, as a share of the range of r, to which an extremum is located; and its closest distance to standstill."""
 
 
 @dataclass(frozen=True)
 class Extrema:
-    """The worst values over r of one layout, for each basic ratio; ``where``: their r. Nan if a point has no solution."""
+    """The extrema over r of one layout, for each basic ratio; ``where``: their r. Nan if a point has no solution."""
 
     worst: dict[str, Vector]
     where: dict[str, Vector]
@@ -35,9 +35,9 @@ class Extrema:
 def extrema(plant: pt.Plant[SplitPathBench], duty: Duty, ratios: Vector) -> Extrema:
     """Extrema over low <= r <= high, with the duty's torque and speed between its samples; a sampled duty has its samples only.
 
-    The curves are smooth but for kinks where power changes its way, a jump at r = 1, where the mesh is stuck and all values of its interval
-    count, and one at standstill, which is approached from both sides. They are laid out on a grid, and every maximum that may be the
-    greatest is narrowed down. At standstill the efficiency is zero.
+    The curves are smooth except for kinks where the direction of power changes, a jump at r = 1, where the mesh is stuck and all values of
+    its interval count, and a jump at standstill, which is approached from both sides. They are sampled on a grid, and every maximum that
+    may be the largest is refined. At standstill the efficiency is zero.
     """
     import xarray as xr
 
@@ -61,14 +61,14 @@ def extrema(plant: pt.Plant[SplitPathBench], duty: Duty, ratios: Vector) -> Extr
 
 
 def _grid(duty: Duty) -> Vector:
-    """Where the curves are looked at first. Nothing is delivered at r = 0 itself."""
+    """The initial samples of the curves. Nothing is delivered at r = 0 itself."""
     near = _NARROW * (duty.high - duty.low)
     r = np.concatenate([duty.r, np.linspace(duty.low, duty.high, _CELLS + 1), [1.0, -near, near]])
     return np.unique(r[(r >= duty.low) & (r <= duty.high) & (np.abs(r) >= near)])
 
 
 def _values(plant: pt.Plant[SplitPathBench], points: dict[str, Any], ratios: Vector) -> dict[str, Vector]:
-    """What is to be as small as possible, at points each with its basic ratio; the worse end of intervals."""
+    """The quantities to be minimised, at points each with its basic ratio; the worse end of intervals."""
     import xarray as xr
 
     found = pt.steady(plant, {**points, R_O: xr.DataArray(ratios, dims="point")}, outputs=OUTPUTS)
@@ -95,7 +95,7 @@ Job = tuple[str, int, float, float]
 
 
 def _brackets(grid: dict[str, NDArray[np.float64]], r: Vector) -> list[Job]:
-    """Brackets of the maxima on the grid that a value between its points may make the greatest: within the step to a neighbour."""
+    """Brackets of the maxima on the grid whose refinement may give the largest value: one step to either side."""
     jobs = []
     for name, values in grid.items():
         for k, v in enumerate(values):
@@ -117,9 +117,9 @@ def _narrowed(
     top: dict[str, list[Vector]],
     ends: tuple[float, float],
 ) -> list[Job]:
-    """The brackets after one look at points within them, which goes into ``top``.
+    """The brackets after one refinement with points inside them; ``top`` is updated.
 
-    Those that are narrow enough are left out, and those in which the curve rises up to an end of the range.
+    Narrow brackets are dropped, as are those in which the curve rises up to an end of the range.
     """
     near = _NARROW * (duty.high - duty.low)
     fine = np.array([np.linspace(low, high, _ZOOM) for _, _, low, high in jobs])

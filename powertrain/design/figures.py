@@ -1,4 +1,4 @@
-"""Pictures of split-path transmissions: the shafts of a network, a design over its ratios, efficiency against the size of the unit."""
+"""Figures of split-path transmissions: the shafts of a network, a design over its ratios, efficiency against the size of the unit."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ SPLIT, BACK = "#b7dfb2", "#d8c7e6"
 
 
 def network_schematic(network: Network, ax: Axes | None = None) -> Axes:
-    """The shafts of a network as vertical lines, from the input to the output; every planetary, pair of gears and the unit as a bar across.
+    """The shafts of a network as vertical lines, from input to output; every planetary, gear pair and the unit as a horizontal bar.
 
-    A dot is a member that stands on the shaft, with its letter: a, b, H (carrier). Numbers are basic ratios and ratios of pairs.
+    A dot marks a member attached to the shaft, with its letter: a, b, H (carrier). Numbers are basic ratios and ratios of gear pairs.
     """
     axes = ax or plt.subplots(figsize=(6.0, 3.6), layout="constrained")[1]
     place = _places(network)
@@ -62,7 +62,7 @@ def _is_direct(lever: Lever) -> bool:
 
 
 def _places(network: Network) -> dict[int, float]:
-    """Where the shafts stand: the input left, the output right, the unit's shafts before the output, the others as they come."""
+    """Positions of the shafts: the input on the left, the output on the right, the unit's shafts before the output, the others in order."""
     first, last = network.nodes[network.input], network.nodes[network.output]
     unit = [network.nodes[x] for x in network.unit]
     others = [n for n in dict.fromkeys(network.nodes.values()) if n not in (first, last, -1, *unit)]
@@ -114,7 +114,7 @@ Part = tuple[Vector, Flow, Network]
 
 
 def design_figure(space: SplitPathSpace, line: int = 0, path: str | Path | None = None) -> Figure:
-    """A line of the table of a ``SplitPathSpace``, drawn as ``ranges_figure`` does. ``path`` saves the figure."""
+    """A row of the table of a ``SplitPathSpace``, drawn as by ``ranges_figure``. ``path`` saves the figure."""
     row = space.table.iloc[line]
     parts = [(r, at, network) for (r, at), (_, _, network) in zip(space.flows(line), space.ranges(line), strict=True)]
     title = (
@@ -127,8 +127,8 @@ def design_figure(space: SplitPathSpace, line: int = 0, path: str | Path | None 
 def ranges_figure(parts: Sequence[Part], title: str, path: str | Path | None = None) -> Figure:
     """The schematic of every range, efficiency, share of the unit, and speeds and torques of its shafts over r.
 
-    Green, between the mechanical points of the unit's shafts: power splits, and the share is drawn positive; violet, beyond them: power
-    comes back through the unit or past it. Where a mesh is stuck the band of the efficiency shows both ends. ``path`` saves the figure.
+    Green, between the mechanical points of the unit's shafts: power splits, and the share is drawn as positive. Violet, beyond them: power
+    recirculates through the unit or past it. If a mesh is stuck, the band of the efficiency shows both ends. ``path`` saves the figure.
     """
     figure = plt.figure(figsize=(11.0, 9.0), layout="constrained")
     n = len(parts)
@@ -180,9 +180,9 @@ def _first(axes: Axes, colour: str) -> int:
 
 
 def front_figure(space: SplitPathSpace, path: str | Path | None = None) -> Figure:
-    """Mean efficiency against the size of the unit: every structure's own front, and the front of all of them as a line.
+    """Mean efficiency against the size of the unit: the Pareto front of every structure, and the overall front as a line.
 
-    Colours tell structures, marks units. ``path`` saves the figure.
+    Colours distinguish structures, markers units. ``path`` saves the figure.
     """
     from matplotlib.ticker import NullFormatter, ScalarFormatter
 
@@ -210,7 +210,7 @@ def front_figure(space: SplitPathSpace, path: str | Path | None = None) -> Figur
 
 
 def kind_of(structure: str) -> str:
-    """What a structure is, from its text: input-coupled, output-coupled, compound, with its ranges."""
+    """The kind of a structure from its text: input-coupled, output-coupled, compound, with its number of ranges."""
     names = []
     for ends in structure.split(" | "):
         a, b = ends.split("-")

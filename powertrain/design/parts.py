@@ -1,4 +1,4 @@
-"""Designs as components: their gears, with the unit that has the losses of the design."""
+"""Designs as components: their gears, and a unit with the losses of the design."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ from powertrain.components.transmissions import (
 from powertrain.components.transmissions.ranges import Span
 
 RESERVE = 2.0
-"""What the machines of a pair bear over what the duty asks of the unit."""
+"""Capacity of the machines of a pair, relative to the demands of the duty."""
 
 
 def transmission_of(spans: Sequence[Span], unit: VariableUnit | ElectricPair) -> VariableTransmission:
-    """Ranges with a unit: a pair of machines takes all of them, a unit by its ratio one or several."""
+    """Ranges with a unit: a pair of machines serves all of them, a unit controlled by its ratio one or several."""
     if isinstance(unit, ElectricPair):
         return ElectricTransmission.of(spans, unit)
     return NetworkTransmission.of(spans[0][2], unit) if len(spans) == 1 else RangeTransmission.of(spans, unit)
 
 
 def ratio_of(transmission: VariableTransmission) -> RatioOfUnit:
-    """The signal ``ratio`` of a transmission from an overall ratio: V of the unit, or r itself where the transmission takes that."""
+    """The signal ``ratio`` of a transmission for an overall ratio: V of the unit, or r itself if the transmission accepts that."""
     if isinstance(transmission, NetworkTransmission):
         return NetworkRatio(network=transmission.network)
     return OverallRatio()
 
 
 def cvu_of(loss: UnitLoss) -> CVU:
-    """The part with these losses."""
+    """A component with these losses."""
     eta: dict[str, Any] = {}
     for end in ("ab", "ba"):
         given = getattr(loss, end)
@@ -49,10 +49,10 @@ def cvu_of(loss: UnitLoss) -> CVU:
 
 
 def pair_of(loss: UnitLoss, *, torque: float, speed: float, power: float) -> ElectricPair:
-    """Two machines with these losses: of the efficiency from a to b, sqrt(eta_ab) is that of a as generator, and of b as motor.
+    """Two machines with these losses: for the efficiency from a to b, sqrt(eta_ab) is that of a as generator, and of b as motor.
 
-    ``torque`` [N.m], ``speed`` [rad/s] and ``power`` [W] are the limits of either machine. Errors: ParameterError for an efficiency by a
-    map of both machines together, which does not say what each of them loses.
+    ``torque`` [N.m], ``speed`` [rad/s] and ``power`` [W] are the limits of either machine. Errors: ParameterError for an efficiency map of
+    both machines together, which does not give the losses of each.
     """
     if isinstance(loss.ab, pt.Map) or isinstance(loss.ba, pt.Map):
         raise pt.ParameterError(
@@ -76,7 +76,7 @@ def pair_of(loss: UnitLoss, *, torque: float, speed: float, power: float) -> Ele
 
 
 def _loss_by_efficiency(drives: float, generates: float, speed: float, torque: float) -> pt.Map:
-    """|w tau| is bilinear on either side of zero torque, so four points beside it give it exactly: positive torques drive."""
+    """|w tau| is bilinear on either side of zero torque, so four points next to it represent it exactly: positive torques drive."""
     axes = [
         pt.Axis("w", "rad/s", [0.0, speed], "linear"),
         pt.Axis("tau", "N.m", [-torque, 0.0, torque], "linear"),

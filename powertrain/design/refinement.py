@@ -1,4 +1,4 @@
-"""The basic ratio of a split-path transmission that suits a duty best."""
+"""The optimal basic ratio of a split-path transmission for a duty."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from powertrain.design.evaluation import Demands, EvaluatedLayout, row
 
 Rank = Literal["mean_efficiency", "min_efficiency", "max_K", "unit_range"]
 SIGN: dict[Rank, int] = {"mean_efficiency": -1, "min_efficiency": -1, "max_K": 1, "unit_range": 1}
-"""What designs are ranked by: 1 where less is better."""
+"""The criteria for ranking designs: 1 if smaller is better."""
 _FIRST, _ZOOM = 25, 9
 _NARROW = 1e-9
-"""Width, in parts of the bounds, to which the best ratio is located."""
+"""Width, as a share of the bounds, to which the best ratio is located."""
 
 
 @dataclass(frozen=True)
 class Refined:
     """The best basic ratio by the criterion ``by``, with its ``value`` and the value ``before``.
 
-    ``edge``: it lies at the edge of the bounds, so there may be a better one beyond. ``path``: the ratios that were evaluated.
+    ``edge``: it is at the edge of the bounds, so a better one may lie beyond. ``path``: the ratios evaluated.
     """
 
     R_o: float
@@ -58,18 +58,18 @@ def refine_ratio(
 ) -> Refined:
     """The R_o within bounds that is best by one column of ``SplitPathDesigns.table`` and meets the demands on the unit.
 
-    The best ratio usually lies on a ridge, where two ends of the range are equally bad or where the range of the unit ends, and derivatives
-    do not lead there. Therefore the bounds are sampled, then repeatedly the neighbourhood of the best sample, with all samples of a round
+    The best ratio usually lies on a ridge, where two ends of the range are equally bad or where the range of the unit ends; derivatives do
+    not lead there. Therefore the bounds are sampled, then repeatedly the neighbourhood of the best sample, with all samples of a round
     in one array.
 
     Parameters
     ----------
     plants : sequence of Plant
-        One compiled bench, or those below and above r = 1.
+        One compiled bench, or two for below and above r = 1.
     duty : Duty
         The required ratios.
     start : float
-        Basic ratio that is improved.
+        Basic ratio to be improved.
     bounds : (float, float)
         Lowest and highest basic ratio.
     unit : (float, float), float, optional
@@ -79,7 +79,7 @@ def refine_ratio(
     demands : Demands, optional
         Replaces ``unit`` and ``max_K``.
     by : str
-        The column that is improved.
+        The criterion, a column of the table.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def refine_ratio(
     Raises
     ------
     ParameterError
-        If the start does not meet the duty or nothing is found.
+        If the start does not satisfy the duty, or if nothing is found.
     """
     wanted = demands or Demands(unit, {}, max_K)
     known: dict[float, dict[str, float]] = {}

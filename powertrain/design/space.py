@@ -1,7 +1,7 @@
 """The space of split-path transmissions: structures, mechanical points, basic ratios, ranges and units, searched for a duty.
 
-Objectives are the mean efficiency over the duty and the size of the unit, its greatest torque times its greatest speed over the greatest
-power delivered; the result is their Pareto front.
+The objectives are the mean efficiency over the duty and the size of the unit: its largest torque times its largest speed, divided by the
+largest power delivered. The result is their Pareto front.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
 _GRID, _FINE, _ZOOMS = 17, 97, 7
 _LOOKED = 16
 _SLACK, _NONE = 1e-6, 1e-9
-"""By how much, relatively, a limit may be exceeded by rounding and the grid; an efficiency that counts as none."""
+"""Relative excess over a limit that counts as rounding and grid error; an efficiency that counts as zero."""
 
 
 @dataclass(frozen=True)
 class Efficiencies:
-    """What turns beside the unit: the planetaries with fixed carrier, and a pair of gears."""
+    """Efficiencies besides the unit's: of planetaries with fixed carrier, and of a gear pair."""
 
     planetary: float = 0.98
     pair: float = 0.99
@@ -55,7 +55,7 @@ def split_path_space(
 ) -> SplitPathSpace:
     """Search structures and units for high efficiency with a small unit.
 
-    Gears beside the unit bring it to its range of V, and to its speed where that is limited.
+    Gears beside the unit adapt it to its range of V and to its speed limit.
 
     Parameters
     ----------
@@ -66,17 +66,17 @@ def split_path_space(
     structures : sequence of Structure
         Structures to choose from.
     candidates : int
-        Designs of each structure in a round.
+        Designs of each structure per round.
     rounds : int
-        Rounds of the search; the designs of later ones lie near the best of the earlier ones.
+        Rounds of the search; designs of later rounds lie near the best of earlier ones.
     points : (float, float), optional
-        Mechanical points that are tried; by default from a tenth to twice the greatest r.
+        Range of the mechanical points; by default from a tenth of the largest r to twice the largest r.
     basic : (float, float)
         Sizes |R_o| of planetaries (R_o < 0).
     efficiencies : Efficiencies, optional
-        Of meshes and gears.
+        Efficiencies of meshes and gears.
     progress : bool
-        A progress bar.
+        Show a progress bar.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def split_path_space(
     Raises
     ------
     ParameterError
-        For a duty at r <= 0 alone, and for empty bounds.
+        For a duty at r <= 0 only, and for empty bounds.
     """
     from tqdm.auto import tqdm
 
@@ -113,7 +113,7 @@ def split_path_space(
 
 
 def _cube(dimension: int, count: int, number: int, known: Rated | None) -> Vector:
-    """Points of the unit cube: a Sobol sequence, later in boxes around the best, halved in every round."""
+    """Points of the unit cube: a Sobol sequence, in later rounds in boxes around the best, halved each round."""
     from scipy.stats import qmc
 
     sample = np.asarray(qmc.Sobol(dimension, scramble=True, seed=number).random(count), float)
@@ -134,7 +134,7 @@ def designs_at(
     basic: tuple[float, float],
     unit: Variator,
 ) -> Designs:
-    """The designs of points in the unit cube, geared to the unit."""
+    """The designs for points in the unit cube, with gears that suit the unit."""
     n = len(structure.planetaries)
     m = points[0] * (points[1] / points[0]) ** cube[:, :n]
     R_o = -basic[0] * (basic[1] / basic[0]) ** cube[:, n : 2 * n]
@@ -144,16 +144,16 @@ def designs_at(
 
 
 def bounds(designs: Designs, duty: Duty) -> Vector:
-    """Where ranges begin and end, (designs, ranges + 1)."""
+    """The limits of the ranges, (designs, ranges + 1)."""
     ends = np.broadcast_to([duty.low, duty.high], (len(designs.scale), 2))
     return np.concatenate([ends[:, :1], designs.shifts, ends[:, 1:]], axis=1)
 
 
 def geared(designs: Designs, duty: Duty, unit: Variator) -> Designs:
-    """With the gears beside the unit that use its range of V and its speed.
+    """The designs with gears beside the unit that use its range of V and its speed.
 
-    A unit of limited V gets the gear that brings the greatest |V| to the limit on its side, and the faster shaft to its speed;
-    one of any V gets either shaft to its speed. Without a limit the shaft turns as fast as the input.
+    For a unit with limited V the gear brings the largest |V| to the limit on its side, and the faster shaft to its speed limit. For a unit
+    with unlimited V each shaft reaches its speed limit. Without a speed limit the shaft turns at input speed.
     """
     ends = bounds(designs, duty)
     t = np.linspace(0, 1, _GRID)
@@ -175,7 +175,7 @@ def geared(designs: Designs, duty: Duty, unit: Variator) -> Designs:
 
 
 def _fit(low: float, high: float, ratio: tuple[float, float]) -> float:
-    """The factor, of either sign, that brings V from ``low`` to ``high`` into the unit's range and uses it most."""
+    """The factor, of either sign, that maps ``low`` to ``high`` into the unit's range of V and uses most of it."""
     best = np.nan
     for sign in (1, -1):
         first, last = sorted((sign * low, sign * high))
@@ -189,7 +189,7 @@ def _fit(low: float, high: float, ratio: tuple[float, float]) -> float:
 
 @dataclass(frozen=True)
 class Rated:
-    """Designs of one structure with one unit, and how they do the duty: arrays over designs, nan where they cannot."""
+    """Designs of one structure with one unit, and their ratings: arrays over designs, nan if infeasible."""
 
     designs: Designs
     unit: Variator
@@ -204,12 +204,12 @@ class Rated:
         return Rated(Designs(mine.structure, *joined), self.unit, np.concatenate([self.cube, other.cube]), values)
 
     def front(self) -> NDArray[np.intp]:
-        """The designs that no other one betters in efficiency and size at once."""
+        """The designs that no other one surpasses in both efficiency and size."""
         return front(self.values["mean_efficiency"], self.values["unit_size"])
 
 
 def front(efficiency: Vector, size: Vector) -> NDArray[np.intp]:
-    """Indices of the Pareto front, the most efficient first; nan is on none."""
+    """Indices of the Pareto front, the most efficient first; designs with nan are left out."""
     good = np.flatnonzero(np.isfinite(efficiency) & np.isfinite(size))
     order = good[np.lexsort((size[good], -efficiency[good]))]
     least = np.minimum.accumulate(size[order])
@@ -218,7 +218,7 @@ def front(efficiency: Vector, size: Vector) -> NDArray[np.intp]:
 
 
 def rate(designs: Designs, duty: Duty, unit: Variator, eta: Efficiencies, cube: Vector, *, fine: bool = False) -> Rated:
-    """Efficiency over the duty, and what the unit carries at worst: on a grid of every range, or (``fine``) located between its points."""
+    """Efficiency over the duty, and the largest loads of the unit: on a grid over every range, or (``fine``) located between its points."""
     count = len(designs.scale)
     ends = bounds(designs, duty)
     supplied, worst = np.zeros(count), {n: np.full(count, -np.inf) for n in _GREATEST}
@@ -253,13 +253,13 @@ _GREATEST: dict[str, Callable[[Flow, Vector], Vector]] = {
     "V_max": lambda on, r: on.V,
     "-V_min": lambda on, r: -on.V,
 }
-"""What is as great as possible at worst."""
+"""Quantities of which the largest value is the worst."""
 
 
 def _greatest(
     look: Callable[[Vector], Flow], low: Vector, high: Vector, fine: bool
 ) -> tuple[dict[str, Vector], Vector]:
-    """The greatest values over low <= r <= high, and whether shaft a of the unit turns back between."""
+    """The largest values over low <= r <= high, and whether shaft a of the unit reverses in between."""
     grid = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, _FINE if fine else _GRID)
     on = look(grid)
     turned = (on.w[0].min(axis=1) < 0) & (on.w[0].max(axis=1) > 0)
@@ -294,7 +294,7 @@ def _values(worst: dict[str, Vector], supplied: Vector, passes: Vector, duty: Du
 
 
 def _keeps(values: dict[str, Vector], unit: Variator) -> NDArray[np.bool_]:
-    """Which designs do the duty within the unit's limits."""
+    """Which designs fulfil the duty within the unit's limits."""
     kept = np.isfinite(values["mean_efficiency"]) & (values["mean_efficiency"] <= 1) & np.isfinite(values["unit_size"])
     kept &= values["min_efficiency"] > _NONE
     for name in ("torque", "speed", "power"):
@@ -307,7 +307,7 @@ def _keeps(values: dict[str, Vector], unit: Variator) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class SplitPathSpace:
-    """What the search found. ``table`` ranks it, ``pareto`` has the front of efficiency against the size of the unit over all of it."""
+    """The result of the search. ``table`` ranks the designs, ``pareto`` is the overall front of efficiency against the size of the unit."""
 
     duty: Duty
     found: tuple[Rated, ...] = field(repr=False)
@@ -315,7 +315,7 @@ class SplitPathSpace:
 
     @cached_property
     def _fronts(self) -> tuple[tuple[Rated, int], ...]:
-        """The front of every structure with every unit, rated anew: with extrema between the points of the grid."""
+        """The front of every structure with every unit, rated again with extrema between the points of the grid."""
         chosen = []
         for one in self.found:
             rows = one.front()[:_LOOKED]
@@ -328,9 +328,9 @@ class SplitPathSpace:
     def table(self) -> pd.DataFrame:
         """The fronts of all structures and units, the most efficient first.
 
-        ``unit_size``: greatest torque times greatest speed of a unit's shaft over the greatest power that the duty delivers;
-        ``unit_torque`` [N.m], ``unit_speed`` [rad/s], ``unit_power`` [W] of the more loaded shaft; ``shifts``: r where ranges meet;
-        ``points``: mechanical points of the planetaries; ``R_o``: their basic ratios; ``front``: on the front of all.
+        ``unit_size``: the largest torque times the largest speed of a unit's shaft, over the largest power that the duty delivers;
+        ``unit_torque`` [N.m], ``unit_speed`` [rad/s], ``unit_power`` [W] of the more loaded shaft; ``shifts``: r at which ranges meet;
+        ``points``: mechanical points of the planetaries; ``R_o``: their basic ratios; ``front``: on the overall front.
         """
         import pandas as pd
 
@@ -349,11 +349,11 @@ class SplitPathSpace:
 
     @property
     def pareto(self) -> pd.DataFrame:
-        """The designs of the table that no other one betters in efficiency and size at once."""
+        """The designs of the table that no other one surpasses in both efficiency and size."""
         return self.table[self.table.front]
 
     def ranges(self, line: int = 0) -> list[tuple[float, float, Network]]:
-        """The ranges of a line of the table, from and to which r, with their networks."""
+        """The ranges of a row of the table: lower and upper r, and network."""
         one, k = self._fronts[int(self.table._number[line])]
         d = one.designs.take([k])
         ends = bounds(d, self.duty)[0]
@@ -364,11 +364,11 @@ class SplitPathSpace:
         return [(float(low), float(high), x) for low, high, x in zip(ends, ends[1:], networks, strict=False)]
 
     def unit(self, line: int = 0) -> Variator:
-        """The unit of a line of the table."""
+        """The unit of a row of the table."""
         return self._fronts[int(self.table._number[line])][0].unit
 
     def flows(self, line: int = 0, points: int = 101) -> list[tuple[Vector, Flow]]:
-        """R and the operating points over the ranges of a line of the table; all directions of power are tried."""
+        """Operating points over the ranges of a row of the table, as (r, flow); all directions of power are tried."""
         found = []
         for low, high, network in self.ranges(line):
             r = np.linspace(low, high, points)
@@ -380,11 +380,11 @@ class SplitPathSpace:
         return found
 
     def part(self, line: int = 0) -> VariableUnit | ElectricPair:
-        """The unit of a line as a part with the losses of the design: a ``CVU``, or an ``ElectricPair`` where V may be infinite.
+        """The unit of a row as a component with the losses of the design: a ``CVU``, or an ``ElectricPair`` if V may be infinite.
 
-        The machines of a pair bear twice the torque, speed and power that the duty asks of them. For a vehicle the duty has to contain
-        the torques of starting and the speeds of the engine at full power.
-        Errors: ParameterError for a pair by an efficiency map, see ``pair_of``.
+        The machines of a pair have twice the torque, speed and power that the duty requires. For a vehicle the duty must contain
+        the torques for starting and the speeds of the engine at full power.
+        Errors: ParameterError for a pair with an efficiency map, see ``pair_of``.
         """
         unit, row = self.unit(line), self.table.iloc[line]
         if not unit.electric:
@@ -392,15 +392,15 @@ class SplitPathSpace:
         return pair_of(unit.loss, **{n: RESERVE * float(row[f"unit_{n}"]) for n in ("torque", "speed", "power")})
 
     def transmission(self, line: int = 0, unit: VariableUnit | ElectricPair | None = None) -> VariableTransmission:
-        """A line of the table as a component, with its ``part`` or another ``unit``.
+        """A row of the table as a component, with its ``part`` or another ``unit``.
 
-        In one range a ``NetworkTransmission``, in several a ``RangeTransmission``, which shifts; with a pair of machines an
-        ``ElectricTransmission`` in either case.
+        With one range a ``NetworkTransmission``, with several a ``RangeTransmission``, which shifts; with a pair of machines always an
+        ``ElectricTransmission``.
         """
         return transmission_of(self.ranges(line), self.part(line) if unit is None else unit)
 
     def unit_ratio(self, line: int = 0) -> RatioOfUnit:
-        """The signal ``ratio`` of a line's transmission from an overall ratio: V of its unit, or r itself."""
+        """The signal ``ratio`` of a row's transmission for an overall ratio: V of its unit, or r itself."""
         return ratio_of(self.transmission(line))
 
 

@@ -1,11 +1,11 @@
-"""Structures of split-path transmissions with auxiliary gears and several ranges: what a designer chooses, and the networks that follow.
+"""Structures of split-path transmissions with auxiliary gears and several ranges: the designer's choices and the resulting networks.
 
-A unit's shaft that a planetary joins with input and output turns at w_x = sigma (w_out - m w_in); m is its mechanical point. One in gear
-with the input turns at sigma w_in (its mechanical point is infinite), one in gear with the output at sigma w_out (it is 0). Speeds, the
-share of the unit, its torque and size follow from m and sigma of both shafts alone. The basic ratio of the planetary then decides how
-much of it is done by the gear behind the planetary, i = mu/m (w_last = i w_out), and how much by the one beside the unit, g = sigma (1 -
-mu)/i, where mu is the planetary's own mechanical point, R of its layout. Where ranges meet, both shafts of the unit keep their speeds;
-that gives sigma of the next range. If its mechanical point lies beyond the shift, the unit runs back.
+A unit's shaft on a planetary between input and output turns at w_x = sigma (w_out - m w_in); m is its mechanical point. A shaft geared to
+the input turns at sigma w_in (its mechanical point is infinite), one geared to the output at sigma w_out (it is 0). Speeds, the share of
+the unit, its torque and size depend only on m and sigma of both shafts. The basic ratio of the planetary determines how this is divided
+between the gear behind the planetary, i = mu/m (w_last = i w_out), and the gear beside the unit, g = sigma (1 - mu)/i, where mu is the
+planetary's own mechanical point, R of its layout. Where ranges meet, both shafts of the unit keep their speeds; this determines sigma of
+the next range. If its mechanical point lies beyond the shift, the unit runs back.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from powertrain.components.transmissions import HOUSING, Layout, Lever, Network,
 from powertrain.design.duty import Vector
 
 Side = Literal["input", "output"] | Layout
-"""Where a shaft of the unit stands: in gear with input or output, or on a planetary whose members stand at input, unit and output."""
+"""The position of a unit's shaft: geared to input or output, or on a planetary with members at input, unit and output."""
 Ends = tuple[Side, Side]
 _PLAIN = ("input", "output")
 
 
 @dataclass(frozen=True)
 class Structure:
-    """The sides of a unit's shafts a and b in every range, from the lowest on.
+    """The sides of a unit's shafts a and b in every range, from the lowest up.
 
     ("input", "abH") is an input-coupled transmission of type 4, ("Hba", "output") an output-coupled one of type 2, two planetaries a
     compound split. Errors: ParameterError for other sides, and for ranges without a planetary.
@@ -62,7 +62,7 @@ class Structure:
 
     @property
     def parameters(self) -> int:
-        """How many numbers describe a design: mechanical point and basic ratio of every planetary, and the ratios at which ranges meet."""
+        """The number of a design's parameters: mechanical point and basic ratio of every planetary, and the ratios at which ranges meet."""
         return 2 * len(self.planetaries) + len(self.ranges) - 1
 
 
@@ -80,7 +80,7 @@ class Designs:
     scale: Vector
 
     def mechanical_point(self, k: int, side: int) -> Vector:
-        """Of one shaft in one range: infinite at the input, 0 at the output."""
+        """The mechanical point of one shaft in one range: infinite at the input, 0 at the output."""
         kind = self.structure.ranges[k][side]
         if kind in _PLAIN:
             return np.full(len(self.scale), np.inf if kind == "input" else 0.0)
@@ -95,7 +95,7 @@ class Designs:
 
     @cached_property
     def sigma(self) -> Vector:
-        """Of every range and shaft, (designs, ranges, 2): both shafts keep their speeds at the shifts; not finite where they cannot."""
+        """The factors sigma of every range and shaft, (designs, ranges, 2), with which speeds are continuous at shifts; nan if impossible."""
         found = [self.scale]
         for k in range(1, len(self.structure.ranges)):
             at = self.shifts[:, k - 1 : k]
@@ -105,12 +105,12 @@ class Designs:
         return np.stack(found, axis=1)
 
     def unit_speeds(self, k: int, r: Vector) -> tuple[Vector, Vector]:
-        """Speeds of the unit's shafts over that of the input at r, (designs or 1, points), in a range."""
+        """Speeds of the unit's shafts over input speed at r, (designs or 1, points), in a range."""
         a, b = (self.sigma[:, k, s, None] * self._form(k, s, r) for s in (0, 1))
         return a, b
 
     def scaled(self, a: Vector, b: Vector) -> Designs:
-        """Other gears beside the unit: shaft a by a, shaft b by b times as fast."""
+        """Other gears beside the unit: shaft a turns faster by the factor a, shaft b by b."""
         return Designs(self.structure, self.m, self.R_o, self.shifts, self.scale * np.stack([a, b], axis=1))
 
     def take(self, rows: Sequence[int] | NDArray[np.intp]) -> Designs:
@@ -119,7 +119,7 @@ class Designs:
         return Designs(self.structure, self.m[chosen], self.R_o[chosen], self.shifts[chosen], self.scale[chosen])
 
     def networks(self, k: int, eta: float, eta_pair: float) -> tuple[Network, Vector]:
-        """The network of a range, with the ratios of the first design that has any, and the ratios of its levers for all designs."""
+        """The network of a range, with the ratios of the first feasible design, and the ratios of its levers for all designs."""
         levers, columns = [], []
         for s, side in enumerate(self.structure.ranges[k]):
             at = "ab"[s]
@@ -157,4 +157,4 @@ def _common() -> Iterator[Structure]:
 
 
 COMMON = tuple(_common())
-"""Of every type: input-coupled, output-coupled, input-coupled with two ranges, two-mode (output-coupled, then compound), three-mode."""
+"""Common structures: input-coupled, output-coupled, input-coupled with two ranges, two-mode (output-coupled, then compound), three-mode."""

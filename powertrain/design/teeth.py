@@ -1,4 +1,4 @@
-"""Tooth numbers for a wanted basic ratio."""
+"""Tooth numbers for a required basic ratio."""
 
 from __future__ import annotations
 
@@ -20,33 +20,33 @@ if TYPE_CHECKING:
 def sets_near(
     R_o: float, *, tolerance: float = 0.01, suns: Iterable[int] = range(18, 100), planets: int = 3
 ) -> pd.DataFrame:
-    """Planetary sets that can be put together with about this R_o, the nearest first.
+    """Planetary gear sets that can be assembled with approximately this R_o, the nearest first.
 
     Parameters
     ----------
     R_o : float
         Basic ratio [1].
     tolerance : float
-        Relative deviation that is allowed [1].
+        Allowed relative deviation [1].
     suns : iterable of int
-        Teeth of the sun; where R_o > 0, teeth of member a, and of the planet of a KHV.
+        Teeth of the sun; for R_o > 0, teeth of member a, and of the planet of a KHV.
     planets : int
         Number of planets.
 
     Returns
     -------
     pandas.DataFrame
-        Where R_o < 0, simple sets (2K-H(-)): columns sun, planet, ring, R_o and member a. Where ring - sun is odd, profile shift makes up
-        for half a tooth. The sun is member a where R_o < -1, the ring where R_o > -1.
+        For R_o < 0, simple sets (2K-H(-)): columns sun, planet, ring, R_o and member a. If ring - sun is odd, profile shift compensates
+        half a tooth. The sun is member a for R_o < -1, the ring for R_o > -1.
 
-        Where R_o > 0 (2K-H(+) and KHV): columns kind, a, b, first, second, R_o. "two suns", "two rings": stepped planets, ``first`` meshes
-        with a and ``second`` with b, of one module; "pairs": a sun a and a ring b with pairs of planets, ``first`` at the sun; "KHV": a
-        planet of ``a`` teeth in a ring of ``b``.
+        For R_o > 0 (2K-H(+) and KHV): columns kind, a, b, first, second, R_o. "two suns", "two rings": stepped planets with the same
+        module, ``first`` meshes with a and ``second`` with b; "pairs": a sun a and a ring b with pairs of planets, ``first`` at the sun;
+        "KHV": a planet with ``a`` teeth in a ring with ``b``.
 
     Raises
     ------
     ParameterError
-        For a ratio that no set has (0, 1).
+        For a ratio that no gear set has (0, 1).
     """
     import pandas as pd
 
@@ -82,7 +82,7 @@ _COLUMNS = ["kind", "a", "b", "first", "second", "R_o"]
 
 
 def _positive(R_o: float, tolerance: float, suns: list[int], n: int) -> pd.DataFrame:
-    """Sets with R_o > 0, tried from the nearest ratio on."""
+    """Sets with R_o > 0, by increasing deviation of the ratio."""
     import pandas as pd
 
     wheels: dict[str, type[Sun] | type[Ring]] = {"two suns": Sun, "two rings": Ring}
@@ -105,7 +105,7 @@ def _positive(R_o: float, tolerance: float, suns: list[int], n: int) -> pd.DataF
 
 
 def _candidates(R_o: float, tolerance: float, suns: list[int]) -> list[tuple[str, int, int, int, int, float]]:
-    """Teeth whose ratio is near enough, the nearest first: (kind, a, b, first, second, ratio)."""
+    """Teeth with a ratio within the tolerance, the nearest first: (kind, a, b, first, second, ratio)."""
     a, first, second = (g.ravel() for g in np.meshgrid(suns, _PLANETS, _PLANETS, indexing="ij"))
     found: list[tuple[str, int, int, int, int, float]] = []
 

@@ -1,4 +1,4 @@
-"""Variable units by what a designer knows of them: efficiency as numbers or maps, range, limits."""
+"""Variable units as known to a designer: efficiency as numbers or maps, range, limits."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from powertrain.components.transmissions import UnitLoss
 from powertrain.design.duty import Vector
 
 _LEAST = 1e-6
-"""A ratio that counts as none."""
+"""A ratio that counts as zero."""
 
 
 @dataclass(frozen=True)
 class Variator:
-    """A variable unit: its losses, the range of V = w_b/w_a, and what a shaft of it bears at most.
+    """A variable unit: its losses, the range of V = w_b/w_a, and the limits of its shafts.
 
-    ``speed`` [rad/s] and ``torque`` [N.m] hold for either shaft, ``power`` [W] for what passes. Errors: ParameterError for an empty range
-    and for limits that are not positive.
+    ``speed`` [rad/s] and ``torque`` [N.m] apply to either shaft, ``power`` [W] to the transmitted power. Errors: ParameterError for an
+    empty range and for limits that are not positive.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Variator:
 
     @property
     def electric(self) -> bool:
-        """Whether V may be infinite: only a pair of machines controlled by torque can follow that."""
+        """Whether V may be infinite; only a pair of machines controlled by torque can follow that."""
         return math.isinf(self.ratio[0]) or math.isinf(self.ratio[1])
 
     @classmethod
@@ -59,16 +59,16 @@ class Variator:
         w_a: float = 200.0,
         **limits: Any,
     ) -> Self:
-        """A unit by the maps of its model, over the ratio V that it has, not the one that is asked for, and torque.
+        """A unit from the maps of its model, over its actual (not its requested) ratio V and torque.
 
         Parameters
         ----------
         name : str
-            What the unit is called.
+            Name of the unit.
         unit : VariableUnit
             The model.
         ratios, torques : sequence of float
-            Ratios [1] and torques [N.m] of the map. Beyond the torque that the unit carries the map is held; ``torque`` limits it.
+            Ratios [1] and torques [N.m] of the map. Beyond the torque capacity of the unit the map is constant; ``torque`` limits it.
         w_a : float
             Speed of shaft a [rad/s].
         **limits
@@ -81,7 +81,7 @@ class Variator:
         Raises
         ------
         ParameterError
-            Where the unit carries none of the torques.
+            If the unit can carry none of the torques.
         """
         maps = [
             _measured(unit, np.asarray(ratios, float), np.asarray(torques, float), w_a, drives) for drives in (1, -1)
@@ -110,7 +110,7 @@ class UnitBench(pt.Component):
 
 
 def _measured(unit: VariableUnit, ratios: Vector, torques: Vector, w_a: float, drives: int) -> pt.Map:
-    """Efficiency over the ratio and the size of the torque at flange_a, where a drives (1) or b does (-1)."""
+    """Efficiency over the ratio and the magnitude of the torque at flange_a, with a driving (1) or b driving (-1)."""
     import xarray as xr
 
     V, tau = np.meshgrid(np.unique(ratios[np.abs(ratios) > _LEAST]), torques[torques > 0], indexing="ij")
@@ -143,6 +143,6 @@ def _measured(unit: VariableUnit, ratios: Vector, torques: Vector, w_a: float, d
 
 
 def _along(x: Vector, values: Vector, wanted: Vector) -> list[Vector]:
-    """Rows of values over x, at other x; held at the ends."""
+    """Rows of values over x, interpolated at other x; constant beyond the ends."""
     order = np.argsort(x)
     return [np.interp(wanted, x[order], row[order]) for row in values]

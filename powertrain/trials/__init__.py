@@ -1,4 +1,4 @@
-"""What vehicles are measured by: cycles, consumption, acceleration, maps of whole drivelines."""
+"""Trials of vehicles: cycles, consumption, acceleration, maps of whole drivelines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a vehicle is made of, as far as trials ask: body, pedals, road, cycle, prime movers and stores, found by what its parts are."""
+"""The parts of a vehicle that trials need: body, pedals, road, cycle, prime movers and stores, found by their classes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from powertrain.components.engines import Engine
 from powertrain.language.component import children
 
 ONE = {"body": Body, "pedals": Pedals, "road": RoadProfile, "cycle": CycleSpeed}
-"""Parts of which a vehicle has one, and their kinds."""
+"""Parts of which a vehicle has exactly one, and their classes."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ class Anatomy:
 
     @property
     def tank(self) -> str:
-        """What the prime movers take from: "tank", "battery", or both."""
+        """The energy source of the prime movers: "tank", "battery", or both."""
         return " and ".join(name for name, any_ in (("tank", self.engines), ("battery", self.machines)) if any_)
 
     def the(self, what: str) -> str:
-        """The path of the body, the pedals, the road or the cycle. Errors: ParameterError for a vehicle without, or with several."""
+        """The path of the body, the pedals, the road or the cycle. Errors: ParameterError if a vehicle has none or several."""
         found = [path for name, path in self.one if name == what]
         if len(found) != 1:
             several = f"{len(found)}: {', '.join(found)}" if found else "none"
@@ -54,7 +54,7 @@ class Anatomy:
         return found[0]
 
     def the_engine(self) -> str:
-        """The path of the only engine. Errors: ParameterError for a vehicle without, or with several."""
+        """The path of the only engine. Errors: ParameterError if a vehicle has none or several."""
         if len(self.engines) != 1:
             raise pt.ParameterError(
                 f"{self.vehicle} has {len(self.engines)} combustion engines; this requires a vehicle with one"
@@ -91,7 +91,7 @@ def value_at(vehicle: pt.Component, path: str) -> Any:
 
 
 def _parts(whole: pt.Component, path: str = "") -> Iterator[tuple[str, pt.Component]]:
-    """All parts with their paths; parts of bodies, engines and so on are theirs."""
+    """All parts with their paths; parts inside bodies, engines and so on are not included."""
     known = (*ONE.values(), Engine, ElectricMachine, Battery, PolarizedBattery)
     for name, part in children(whole):
         if isinstance(part, pt.Component):

@@ -29,7 +29,7 @@ SPEEDS, ACCELERATORS = 46, 61
 class BackwardRun:
     """Fuel flow [kg/s] and tractive force [N] at the midpoint of every row of a cycle.
 
-    ``missing`` [N] is the force that the vehicle lacks; ``gears`` are those chosen by its schedule, 1 if there is none.
+    ``missing`` [N] is the force that the vehicle lacks; ``gears`` are those chosen by its schedule, or 1 without a schedule.
     """
 
     cycle: DriveCycle
@@ -54,9 +54,9 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     ``driveline_map`` (computed here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel there are
     those of the lowest speed. Without a demand the engine idles, against the drag of a converter if there is one. The inertia of the
     engine is neglected.
-    A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has a map for every gear. The gears are those that the schedule chooses for
-    the speeds of the cycle and the pedal positions for the forces; shifts take no time and no fuel.
-    Errors: ParameterError for a map with points without an operating point, and those of ``check_backward``.
+    A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has one map per gear. The schedule chooses the gears for the speeds of the
+    cycle and the pedal positions for the forces; shifts take no time and no fuel.
+    Errors: ParameterError if points of the map have no operating point, and those of ``check_backward``.
     """
     check_backward(vehicle)
     if isinstance(cycle, str):
@@ -83,7 +83,7 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
 
 
 def check_backward(vehicle: pt.Component) -> None:
-    """Errors: ParameterError for a vehicle without an engine, and one whose operating points depend on what came before."""
+    """Errors: ParameterError for a vehicle without an engine, and for one whose operating points depend on its history."""
     name = type(vehicle).__name__
     if not anatomy(vehicle).engines:
         raise pt.ParameterError(
@@ -104,25 +104,25 @@ class _Pulled(pt.Component):
     pull: ConstantSpeed = ConstantSpeed(v_fixed=1)
 
     def equations(self) -> pt.Equations:
-        """Pulled in front; the axle at the rear pushes nothing."""
+        """Pulled at the front; the rear axle exerts no force."""
         yield pt.connect(self.pull.flange, self.body.front)
 
 
 def demand(vehicle: pt.Component, cycle: DriveCycle) -> tuple[Array, Array]:
-    """Speed [m/s] and tractive force [N] of all wheels in the middle of every row of a cycle; of what rotates, wheels alone count."""
+    """Speed [m/s] and tractive force [N] of all wheels at the midpoint of every row of a cycle; of the rotating parts only wheels count."""
     v, a = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2, np.diff(cycle.speeds) / np.diff(cycle.times)
     return v, _pull(vehicle, v, a) + _climb(vehicle, cycle)
 
 
 def _pull(vehicle: Any, v: Array, a: Array) -> Array:
-    """What the body takes to be pulled at v, and what the mass of the vehicle and the inertia of its wheels take for a."""
+    """The force to pull the body at v, and the force to accelerate the vehicle's mass and the inertia of its wheels by a."""
     body = value_at(vehicle, anatomy(vehicle).the("body"))
     mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for _, w in wheels_of(vehicle))
     return mass * a + _resistance(body, v)
 
 
 def _resistance(body: Body, v: Array) -> Array:
-    """What a body takes to be pulled at v; nothing at rest, where its friction holds it and could take any force up to its limit."""
+    """The force to pull a body at v; zero at rest, where its friction could hold any force up to its limit."""
     speeds, rows = np.unique(v, return_inverse=True)
     moves, taken = speeds > 0, np.zeros_like(speeds)
     if moves.any():
@@ -132,7 +132,7 @@ def _resistance(body: Body, v: Array) -> Array:
 
 
 def _climb(vehicle: Any, cycle: DriveCycle) -> Array:
-    """The weight's force along the road in the middle of every row, N."""
+    """The component of the weight along the road at the midpoint of every row, N."""
     step = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2 * np.diff(cycle.times)
     parts = anatomy(vehicle)
     body, road = value_at(vehicle, parts.the("body")), value_at(vehicle, parts.the("road"))

@@ -1,4 +1,4 @@
-"""Consumption of vehicles that end a cycle with another charge than they began it with; charge-depleting and charge-sustaining tests."""
+"""Consumption of vehicles whose charge differs between start and end of a cycle; charge-depleting and charge-sustaining tests."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.cycle import CycleRun, drive_cycle, on_cycle
 
 NEC_TOLERANCE = 0.01
-"""Net energy change over the energy of the fuel up to which a test sustains the charge, SAE J1711."""
+"""A test is charge-sustaining up to this net energy change relative to the energy of the fuel, SAE J1711."""
 BREAK_OFF = 0.04
-"""Change of the charge over the energy demand of the cycle below which a charge-depleting test ends, UN Regulation No. 154, Annex B8."""
+"""A charge-depleting test ends below this change of the charge relative to the cycle's energy demand, UN Regulation No. 154, Annex B8."""
 SPREAD = (-0.04, -0.02, 0.0, 0.02, 0.04)
-"""States of charge of the tests that give the correction, about the middle one; the regulation asks for five or more."""
+"""States of charge of the tests for the correction, relative to the middle one; the regulation requires five or more."""
 
 
 def stores_of(run: CycleRun) -> tuple[str, ...]:
@@ -34,9 +34,9 @@ def charge_corrected(run: CycleRun, *stores: str, path: float = 1.0) -> float:
     """Consumption [l/100 km] corrected to equal charge of the ``stores`` by one run (charge-sustaining correction).
 
     ``stores`` are components, such as "battery" or "flywheel"; by default those of ``stores_of``. The energy they gained counts as work of
-    the engine, at its marginal efficiency over the cycle times ``path``, the efficiency from its crank into the store:
+    the engine, at its marginal efficiency over the cycle times ``path``, the efficiency from its crankshaft into the store:
       fuel - gained/(path marginal efficiency heating value)
-    Because the engine runs anyway, additional work does not increase its friction and costs less than the mean. nan if the engine did not
+    Additional work does not increase the friction of an engine that runs anyway, so it costs less than the mean. nan if the engine did not
     run or the vehicle did not move. ``charge_sustaining`` is the method of the regulation, with five runs.
     Errors: ParameterError for a store that the vehicle does not have.
     """
@@ -57,8 +57,8 @@ def charge_corrected(run: CycleRun, *stores: str, path: float = 1.0) -> float:
 class ChargeSustaining:
     """Tests of a hybrid from several states of charge, and the consumption at equal charge by their regression.
 
-    ``tests``: a row per test with soc [1], charge [W.h/km] (positive where the battery gained), consumption [l/100 km], CO2 [g/km], and
-    net energy change over the energy of the fuel [1]. ``K_fuel`` [l/100 km per W.h/km] and ``K_co2`` [g/W.h] are their slopes.
+    ``tests``: one row per test with soc [1], charge [W.h/km] (positive if the battery gained), consumption [l/100 km], CO2 [g/km], and
+    net energy change over the energy of the fuel [1]. ``K_fuel`` [l/100 km per W.h/km] and ``K_co2`` [g/W.h] are the slopes.
     """
 
     tests: pd.DataFrame
@@ -67,17 +67,17 @@ class ChargeSustaining:
 
     @property
     def nearest(self) -> pd.Series[float]:
-        """The test whose charge changed least."""
+        """The test with the smallest change of charge."""
         return self.tests.iloc[int(np.argmin(np.abs(self.tests["charge"].to_numpy())))]
 
     @property
     def litres_per_100km(self) -> float:
-        """Consumption of the nearest test less K_fuel times its charge [l/100 km]."""
+        """Consumption of the nearest test minus K_fuel times its charge [l/100 km]."""
         return float(self.nearest["consumption"] - self.K_fuel * self.nearest["charge"])
 
     @property
     def co2_per_km(self) -> float:
-        """Carbon dioxide of the nearest test less K_co2 times its charge [g/km]."""
+        """Carbon dioxide of the nearest test minus K_co2 times its charge [g/km]."""
         return float(self.nearest["carbon dioxide"] - self.K_co2 * self.nearest["charge"])
 
     @property
@@ -96,8 +96,8 @@ def charge_sustaining(
 ) -> ChargeSustaining:
     """Consumption at equal charge by the method of UN Regulation No. 154, Annex B8, Appendix 2, and SAE J1711.
 
-    The cycle is driven from several states of charge. The consumption over the electric energy is a straight line by least squares; its
-    slope K corrects the test that changed the charge least:
+    The cycle is driven from several states of charge. A least-squares line through consumption over electric energy has the slope K, which
+    corrects the test with the smallest change of charge:
       FC_CS = FC - K_fuel EC,  EC = energy gained by the battery/distance
 
     Parameters
@@ -107,9 +107,9 @@ def charge_sustaining(
     cycle : DriveCycle or str, optional
         A cycle or its name; by default that of the vehicle.
     soc : float, optional
-        State of charge [1] around which the tests start; by default that with which the vehicle starts.
+        State of charge [1] around which the tests start; by default the vehicle's own start value.
     spread : sequence of float
-        What is added to ``soc`` [1], for each test.
+        Offsets from ``soc`` [1], one per test.
     **options
         Options of ``drive_cycle``.
 
@@ -120,7 +120,7 @@ def charge_sustaining(
     Raises
     ------
     ParameterError
-        For a vehicle without one battery and an engine, for fewer than two different states of charge, and for a run that ended early.
+        If the vehicle does not have one battery and an engine, for fewer than two different states of charge, and if a run ended early.
     """
     battery = _the_battery(vehicle, "charge_sustaining")
     middle = _soc_at_start(vehicle, battery) if soc is None else soc
@@ -153,11 +153,11 @@ def charge_depleting(
     most: int = 20,
     **options: Any,
 ) -> pd.DataFrame:
-    """The charge-depleting test of a plug-in hybrid: the cycle again and again, until the charge no longer changes.
+    """The charge-depleting test of a plug-in hybrid: the cycle is repeated until the charge no longer changes.
 
     The test ends when the change of the charge falls below 4 % of the energy demand of the cycle (UN Regulation No. 154, Annex B8,
-    3.2.4.5). The distance before the last row is the charge-depleting cycle range. A test that ends before, after ``most`` cycles, says so
-    by a RuntimeWarning: it has no such range.
+    3.2.4.5). The distance before the last row is the charge-depleting cycle range. If the test ends after ``most`` cycles without
+    reaching this, a RuntimeWarning says that there is no such range.
 
     Parameters
     ----------
@@ -168,20 +168,20 @@ def charge_depleting(
     soc : float
         State of charge at the start [1].
     most : int
-        Number of cycles after which the test ends anyway.
+        Largest number of cycles.
     **options
         Options of ``drive_cycle``.
 
     Returns
     -------
     pandas.DataFrame
-        A row per cycle, the last one included: soc at its end [1], distance [km] since the start, W.h/km from the battery, l/100 km, g/km
+        One row per cycle, including the last: soc at its end [1], distance [km] since the start, W.h/km from the battery, l/100 km, g/km
         CO2, and the change of the charge over the energy demand of the cycle [1].
 
     Raises
     ------
     ParameterError
-        For a vehicle without one battery and an engine, and for a run that ended early.
+        If the vehicle does not have one battery and an engine, and if a run ended early.
     """
     battery = _the_battery(vehicle, "charge_depleting")
     plant, rows, driven, change = pt.compile(on_cycle(vehicle, cycle)), [], 0.0, math.inf
@@ -212,7 +212,7 @@ def charge_depleting(
 
 
 def electric_share(run: CycleRun) -> float:
-    """Part of the distance that a hybrid drove with its engines switched off [1]; nan if it did not move.
+    """Share of the distance that a hybrid drove with its engines off [1]; nan if it did not move.
 
     Errors: ParameterError for a vehicle without an engine.
     """

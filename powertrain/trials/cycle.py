@@ -1,4 +1,4 @@
-"""A vehicle on a drive cycle: how well it follows, what it burns, where the energy goes."""
+"""A vehicle on a drive cycle: how well it follows, what it consumes, where the energy goes."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ from powertrain.trials.anatomy import Anatomy, anatomy, value_at
 from powertrain.trials.lost_gear import lost_gear
 
 SPEED_BAND = 2 / 3.6
-"""How far a vehicle may leave the cycle [m/s]: 2 km/h, UN GTR No. 15, Annex 6, 2.6.8.3.1.2."""
+"""Speed tolerance [m/s]: 2 km/h, UN GTR No. 15, Annex 6, 2.6.8.3.1.2."""
 TIME_BAND = 1.0
-"""Within this time before and after [s], same place."""
+"""Time tolerance [s], same source."""
 RATE = 10
 """Samples per second."""
 STANDS = 1.0
-"""Distance [m] up to which a vehicle stands, in both directions."""
+"""Distance [m], in either direction, up to which a vehicle counts as standing."""
 LITTLE = 1.0
-"""Torque [N.m] by which a marginal efficiency is told, and from which an engine fires."""
+"""Torque [N.m] for evaluating the marginal efficiency, and above which an engine fires."""
 STALLED, LASTING = 1.0, 2.0
-"""Speed [rad/s] below which an engine stands, and the time [s] after which it is not about to start."""
+"""Speed [rad/s] below which an engine has stalled, and the time [s] after which it is no longer expected to start."""
 LITRES, METRES, GALLON_KWH, WH = 3.785411784, 1609.344, 33.705, 3600.0
 """A US gallon [l], a mile [m], the energy of a gallon of gasoline [kW.h], a watt hour [J]."""
 TOLD = 100.0
-"""Distance [m] from which a consumption so far is told."""
+"""Distance [m] above which the consumption so far is displayed."""
 ON, ASKED = 0.5, 0.1
-"""Switch from which an engine shall run; part of a cycle's distance that must be more than ``STANDS`` for a vehicle to be missed."""
+"""Switch value above which an engine must run; share of the cycle's distance that must exceed ``STANDS`` for a motion to be expected."""
 Array = NDArray[np.float64]
 
 
@@ -58,7 +58,7 @@ class CycleRun:
 
     @cached_property
     def anatomy(self) -> Anatomy:
-        """What the vehicle's parts are."""
+        """The parts of the vehicle."""
         return anatomy(self.plant.model)
 
     @cached_property
@@ -79,19 +79,19 @@ class CycleRun:
 
     @property
     def litres_per_100km(self) -> float:
-        """Consumption of fuel [l/100 km]; nan where the vehicle did not move forward."""
+        """Consumption of fuel [l/100 km]; nan if the vehicle did not move forward."""
         litres = sum(self._burnt(engine) / self._of(f"{engine}.fuel_density") for engine in self.anatomy.engines) * 1e3
         return self._per_metre(litres) * 1e5
 
     @property
     def co2_per_km(self) -> float:
-        """Carbon dioxide at the tailpipe [g/km]; nan where the vehicle did not move forward."""
+        """Carbon dioxide at the tailpipe [g/km]; nan if the vehicle did not move forward."""
         grams = sum(self._burnt(engine) * self._of(f"{engine}.co2_per_fuel") for engine in self.anatomy.engines) * 1e3
         return self._per_metre(grams) * 1e3
 
     @cached_property
     def electricity(self) -> float:
-        """Energy taken from the batteries' charge [J], with what they lose themselves; negative where they were charged."""
+        """Energy taken from the batteries' charge [J], including their own losses; negative if they were charged."""
         if not self.anatomy.batteries:
             return 0.0
         stored = self.audit.components["stored"]
@@ -99,34 +99,34 @@ class CycleRun:
 
     @property
     def wh_per_km(self) -> float:
-        """Energy taken from the batteries' charge [W.h/km]; nan where the vehicle did not move forward."""
+        """Energy taken from the batteries' charge [W.h/km]; nan if the vehicle did not move forward."""
         return self._per_metre(self.electricity / WH) * 1e3
 
     @property
     def net_energy_change(self) -> float:
-        """Energy the batteries gained over the energy of the fuel burnt [1] (NEC of SAE J1711); nan where none was burnt."""
+        """Energy gained by the batteries over the energy of the fuel [1] (NEC of SAE J1711); nan if no fuel was burnt."""
         return -self.electricity / self.heat if self.fuel > 0 else math.nan
 
     @cached_property
     def demand(self) -> float:
-        """Energy demand of the cycle [J]: the work of the axles on the body where they push it."""
+        """Energy demand of the cycle [J]: the positive work of the axles on the body."""
         body = self.anatomy.the("body")
         force = self.result[f"{body}.front.f"] + self.result[f"{body}.rear.f"]
         return float(np.trapezoid(np.maximum(force * self.speed, 0.0), self.result.time))
 
     def mpg(self, charging: float = 1.0) -> float:
-        """Miles per US gallon; what the batteries gave counts as gasoline of 33.705 kW.h a gallon, through a charger of that efficiency.
+        """Miles per US gallon; electric energy counts as gasoline of 33.705 kW.h per gallon, via a charger of this efficiency.
 
-        nan where the vehicle did not move forward or took nothing. Source: 40 CFR 600.116-12 (the energy of a gallon).
+        nan if the vehicle did not move forward or consumed nothing. Source: 40 CFR 600.116-12 (the energy of a gallon).
         """
         gallons = self.litres_per_100km / LITRES * self.distance / 1e5
         gallons += max(self.electricity, 0.0) / charging / (GALLON_KWH * 1e3 * WH)
         return self.distance / METRES / gallons if gallons > 0 else math.nan
 
     def range(self, usable: float = 1.0) -> float:
-        """How far [m] the batteries' charge takes the vehicle at this consumption, of which a part is ``usable``.
+        """Distance [m] that the vehicle can drive on its batteries at this consumption; ``usable`` is the usable share of the charge.
 
-        nan where none is taken or the vehicle did not move forward. The charge is all that the batteries hold at a state of charge of 1.
+        nan if none is consumed or the vehicle did not move forward. The charge is that at a state of charge of 1.
         """
         if not (self.electricity > 0 and self.distance > STANDS):
             return math.nan
@@ -135,7 +135,7 @@ class CycleRun:
 
     @property
     def efficiency(self) -> float:
-        """Mean efficiency of the engines: work of combustion at the crank over the heat of the fuel [1]; nan where none was burnt."""
+        """Mean efficiency of the engines: work of combustion at the crankshaft over the heat of the fuel [1]; nan if no fuel was burnt."""
         return self._work() / self.heat if self.fuel > 0 else math.nan
 
     @property
@@ -145,7 +145,7 @@ class CycleRun:
 
     @cached_property
     def marginal_efficiency(self) -> float:
-        """Efficiency of a little more torque at the same speed, on average over the work of the engines [1]; nan where they gave none."""
+        """Efficiency of a small additional torque at the same speed, averaged over the work of the engines [1]; nan without work."""
         shares, heats = (
             zip(*(self._marginal(path) for path in self.anatomy.engines), strict=True)
             if self.anatomy.engines
@@ -154,7 +154,7 @@ class CycleRun:
         return sum(shares) / sum(heats) if sum(shares) > 0 else math.nan
 
     def _marginal(self, path: str) -> tuple[float, float]:
-        """Work of an engine [J], and the heat that as much work would take at its marginal efficiency."""
+        """Work of an engine [J], and the heat for as much work at its marginal efficiency."""
         given = {name.removeprefix(f"{path}."): v for name, v in self.parameters.items() if name.startswith(f"{path}.")}
         engine = pt.replace(value_at(self.plant.model, path), given)
         power = self._power(path)
@@ -168,7 +168,7 @@ class CycleRun:
 
     @cached_property
     def band(self) -> tuple[Array, Array, Array]:
-        """Times [s] of the whole cycle, and the lowest and the highest speed [m/s] that the regulation allows then."""
+        """Times [s] of the whole cycle, and the lowest and highest speeds [m/s] that the regulation allows at these times."""
         from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
         t = self.cycle.times[0] + np.arange(round(self.cycle.duration * RATE) + 1) / RATE
@@ -178,7 +178,7 @@ class CycleRun:
 
     @cached_property
     def excess(self) -> Array:
-        """How far the speed is outside the regulation's tolerance at ``result.time`` [m/s]: positive above, negative below, else 0."""
+        """Deviation of the speed beyond the regulation's tolerance at ``result.time`` [m/s]: positive above, negative below, else 0."""
         t, low, high = self.band
         time, v = self.result.time, self.speed
         return np.asarray(np.maximum(v - np.interp(time, t, high), 0) + np.minimum(v - np.interp(time, t, low), 0))
@@ -197,14 +197,14 @@ class CycleRun:
 
     @property
     def supplied(self) -> float:
-        """Energy of the sources, and what parts hold less at the end than at the start: a battery, a car driven downhill [J]."""
+        """Energy of the sources, and the decrease of stored energy: a battery, a car driven downhill [J]."""
         table = self.audit.components
         parts = [name for name, _ in children(self.plant.model) if name in table.index]
         return float(table["sources"][""] - table["stored"][parts].clip(upper=0).sum())
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """The numbers by which vehicles are compared: value and unit."""
+        """The numbers for comparing vehicles: value and unit."""
         deviation = self.excess[np.argmax(np.abs(self.excess))]
         rows = {"distance": (self.distance / 1e3, "km")}
         if self.anatomy.engines:
@@ -294,7 +294,7 @@ def drive_cycle(
     Returns
     -------
     CycleRun
-        With ``table``, ``audit``, ``result`` and ``litres_per_100km``.
+        Has ``table``, ``audit``, ``result`` and ``litres_per_100km``.
 
     Raises
     ------
@@ -331,7 +331,7 @@ def drive_cycle(
 
 
 def so_far(plant: pt.Plant[Any], parameters: Mapping[str, float] | None = None) -> Callable[[pt.Present[Any]], str]:
-    """What a vehicle has driven and consumed at the time that its run has reached, in text; called first at the start of the run."""
+    """A text with distance and consumption at the time that a run has reached; called first at the start of the run."""
     parts, values = anatomy(plant.model), plant.parameters | dict(parameters or {})
     path, begin = f"{parts.the('body')}.s", math.nan
 
@@ -350,7 +350,7 @@ def so_far(plant: pt.Plant[Any], parameters: Mapping[str, float] | None = None) 
 
 
 def on_cycle(vehicle: pt.Component, cycle: DriveCycle | str | None) -> pt.Component:
-    """The vehicle on a cycle, by default its own, and on its road where the cycle has grades; the road of the cycle before it goes."""
+    """The vehicle on a cycle, by default its own, and on its road if the cycle has grades; these replace the road of a previous cycle."""
     parts = anatomy(vehicle)
     path = parts.the("cycle")
     own: DriveCycle = value_at(vehicle, path).cycle
@@ -365,7 +365,7 @@ def on_cycle(vehicle: pt.Component, cycle: DriveCycle | str | None) -> pt.Compon
 
 
 def _standing(cycle: DriveCycle, result: pt.Result[Any], parts: Anatomy) -> str:
-    """What to say of a vehicle whose engine turned backwards or stalled, or which did not move forward as asked; else nothing."""
+    """The message for a vehicle whose engine turned backwards or stalled, or that did not move forward as required; else empty."""
     path = result[f"{parts.the('body')}.s"]
     distance = float(path[-1] - path[0])
     driven = f"the vehicle drove {max(distance, 0.0):.0f} m of the {cycle.distance:.0f} m of {cycle.name}"

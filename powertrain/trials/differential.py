@@ -1,4 +1,4 @@
-"""A differential on its bench: losses and shares of torque over speed difference and torque."""
+"""A differential on a test bench: losses and shares of torque over speed difference and torque."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SAMPLES = 720
-"""Angles at which a relative turn is looked at."""
+"""Angles of relative rotation that are evaluated."""
 
 
 class DifferentialBench(pt.Component):
@@ -37,7 +37,7 @@ class DifferentialBench(pt.Component):
 def differential_map(
     differential: Differential, differences: ArrayLike, torques: ArrayLike, *, speed: float = 88.0
 ) -> xr.Dataset:
-    """Means over one relative turn of the two sides, for speed differences [rad/s] > 0 and torques [N.m] of the crown wheel.
+    """Means over one relative revolution of the two sides, for speed differences [rad/s] > 0 and torques [N.m] of the crown wheel.
 
     Variables ``left`` and ``right``: torques [N.m] delivered to the half shafts, ``loss`` [W], ``efficiency`` = power to the half
     shafts over power of the crown wheel (inverse for torques < 0). The left half shaft turns faster by the difference w_left - w_right;

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SLOWEST = 2 / 3.6
-"""Speed at which maps begin [m/s]."""
+"""Lowest speed of the maps [m/s]."""
 
 
 def driveline_map(
@@ -30,9 +30,9 @@ def driveline_map(
 ) -> xr.Dataset:
     """Operating points of a vehicle over speed and accelerator: force, input power and efficiency to the road.
 
-    A vehicle with a gear schedule has the ``gear``, too: the highest that the schedule keeps at that speed and accelerator. Points without
-    an operating point are nan, and their status gives the reason. If there are several (in overrun a centrifugal clutch may
-    hold, or release the engine to idle), the status says so, and the numbers are those with the clutch holding.
+    For a vehicle with a gear schedule the map also has the ``gear``: the highest that the schedule keeps at that speed and accelerator.
+    Values without an operating point are nan, and the status gives the reason. If there are several (in overrun a centrifugal clutch may
+    hold, or release the engine to idle), the status says so, and the values are those with the clutch holding.
     Source: pt.steady of the vehicle on a rolling road.
 
     Parameters
@@ -46,16 +46,16 @@ def driveline_map(
     variator : str, optional
         The path of a variator, whose ``K`` and ``case`` of power flow are added (Yu & Beachley 1986, Fig. 8).
     held : mapping of str to float, optional
-        What the parts of a hybrid remember, such as ``{"control.running": 1}`` for an engine that is on.
+        Values of discrete variables of a hybrid, such as ``{"control.running": 1}`` for a running engine.
     progress : bool
-        A progress bar.
+        Show a progress bar.
 
     Returns
     -------
     xarray.Dataset
         Dimensions ``speed`` and ``accelerator``; variables ``force`` [N] of the wheels on the road, ``w`` [rad/s] and ``tau`` [N.m] of
         the engine or machine, ``power`` [W] from the tank (``fuel_rate`` [kg/s] times the heating value) or from the battery at its
-        charge at the start, ``efficiency`` = force speed/power, and ``status``.
+        initial charge, ``efficiency`` = force speed/power, and ``status``.
 
     Raises
     ------
@@ -79,5 +79,5 @@ def driveline_map(
 
 
 def check_map(vehicle: pt.Component) -> None:
-    """Errors: those that ``driveline_map`` has for such a vehicle with nothing held, before anything is calculated."""
+    """The errors of ``driveline_map`` for such a vehicle with nothing held, before anything is computed."""
     mapped_model(in_gear(vehicle, 1) if is_geared(vehicle) else vehicle)

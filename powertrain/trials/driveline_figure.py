@@ -1,4 +1,4 @@
-"""The map of a whole driveline as a picture, with the operating points of a cycle and the cases of its power flow."""
+"""A plot of the map of a whole driveline, with the operating points of a cycle and the cases of its power flow."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 HATCHES = {"split": "", "series": "--", "positive recirculation": "//", "negative recirculation": "\\\\"}
 """Cases of a variator's power flow."""
 STEP, LABELLED_FROM = 0.01, 0.2
-"""Efficiencies from line to line; below the second one lines would stand too close."""
+"""Contour spacing of the efficiency, and the lowest value with labels; below it contours are too dense."""
 FAINT = (1, 1, 1, 0.35)
 
 
@@ -67,7 +67,7 @@ def _hatch(ax: Axes, found: xr.Dataset, speed: Any, force: Any) -> list[Any]:
 def _points(ax: Axes, run: CycleRun) -> None:
     wheels = list(parts_of(run.plant.model, Wheel))
     time = run.result.time
-    seconds = np.searchsorted(time, np.arange(time[0], time[-1]))  # an event has samples of its own
+    seconds = np.searchsorted(time, np.arange(time[0], time[-1]))  # events add samples
     v, pull = run.speed[seconds] * 3.6, np.sum([run.result[f"{wheel}.f"][seconds] for wheel in wheels], axis=0)
     driven = pull > 0
     name = run.cycle.name.upper() if len(run.cycle.name) < 6 else run.cycle.name

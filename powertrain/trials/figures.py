@@ -1,4 +1,4 @@
-"""What a vehicle did on a cycle as pictures: speed within its band, prime movers and ratio, power, energy, operating points."""
+"""Plots of a run on a cycle: speed and its tolerance, prime movers and ratio, power, energy, operating points."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ KM_H = 3.6
 POINTS = 2001
 """Samples of the power flow."""
 FAINT = 1e-3
-"""Part of the largest power below which a power flow is not told from none."""
+"""Share of the largest power below which a power flow counts as zero."""
 AREA = 5000.0
-"""Area of all operating points together [pt2]."""
+"""Total area of all operating points [pt2]."""
 SLOW = 5.0
 """Speed of an input [rad/s] below which a ratio is not shown."""
 SETTLED = 0.99
-"""Part of the top speed up to which an acceleration is shown."""
+"""Share of the top speed up to which an acceleration is shown."""
 STORED = "stored at the end"
 MOVERS = ("C1", "C4", "C5", "C6", "C8", "C9")
 """Colours of prime movers."""
@@ -62,7 +62,7 @@ def cycle_figure(run: CycleRun) -> Figure:
 
 
 def _consumption(run: CycleRun) -> str:
-    """Fuel and carbon dioxide of a vehicle with an engine, electricity of one without."""
+    """Fuel and carbon dioxide for a vehicle with an engine, electricity without one."""
     if not run.distance > 1:
         return "not driven"
     if run.anatomy.engines:
@@ -152,7 +152,7 @@ def plot_powers(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 
 
 def plot_energy(run: CycleRun, *, ax: Axes | None = None) -> Axes:
-    """What of the energy supplied each component lost [MJ], the largest on top, and what parts have stored, with their shares."""
+    """Losses of the components [MJ], the largest on top, and energy stored in parts, with their shares of the energy supplied."""
     ax = _axes(ax)
     table, supplied = run.audit.components, run.supplied
     all_lost = float(table["lost"][""])
@@ -200,7 +200,7 @@ def plot_operating_points(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 
 
 def _on_a_map(run: CycleRun, ax: Axes) -> str:
-    """Draw the map of the first prime mover with the parameters of the run; its path."""
+    """Draw the map of the first prime mover with the parameters of the run; return its path."""
     path = run.anatomy.prime_movers[0]
     own = {n.removeprefix(f"{path}."): v for n, v in run.parameters.items() if n.startswith(f"{path}.")}
     part = pt.replace(value_at(run.plant.model, path), own)
@@ -250,13 +250,13 @@ def parts_of(model: pt.Component, kind: type[pt.Component], path: str = "") -> I
 
 
 def _short(lost: Any, path: str) -> str:
-    """The whole's name for a part that alone loses what the whole loses."""
+    """The path of a composite that loses only what this part loses, else the part's own path."""
     whole = path.rpartition(".")[0]
     return _short(lost, whole) if whole and lost[whole] == lost[path] != 0 else path
 
 
 def _own_loss(lost: Any, path: str) -> float:
-    """What a composite loses beside its parts."""
+    """The loss of a composite apart from its parts."""
     parts = [n for n in lost.index if str(n).startswith(f"{path}.") and "." not in str(n)[len(path) + 1 :]]
     return float(lost[path] - lost[parts].sum())
 

@@ -14,13 +14,13 @@ from powertrain.components.rotational import ConstantTorque, Inertia
 from powertrain.components.transmissions import Automatic, Shiftable
 
 FOUND = 0, 1
-"""Statuses of ``steady`` with speeds and torques of the shafts: of a set that turns as a block only the torque inside is open."""
+"""Statuses of ``steady`` with unique speeds and shaft torques; in a set that turns as a block only internal torques are undetermined."""
 W_IN = 200.0
 """Speed of the input [rad/s]; mesh losses do not depend on it, drag does."""
 
 
 class GearBench(pt.Component):
-    """A gearbox between a torque at its input and one at its output, with its lever where it is set."""
+    """A gearbox between an input torque and an output torque, with a fixed lever position."""
 
     gearbox: Shiftable
     lever: pt.Parameter = pt.parameter("1", "Position of the lever", default=1.0)
@@ -39,10 +39,10 @@ class GearBench(pt.Component):
 def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -> pd.DataFrame:
     """Ratio, step to the next gear, efficiency and the torques of the engaged elements, for a torque [N.m] and speed [rad/s] at the input.
 
-    They are operating points of the gearbox itself, with its drag. A row per gear, by name; "step" is the ratio over that of the next
-    gear, a column per shift element has its torque [N.m], nan where it is open. A negative torque drives the input from the output;
-    the efficiency is nan where neither end gives power, because both drive the drag.
-    Errors: ParameterError for a gearbox without a scheme, a speed of zero, and gears without an operating point under that torque.
+    These are operating points of the gearbox itself, including its drag. One row per gear, by name; "step" is the ratio over that of the
+    next gear; a column per shift element has its torque [N.m], nan if it is open. A negative torque drives the input from the output; the
+    efficiency is nan if neither end delivers power, because both drive the drag.
+    Errors: ParameterError for a gearbox without a scheme, a speed of zero, and gears without an operating point at that torque.
 
     >>> from powertrain.components.transmissions import Automatic
     >>> table = gear_table(Automatic.simpson_three_speed())
@@ -80,14 +80,14 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
 
 
 def _efficiency(at_input: float, at_output: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Power given over power taken up, from the powers [W] into the input and out of the output; nan where both ends take it up."""
+    """Power delivered over power taken up, from the powers [W] into the input and out of the output; nan if both ends take up power."""
     none = np.full_like(at_output, np.nan)
     passed = np.divide(at_output, at_input, out=none, where=at_input * at_output > 0)
     return passed if at_input > 0 else 1 / passed
 
 
 def _overload(gearbox: Automatic, gears: list[str], torque: float) -> str:
-    """What the elements of these gears hold, where that is less than ``torque``; else nothing."""
+    """The capacity of the weakest element in these gears if it is below ``torque``; else empty."""
     scheme = gearbox.scheme
     capacity = {
         element.name: float(part.fn_max) * float(part.cgeo) * part.mue_pos[0][1] * float(part.peak)

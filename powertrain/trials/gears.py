@@ -1,4 +1,4 @@
-"""Vehicles with a gear schedule, one gear after the other: their maps, and the gears that the schedule takes along a cycle."""
+"""Vehicles with a gear schedule, gear by gear: their maps, and the gears that the schedule selects along a cycle."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ def _named(vehicle: pt.Component, *kinds: type[pt.Component]) -> str:
 
 
 def numbers(vehicle: pt.Component) -> range:
-    """The numbers of its gears, from 1 on."""
+    """Its gear numbers, from 1."""
     box = getattr(vehicle, _named(vehicle, Shiftable))
     return range(1, box.gear_count + 1)
 
 
 def in_gear(vehicle: pt.Component, k: int) -> pt.Component:
-    """The vehicle with gear k in for good."""
+    """The vehicle with gear k permanently engaged."""
     shifting, name = _named(vehicle, *SCHEDULES), _named(vehicle, Shiftable)
     schedule, box = getattr(vehicle, shifting), getattr(vehicle, name)
     held = FixedGear(gear=k, w_open=float(schedule.w_open), w_closed=float(schedule.w_closed))
@@ -53,7 +53,7 @@ def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array) -> NDA
 def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list[xr.Dataset]:
     """``operating_map`` of the vehicle in each of its gears.
 
-    Isolated points without an operating point, as near idle speed where the start clutch begins to hold, are interpolated.
+    Isolated points without an operating point, such as near idle speed where the start clutch begins to hold, are interpolated.
     Errors: ParameterError for such points at the edge of the map, and those of ``operating_map``.
     """
     maps = []
@@ -67,9 +67,9 @@ def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list
 
 
 def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[xr.Dataset]) -> NDArray[np.intp]:
-    """The gear, from 1 on, in every row between two times [s], for speeds [m/s] and forces [N] in the rows.
+    """The gear, from 1, in every row between two times [s], for speeds [m/s] and forces [N] in the rows.
 
-    It is chosen by the schedule for the pedal position that gives the force; a long row has the gear in which it ends.
+    The schedule chooses it for the pedal position that gives the force; a long row has the gear in which it ends.
     """
     schedule = getattr(vehicle, _named(vehicle, *SCHEDULES))
     shifter, gears = _Shifter(schedule), []
@@ -81,7 +81,7 @@ def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[x
 
 
 class _Shifter:
-    """What a schedule remembers, and how it decides."""
+    """State and rules of a gear schedule."""
 
     def __init__(self, schedule: GearSchedule | PowerShiftSchedule, gear: int = 1) -> None:
         self.up, self.down = np.array(schedule.speeds).T
@@ -91,7 +91,7 @@ class _Shifter:
         self.gear, self.began, self.kicked = gear, -np.inf, -np.inf
 
     def kept(self, v: float, pedal: float) -> int:
-        """The gear that stays in at a speed [m/s] and an accelerator, coming from above."""
+        """The gear kept at a speed [m/s] and an accelerator position, coming from a higher gear."""
         before = self.gear + 1
         while self.gear < before:
             before, self.began, self.kicked = self.gear, -np.inf, 0.0
@@ -99,7 +99,7 @@ class _Shifter:
         return before
 
     def decide(self, t: float, v: float, pedal: float) -> None:
-        """At time t [s] with speed v [m/s] and accelerator ``pedal``."""
+        """Update the gear at time t [s] for the speed v [m/s] and the accelerator ``pedal``."""
         if t - self.began < self.dwell:
             return
         pressed = max(pedal - self.relaxed, 0) / (1 - self.relaxed)

@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 GAP = 1.6
-"""Distance of the levers."""
+"""Distance between levers."""
 SHAFT = "0.3"
 
 
 def plot_levers(scheme: GearScheme, gear: str, *, ax: Axes | None = None) -> Axes:
-    """The levers of a gearset in one gear: every lever is a line over the places of its members, at the height of their speeds.
+    """The levers of a gearset in one gear: a line over the positions of its members, at the heights of their speeds.
 
-    A member stands at a place such that the speeds of the three lie on a line: the carrier at 0, b at 1/(1 - R_o) of the lever's length
-    from it, a at R_o times as far. The heights are speeds over that of the input; dotted lines mark input and output. The legend tells
-    which members the engaged elements join or hold.
+    Members are placed so that the three speeds lie on a line: the carrier at 0, b at 1/(1 - R_o) of the lever's length from it, a at R_o
+    times that distance. Heights are speeds over input speed; dotted lines mark input and output. The legend tells which members the
+    engaged elements join or hold.
     """
     import matplotlib.pyplot as plt
 
@@ -72,6 +72,6 @@ def plot_lever_diagrams(scheme: GearScheme) -> list[Axes]:
 
 
 def _places(lever: Lever) -> np.ndarray:
-    """Places of a, b and the carrier within 0..1: w_a - w_c = R_o (w_b - w_c) puts a R_o times as far from the carrier as b."""
+    """Positions of a, b and the carrier within 0..1: w_a - w_c = R_o (w_b - w_c) puts a R_o times as far from the carrier as b."""
     x = np.array([lever.ratio, 1.0, 0.0])
     return np.asarray((x - x.min()) / np.ptp(x))

@@ -1,4 +1,4 @@
-"""Gears that were left out: a synchroniser that slides although its gear is selected."""
+"""Gears that are not engaged: a synchroniser that slides although its gear is selected."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from powertrain.components.transmissions import DualClutchGearbox, ManualGearbox
 from powertrain.language.component import children
 
 LASTING = 1.0
-"""Time [s] from which a synchroniser that slides in a selected gear has lost it."""
+"""Time [s] for which a synchroniser must slide in a selected gear to count as not engaged."""
 SLIDES = 0.1
-"""Speed difference [rad/s] of a synchroniser that slides."""
+"""Speed difference [rad/s] above which a synchroniser slides."""
 
 
 def lost_gear(result: pt.Result[Any]) -> str:
-    """What to say of a run in which a selected gear was not engaged for a second or more; else nothing."""
+    """The message for a run in which a selected gear was not engaged for more than a second; else empty."""
     for name, box in children(result.model):
         if not isinstance(box, (ManualGearbox, DualClutchGearbox)):
             continue

@@ -1,8 +1,7 @@
 """Energy management of hybrids over whole cycles: by their own rules, by dynamic programming and by ECMS, all in the full model.
 
-A plan is made on maps: the vehicle without driver and control (``pt.bench``) on a rolling road, at operating points (``pt.steady``) whose
-store is held. It is then replayed by the complete vehicle, whose driver follows the cycle while engine switch and engine power are those
-of the plan.
+A plan is made on maps: operating points (``pt.steady``) of the vehicle without driver and control (``pt.bench``) on a rolling road, with
+the store held. The complete vehicle then replays it: the driver follows the cycle, and the plan sets engine switch and engine power.
 """
 
 from __future__ import annotations
@@ -26,16 +25,16 @@ Array = NDArray[np.float64]
 C = TypeVar("C", bound=pt.Component)
 Method = Literal["dynamic programming", "ECMS"]
 _DEAR = 3.0
-"""Price of a store that ends short, over what its content is worth."""
+"""Price of a store that ends below the required state, relative to the worth of its content."""
 
 
 @dataclass(frozen=True)
 class Management:
     """The energy management of a vehicle over a cycle; made by ``power_split_management`` or ``flywheel_management``.
 
-    ``vehicle`` follows its own rules, ``planned`` is the same with an engine that does as ``inputs(mode, control)`` say. ``stages`` have
-    the fuel flow [kg/s] as cost and the rate of the store's state; ``store`` is the signal of that state, ``start`` its value at the
-    start, ``worth`` the fuel [kg] that a unit of it is worth, ``gained`` the energy [J] between two states. ``dwell``: of ``pt.ecms``.
+    ``vehicle`` follows its own rules; in ``planned`` the engine follows ``inputs(mode, control)``. ``stages`` have the fuel flow
+    [kg/s] as cost and the rate of the store's state. ``store`` is the signal of that state, ``start`` its initial value, ``worth`` the fuel
+    [kg] equivalent to a unit of it, ``gained`` the energy [J] between two states. ``dwell``: see ``pt.ecms``.
     """
 
     vehicle: pt.Component
@@ -56,7 +55,7 @@ class Management:
         return pt.dynamic_programming(self.stages, start=self.start, end=self.start, price=_DEAR * self.worth)
 
     def replay(self, schedule: pt.Schedule) -> CycleRun:
-        """The complete vehicle over the cycle, its engine decided by the policy of a schedule from the state that its store really has."""
+        """The complete vehicle on the cycle; a schedule's policy decides about the engine, from the actual state of the store."""
         plant, mode, times = self._planned, 0, self.cycle.times
         run = plant.start(float(times[0]))
         for k, h in enumerate(np.diff(times)):
@@ -66,7 +65,7 @@ class Management:
         return CycleRun(self.cycle, plant, run.result(np.linspace(times[0], times[-1], points)), {})
 
     def compare(self) -> MethodComparison:
-        """The rules against dynamic programming and ECMS, like for like."""
+        """Compare the rules with dynamic programming and ECMS on equal terms."""
         rules = drive_cycle(self.vehicle, self.cycle)
         runs, schedules, rows = {"rules": rules}, {}, {"rules": _row(rules, rules, math.nan)}
         for method in get_args(Method):
@@ -76,7 +75,7 @@ class Management:
         return MethodComparison(runs, schedules, pd.DataFrame.from_dict(rows, orient="index"))
 
     def _planned_consumption(self, schedule: pt.Schedule, run: CycleRun) -> float:
-        """Consumption [l/100 km] of a schedule, corrected as that of its replay."""
+        """Consumption [l/100 km] of a schedule, corrected like its replay."""
         heat = schedule.cost * run.heat / run.fuel
         gained = self.gained(float(schedule.states[0]), float(schedule.states[-1]))
         return run.litres_per_100km * (heat - gained / run.marginal_efficiency) / run.heat
@@ -88,11 +87,11 @@ class Management:
 
 @dataclass(frozen=True)
 class MethodComparison:
-    """The rules and both plans of one management, all simulated with the complete vehicle.
+    """Results of the rules and of both plans, all simulated with the complete vehicle.
 
     ``runs`` and ``schedules`` by "rules", "dynamic programming" and "ECMS". ``table``: one row for each, with the consumption corrected to
-    equal charge, ``planned`` and ``simulated`` [l/100 km]; the ``gap`` between both [%]; what is ``saved`` against the rules [%]; the
-    ``starts`` of the engine; ``outside``, the time outside the speed tolerance [s].
+    equal charge, ``planned`` and ``simulated`` [l/100 km]; their difference ``gap`` [%]; the fuel ``saved`` compared with the rules [%];
+    the ``starts`` of the engine; ``outside``, the time outside the speed tolerance [s].
     """
 
     runs: dict[str, CycleRun]
@@ -117,7 +116,7 @@ def _row(run: CycleRun, rules: CycleRun, planned: float) -> dict[str, float]:
 
 
 def with_parameters_of(control: pt.Component, planned: C, kind: type[pt.Component]) -> C:
-    """The planned control with the parameters that both have from their partial class."""
+    """The planned control, with the parameters that both inherit from their partial class."""
     shared = [n for n, spec in kind._fields.items() if isinstance(spec, pt.Parameter)]
     return pt.replace(planned, {n: float(getattr(control, n)) for n in shared})
 
@@ -125,10 +124,10 @@ def with_parameters_of(control: pt.Component, planned: C, kind: type[pt.Componen
 def looked_up(
     speeds: Array, pushed: NDArray[np.float64], tables: Sequence[NDArray[np.float64]], v: Array, force: Array
 ) -> list[NDArray[np.float64]]:
-    """Tables over (speed, level, ...) at speeds ``v``, at the level that pushes with ``force``: of shape (rows, ...).
+    """Tables over (speed, level, ...) at speeds ``v``, at the level that gives ``force``: of shape (rows, ...).
 
-    ``pushed`` is the force [N] at every point. Below the least force the brakes do the rest, at the values of the least; above the
-    largest they are nan.
+    ``pushed`` is the force [N] at every point. Below the smallest force the brakes supply the rest, and the values are those at the
+    smallest force; above the largest force they are nan.
     """
     found = [np.empty((v.size, *pushed.shape[2:])) for _ in tables]
     for k in range(v.size):

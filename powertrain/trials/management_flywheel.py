@@ -1,4 +1,4 @@
-"""The energy management of a flywheel hybrid: what the engine at each throttle costs and what it does to the flywheel."""
+"""The energy management of a flywheel hybrid: fuel flow and flywheel power for each throttle of the engine."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from powertrain.vehicles.flywheel_hybrid import W_START, FlywheelHybrid
 
 Array = NDArray[np.float64]
 THROTTLES = (0.55, 0.7, 0.85, 1.0)
-"""Throttles of the engine to choose from [1]."""
+"""Throttle positions of the engine [1]."""
 SLOWEST, SPEEDS, STORES, LEVELS = 0.2, 28, 6, np.linspace(-0.7, 0.9, 17)
 SLIP = 1e-4
-"""Slip at which a clutch transmits its torque on the bench as if it were locked."""
+"""Slip at which a clutch transmits torque on the bench as if locked."""
 EFFICIENCY = 0.35
-"""Efficiency at which the energy of an engine's start, and of the flywheel, counts as fuel."""
+"""Efficiency for converting the energy of an engine start, and of the flywheel, to fuel."""
 FUEL, RATE, FORCE = "engine.fuel_rate", "der(flywheel.w)", "body.force"
 
 
 def flywheel_management(
     vehicle: FlywheelHybrid, cycle: DriveCycle | str, *, throttles: ArrayLike = THROTTLES
 ) -> Management:
-    """The energy management of a flywheel hybrid over a cycle: engine off, or on with one of some throttles, in every row of the cycle.
+    """The energy management of a flywheel hybrid over a cycle: in every row the engine is off, or on with one of several throttles.
 
     Parameters
     ----------
     vehicle
-        The hybrid with its rules.
+        The hybrid with its own rules.
     cycle
         A cycle or its name.
     throttles
-        Throttles of the engine to choose from [1].
+        Throttle positions of the engine [1].
 
     Returns
     -------
@@ -75,8 +75,8 @@ def flywheel_management(
 class FlywheelBench:
     """The hybrid without driver and controls on a rolling road.
 
-    The torque in the clutch at the transmission's output is given by its pressure: at the ratio at which it just slips, or at the lowest
-    ratio where it slips anyway. There it can only drive; braking, it is open.
+    The torque of the clutch at the transmission's output is given by its pressure: at the ratio at which it just slips, or at the lowest
+    ratio if it slips anyway. It only drives in this way; when braking it is open.
     """
 
     def __init__(self, vehicle: FlywheelHybrid, speeds: Array, throttles: Array) -> None:
@@ -96,7 +96,7 @@ class FlywheelBench:
         self.grid = {"body.speed": v, "flywheel.w": w, "drive.ratio": ratio, "drive.clutch": pressure}
 
     def _output(self) -> float:
-        """Speed behind the clutch [rad/s] per speed of the vehicle [m/s]."""
+        """Speed behind the clutch [rad/s] divided by the speed of the vehicle [m/s]."""
         store, ratio = float(self.store[0]), float(self.vehicle.drive.ratio_min)
         point = self._steady({"body.speed": 1.0, "flywheel.w": store, "drive.ratio": ratio}, ["output.w"])
         return float(point["output.w"])

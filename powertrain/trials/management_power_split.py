@@ -1,4 +1,4 @@
-"""The energy management of a power-split hybrid: what the engine at each of its powers costs and what it does to the battery."""
+"""The energy management of a power-split hybrid: fuel flow and battery power for each power of the engine."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ from powertrain.vehicles.power_split_hybrid import SHARE, PowerSplitHybrid
 
 Array = NDArray[np.float64]
 POWERS = (5e3, 7.5e3, 10e3, 12.5e3, 15e3, 18e3, 21e3, 25e3, 30e3, 36e3, 43e3, 50e3)
-"""Powers of the engine to choose from [W]."""
+"""Powers of the engine [W]."""
 MARGIN = 0.8
-"""Part of the battery's power up to which torques are tabulated; the rest is for the losses of the machines."""
+"""Share of the battery's power up to which torques are tabulated; the rest covers the losses of the machines."""
 SLOWEST, SPEEDS, LEVELS, CHARGES = 0.3, 24, 31, (0.35, 0.6, 0.85)
 EFFICIENCY = 0.35
-"""Efficiency at which the energy of an engine's start, and of the battery's charge, counts as fuel."""
+"""Efficiency for converting the energy of an engine start, and of the battery's charge, to fuel."""
 FUEL, CHARGING, FORCE = "engine.fuel_rate", "der(battery.soc)", "body.force"
 
 
 def power_split_management(
     vehicle: PowerSplitHybrid, cycle: DriveCycle | str, *, powers: ArrayLike = POWERS
 ) -> Management:
-    """The energy management of a power-split hybrid over a cycle: engine off, or on at one of some powers, in every row of the cycle.
+    """The energy management of a power-split hybrid over a cycle: in every row the engine is off, or on with one of several powers.
 
     Parameters
     ----------
     vehicle
-        The hybrid with its rules.
+        The hybrid with its own rules.
     cycle
         A cycle or its name.
     powers
-        Powers of the engine to choose from [W].
+        Powers of the engine [W].
 
     Returns
     -------
@@ -74,7 +74,7 @@ def power_split_management(
 
 
 class PowerSplitBench:
-    """The hybrid without driver and control on a rolling road: torques at its ring from full regeneration to full drive."""
+    """The hybrid without driver and control on a rolling road: torques at its ring gear from full regeneration to full drive."""
 
     def __init__(self, vehicle: PowerSplitHybrid, speeds: Array, powers: Array) -> None:
         self.vehicle, self.speeds, self.powers = vehicle, speeds, powers
@@ -92,7 +92,7 @@ class PowerSplitBench:
         )
 
     def _wanted(self, engine_power: xr.DataArray | float) -> xr.DataArray:
-        """Torques at the ring that the control may ask for."""
+        """Torques at the ring gear that the control may request."""
         control, turning = self.vehicle.control, self.ring.clip(min=float(self.vehicle.control.w_fade))
         full, fade = float(control.tau_full), (self.ring / float(control.w_fade)).clip(max=1.0)
         low = -(self.charge / turning).clip(max=float(control.share) * full * fade)
@@ -112,7 +112,7 @@ class PowerSplitBench:
 
     @cached_property
     def on(self) -> xr.Dataset:
-        """Engine at each power, at the speed of least fuel that machine 1 allows: over speed, level, power and charge."""
+        """Engine at each power, at the speed of lowest fuel consumption that machine 1 allows: over speed, level, power and charge."""
         engine, control = self.vehicle.engine, self.vehicle.control
         power = xr.DataArray(self.powers, dims="power", coords={"power": self.powers})
         most = (float(control.w_sun) + float(control.ratio) * self.ring) / (1 + float(control.ratio))

@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
 
 RUNNING = 250.0
-"""Speed [rad/s] at which an engine is sought that is on."""
+"""Initial guess of the speed [rad/s] of a running engine."""
 
 
 def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Component:
-    """The vehicle with its body on a level rolling road, its pedals set, its engine on and warm, and its actuators where they want to be.
+    """The vehicle with its body on a level rolling road, fixed pedals, a warm running engine, and actuators at their targets.
 
-    A ``CoolantCircuit`` gives way to ``WarmEngine``: at full load and 5 m/s it would settle at 125 degC. Its wheels do not slip,
-    and those of an axle turn as one: what tyres and differentials lose there is not in it.
-    Errors: ParameterError for a vehicle with a part that remembers what is not ``held``, such as the gear that is in.
+    ``WarmEngine`` replaces a ``CoolantCircuit``, which would settle at 125 degC at full load and 5 m/s. Wheels do not slip, and those of an
+    axle turn together, so losses of tyres and differentials are not included.
+    Errors: ParameterError for a vehicle with discrete variables that are not ``held``, such as the engaged gear.
     """
     _refuse_memory(vehicle, held)
     parts = {name: getattr(vehicle, name) for name in vehicle._fields}
@@ -45,14 +45,14 @@ def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Comp
 def mapped_model(vehicle: pt.Component, held: Container[str] = ()) -> pt.Component:
     """``on_rolling_road`` of a vehicle that has operating points.
 
-    Errors: ParameterError for a vehicle that stores energy in anything but batteries, and as ``on_rolling_road``.
+    Errors: ParameterError for a vehicle with energy stores other than batteries, and those of ``on_rolling_road``.
     """
     check_stores(vehicle)
     return on_rolling_road(vehicle, held)
 
 
 def check_stores(vehicle: pt.Component) -> None:
-    """Errors: ParameterError for a vehicle that stores energy in anything but batteries."""
+    """Errors: ParameterError for a vehicle with energy stores other than batteries."""
     parts = anatomy(vehicle)
     for store in set(parts.stores) - set(parts.batteries):
         raise pt.ParameterError(
@@ -61,7 +61,7 @@ def check_stores(vehicle: pt.Component) -> None:
 
 
 def _steady(part: Any) -> Any:
-    """What takes a part's place at constant speed on a level road."""
+    """The replacement of a part at constant speed on a level road."""
     if isinstance(part, Actuator):
         return IdealActuator(ratio_min=float(part.ratio_min), ratio_max=float(part.ratio_max))
     if isinstance(part, Axle):
@@ -83,9 +83,9 @@ def _refuse_memory(vehicle: pt.Component, held: Container[str]) -> None:
 
 
 def remembered(vehicle: pt.Component, held: Container[str] = ()) -> tuple[str, list[str]]:
-    """A part that remembers what is not ``held``, and the paths of that; none on most vehicles.
+    """A part with discrete variables that are not ``held``, and their paths; most vehicles have none.
 
-    When something last happened makes no difference to an operating point; what else a part remembers does.
+    Instants of past events make no difference to an operating point; other discrete variables do.
     """
     parts = [(name, getattr(vehicle, name)) for name in vehicle._fields]
     parts = [(name, part) for name, part in parts if isinstance(part, pt.Component) and _steady(part) is part]
@@ -127,7 +127,7 @@ def operating_map(
     names = {f"{body}.force": "force", f"{mover}.w": "w", f"{mover}.tau": "tau"}
     outputs: dict[str, Any] = {signal: signal for signal in (*names, *taken)}
     options: dict[str, Any] = {"first": True, "progress": progress, "inputs": dict.fromkeys(plant.compiled.inputs, 0.0)}
-    if held and any(held.values()):  # an engine that is on is far from the rest at which a hybrid begins
+    if held and any(held.values()):  # a running engine is far from the initial state of a hybrid at rest
         options["guesses"] = {f"{engine}.w": RUNNING for engine in parts.engines}
     if variator is not None:
         flow = pt.power_flow(plant, grid, outputs=outputs, **options)
@@ -150,7 +150,7 @@ def operating_map(
 
 
 def with_efficiency(found: xr.Dataset) -> xr.Dataset:
-    """The map with the efficiency: tractive power over the power that is taken."""
+    """The map with the efficiency: tractive power over power from the tank or battery."""
     work, power = found["force"] * found["speed"], found["power"]
     told = power.attrs["long_name"].replace("Power", "Efficiency")
     efficiency = (work / power).where((work > 0) & (power > 0))
@@ -167,5 +167,5 @@ def _first_mover(parts: Anatomy) -> str:
 
 
 def _charge(vehicle: pt.Component, battery: str) -> float:
-    """The state of charge that a battery begins with."""
+    """The initial state of charge of a battery."""
     return float(type(value_at(vehicle, battery))._fields["soc"].start)

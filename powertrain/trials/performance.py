@@ -1,4 +1,4 @@
-"""What a vehicle can do with a full accelerator: acceleration, top speed, the steepest slope."""
+"""Full-load performance of a vehicle: acceleration, top speed, gradeability."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from powertrain.trials.lost_gear import lost_gear
 
 KM_H, MPH = 1 / 3.6, 0.44704
 MOVES = 1.0
-"""Distance [m] within the first minute from which a vehicle moves."""
+"""Distance [m] within the first minute above which a vehicle moves."""
 SETTLED = 1e-3
-"""Acceleration [m/s2] below which a vehicle no longer gains speed."""
+"""Acceleration [m/s2] below which the top speed is reached."""
 STEEPEST = 1.0
-"""The steepest slope tan(alpha) that is tried: 45 degrees."""
+"""The steepest slope tan(alpha) tried: 45 degrees."""
 
 
 def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
     """Accelerate from rest with the pedal fully pressed until the top speed is reached, in steps of one minute.
 
-    Errors: SimulationError if that takes more than ten minutes, for a vehicle that does not move, and for a gear that is not engaged.
+    Errors: SimulationError if that takes more than ten minutes, if the vehicle does not move, and if a gear is not engaged.
     """
     parts = anatomy(vehicle)
     plant = pt.compile(pt.replace(vehicle, {parts.the("pedals"): SetPedals(accelerator_set=1)}))
@@ -45,7 +45,7 @@ def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
 
 
 def _check_moving(result: pt.Result[Any]) -> None:
-    """SimulationError, with the run, for a vehicle that stands."""
+    """SimulationError, with the run, if the vehicle does not move."""
     parts = anatomy(result.model)
     path = result[f"{parts.the('body')}.s"]
     if abs(path[-1] - path[0]) < MOVES:
@@ -58,7 +58,7 @@ def _check_moving(result: pt.Result[Any]) -> None:
 
 
 def time_between(result: pt.Result[Any], low: float, high: float) -> float:
-    """Time [s] from the speed ``low`` to ``high`` [m/s], nan where the vehicle does not reach them."""
+    """Time [s] from the speed ``low`` to ``high`` [m/s]; nan if the vehicle does not reach them."""
     t, v = result.time, _speed(result)
     if v.max() < high:
         return float("nan")
@@ -67,7 +67,7 @@ def time_between(result: pt.Result[Any], low: float, high: float) -> float:
 
 @dataclass(frozen=True)
 class Hill:
-    """A vehicle on a slope with the accelerator fully pressed. The slope is an input: one compiled vehicle drives up every slope."""
+    """A vehicle on a slope with the accelerator fully pressed. The slope is an input, so one compiled vehicle serves for all slopes."""
 
     plant: pt.Plant[Any]
     slope: str
@@ -91,9 +91,9 @@ def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:
 
 
 def gradeability(vehicle: pt.Component, accuracy: float = 0.005, *, progress: bool = False) -> float:
-    """The steepest slope tan(alpha) on which the vehicle moves off, by bisection. Grip is that of its tyres; rigid wheels do not slip.
+    """The steepest slope tan(alpha) on which the vehicle moves off, by bisection. The tyres limit the grip; rigid wheels do not slip.
 
-    A vehicle that moves off on a slope of 1 (45 degrees) as well has a gradeability of 1 here, which says "at least".
+    For a vehicle that moves off on a slope of 1 (45 degrees) the result is 1, which means "at least".
     """
     from tqdm.auto import tqdm
 
@@ -109,8 +109,8 @@ def performance(vehicle: pt.Component, run: pt.Result[Any] | None = None, *, pro
     """Acceleration times (nan if a speed is not reached), top speed and gradeability: value and unit.
 
     ``run`` is the result of ``full_accelerator``; by default it is computed here. The vehicle needs a body, pedals and a road.
-    The top speed is the highest speed reached; an energy store may increase it. A gradeability of 100 % or more is not measured further:
-    its unit is "% or more".
+    The top speed is the highest speed reached; an energy store may increase it. A gradeability of 100 % or more is not determined further;
+    its unit is then "% or more".
     """
     result = run or full_accelerator(vehicle, progress=progress)
     grade = gradeability(vehicle, progress=progress)

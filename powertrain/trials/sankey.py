@@ -1,4 +1,4 @@
-"""The energy of a cycle as a Sankey diagram: from the tank to the road, each part taking off what it loses."""
+"""The energy of a cycle as a Sankey diagram: from the tank to the road, with the loss of each part branching off."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SMALL = 2e-3
-"""Losses below this share of the supply are not drawn by themselves."""
+"""Losses below this share of the supply are not drawn separately."""
 BEND, GAP, DOWN = 0.04, 0.2, 0.12
-"""Inner radius of a branch, its distance from the next one, and its length, in heights of the band that is supplied."""
+"""Inner radius of a branch, distance to the next one, and its length, relative to the initial height of the band."""
 
 
 def plot_energy_flow(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     """The energy supplied over a cycle [MJ], from left to right through the components in the order of the vehicle's fields.
 
-    The height of the band is the remaining energy, at first ``run.supplied``: fuel, and what stores hold less at the end than at the start.
-    The loss of each component leaves it downwards, with its share of the supply. At the end remain losses too small to be drawn, and
-    energy that parts have stored (charge, height, heat). Source: the energy audit of the run.
+    The height of the band is the remaining energy, initially ``run.supplied``: fuel, and the decrease of stored energy.
+    The loss of each component branches off downwards, with its share of the supply. At the end remain losses too small to be drawn, and
+    energy stored in parts (charge, height, heat). Source: the energy audit of the run.
     """
     import matplotlib.pyplot as plt
 
@@ -50,12 +50,12 @@ def plot_energy_flow(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 
 
 def _band(ax: Axes, start: float, end: float, height: float) -> None:
-    """What is left, hanging from 1."""
+    """The remaining energy, with its upper edge at 1."""
     ax.fill([start, end, end, start], [1, 1, 1 - height, 1 - height], color="0.85", lw=0)
 
 
 def _branch(ax: Axes, x: float, top: float, share: float, colour: str) -> None:
-    """A loss whose upper edge is at ``top`` turns downward and ends."""
+    """A loss whose upper edge is at ``top``, turning downwards."""
     from matplotlib.patches import Rectangle, Wedge
 
     centre = (x, top - share - BEND)

@@ -1,4 +1,4 @@
-"""A shift as a picture: speeds, torques, acceleration and slip power; and all shifts of a run by jerk and slip energy."""
+"""Plots of a shift: speeds, torques, acceleration and slip power; and of all shifts of a run: jerk and slip energy."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ BEFORE = 0.2
 """Time shown before a shift [s]."""
 POINTS = 2001
 CARRIES = 1.0
-"""Torque [N.m] from which a shift element is shown."""
+"""Torque [N.m] above which a shift element is shown."""
 
 
 def plot_shift(result: pt.Result[Any], number: int = 1, *, axes: Any = None) -> list[Axes]:
     """One shift of a run: speeds, torques of the shift elements, acceleration of the vehicle, slip power over time.
 
-    ``number`` counts the shifts of ``trials.shifts`` from 1. Returns the four Axes. Errors: ParameterError where there is no such shift.
+    ``number`` counts the shifts of ``trials.shifts`` from 1. Returns the four Axes. Errors: ParameterError if there is no such shift.
     """
     import matplotlib.pyplot as plt
 
@@ -63,7 +63,7 @@ def plot_shift(result: pt.Result[Any], number: int = 1, *, axes: Any = None) -> 
 
 
 def plot_shift_quality(result: pt.Result[Any], *, ax: Axes | None = None) -> Axes:
-    """Jerk over slip energy of all shifts of a run: upshifts and downshifts, each with its gears."""
+    """Jerk over slip energy of all shifts of a run: upshifts and downshifts, labelled with their gears."""
     import matplotlib.pyplot as plt
 
     ax = plt.subplots(figsize=(7, 4.5), layout="constrained")[1] if ax is None else ax

@@ -1,4 +1,4 @@
-"""Quality of the shifts of a run: how hard they are felt, and what they cost."""
+"""Quality of the shifts of a run: jerk and slip energy."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from powertrain.trials.anatomy import anatomy
 RATE = 1000
 """Samples per second."""
 SPAN = 0.1
-"""Time [s] over which accelerations are averaged and their change is taken: about what a person resolves."""
+"""Time [s] over which accelerations and their changes are averaged: about what a person resolves."""
 AFTER = 0.3
-"""Time [s] after the travel of the lever that still belongs to a shift."""
+"""Time [s] after the lever's travel that still belongs to a shift."""
 
 
 def shifts(result: pt.Result[Any]) -> pd.DataFrame:
-    """The gear changes of a run: a row per shift, with its time [s] and the gears before and after it.
+    """The gear changes of a run: one row per shift, with its time [s] and the gears before and after it.
 
     Errors: ParameterError for a vehicle without a schedule that shifts.
     """
@@ -38,9 +38,9 @@ def shifts(result: pt.Result[Any]) -> pd.DataFrame:
 def shift_quality(result: pt.Result[Any]) -> pd.DataFrame:
     """Jerk and slip energy of every shift of a run with a ``ClutchToClutch`` gearbox.
 
-    Columns besides those of ``shifts``: "jerk" [m/s3], the largest change of the vehicle's acceleration, averaged over 0.1 s, from one
-    0.1 s to the next, over 0.1 s; "slip energy" [J], what the clutches and brakes of the gearbox turn into heat; "slip time" [s], in
-    which they do. Errors: ParameterError for a vehicle without such a gearbox, and without a schedule that shifts.
+    Columns besides those of ``shifts``: "jerk" [m/s3], the largest change of the vehicle's acceleration (averaged over 0.1 s) within 0.1 s,
+    divided by 0.1 s; "slip energy" [J], the heat of the clutches and brakes of the gearbox; "slip time" [s], the time for which they
+    slip. Errors: ParameterError for a vehicle without such a gearbox, or without a schedule that shifts.
     """
     table, box, model = shifts(result), clutch_to_clutch(result.model), result.model
     lasting = float(result.parameters[f"{shifting(model)}.t_shift"]) + AFTER
@@ -70,7 +70,7 @@ def shifting(model: pt.Component) -> str:
 
 
 def clutch_to_clutch(model: pt.Component) -> str:
-    """The field with the gearbox. Errors: ParameterError for a vehicle whose gearbox has no clutches that hand over."""
+    """The field with the gearbox. Errors: ParameterError for a vehicle whose gearbox has no clutch-to-clutch shifts."""
     return _field(model, ClutchToClutch, "a gearbox of clutches that hand over, an Automatic or a DualClutchGearbox")
 
 
