@@ -1,4 +1,4 @@
-"""The loss of a mesh by the side that drives: one law for gear pairs, meshes on a carrier and variable units."""
+"""The loss of a mesh depending on the driving side: one law for gear pairs, meshes on a carrier and variable units."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ def mesh_losses(
     bearings: tuple[Expression, Expression] = (0.0, 0.0),
     at_a: Expression = 0.0,
 ) -> tuple[Symbol, Symbol]:
-    """The torque loss at side a of a mesh that takes up ``tau`` there, for backward and for forward motion.
+    """The torque loss at side a of a mesh with the torque ``tau`` there, for backward and for forward motion.
 
-    a drives: (1 - eta_ab) tau,  b drives: (1 - 1/eta_ba) tau;  forward, a drives where tau >= 0, backward, where tau <= 0
+    a drives: (1 - eta_ab) tau,  b drives: (1 - 1/eta_ba) tau;  forward, a drives if tau >= 0, backward, if tau <= 0
 
-    ``bearings`` are friction torques at a that add to it where a drives and where b drives, ``at_a`` the part of them that the mesh does
-    not carry: the side changes where the torque of the mesh itself does.
+    ``bearings`` are additional friction torques at a, if a drives and if b drives; ``at_a`` is the part of them that the mesh does
+    not carry: the driving side changes with the torque of the mesh itself.
     """
     a_drives, b_drives = (1 - eta_ab) * tau, (1 - 1 / eta_ba) * tau
     bearing_a, bearing_b = bearings

@@ -40,7 +40,7 @@ class LimitedUnit(VariableUnit):
     limiter: TorqueLimiter = TorqueLimiter(tau_max=1)
 
     def equations(self) -> Equations:
-        """Unit and limiter in a row."""
+        """Unit and limiter in series."""
         self._ratio()
         yield self.limiter.tau_max == self.tau_max
         yield self.w_a == self.unit.w_a
@@ -66,7 +66,7 @@ class ActuatedUnit(VariableUnit):
     unit: VariableUnit = CVU()
 
     def equations(self) -> Equations:
-        """Actuator and unit in a row."""
+        """Actuator and unit in series."""
         yield self.actuator.rate == self.rate
         yield self.actuator.ratio_start == self.ratio_start
         yield self.actuator.ratio_min == self.ratio_min

@@ -10,24 +10,24 @@ from powertrain.components.differentials.mesh import checked_efficiency
 from powertrain.components.driving_side import mesh_losses
 
 AXES = {"ratio": "1", "w_a": "rad/s", "tau": "N.m"}
-"""What the efficiency of a variable unit may depend on: V, |w_a|, |T_a|; with their units."""
+"""Arguments of a variable unit's efficiency: V, |w_a|, |T_a|; with their units."""
 
 
 class CVU(VariableUnit):
-    """A continuously variable unit with exact ratio and an efficiency.
+    """A continuously variable unit with an exact ratio and an efficiency.
 
     w_b = V w_a,  T_a = tauLoss - V T_b,  T_a + T_b + support.tau = 0
 
-    Power in is T_a w_a + T_b w_b = tauLoss w_a, which is lost. With P_2 = -T_b w_b, the power that the unit gives to what stands at
-    flange_b (in a split-path transmission the differential), Yu & Beachley 1986 have, in eqs. (25a) and (25b):
+    Power in is T_a w_a + T_b w_b = tauLoss w_a, which is lost. With P_2 = -T_b w_b, the power that the unit delivers at flange_b (in a
+    split-path transmission, to the differential), Yu & Beachley 1986 give, in eqs. (25a) and (25b):
 
     P_2 < 0, flange_b drives: loss = (1 - eta_ba) |P_2|,  hence T_a w_a = -eta_ba T_b w_b,  tauLoss = (1 - 1/eta_ba) T_a
     P_2 > 0, flange_a drives: loss = (1 - eta_ab)/eta_ab |P_2|,  hence T_b w_b = -eta_ab T_a w_a,  tauLoss = (1 - eta_ab) T_a
 
-    At rest tauLoss lies anywhere between its values forward and backward: the torques at rest hold each other within the efficiency.
+    At rest tauLoss lies anywhere between its values for forward and backward motion: the torques hold each other within the efficiency.
 
-    ``map_ab``, ``map_ba`` replace eta_ab, eta_ba; their axes are any of ratio [1], w_a [rad/s] (its size), tau [N.m] (size of
-    T_a). A ratio that changes between two shafts with inertia must change continuously (RatioActuator does). Errors: ParameterError for
+    ``map_ab``, ``map_ba`` replace eta_ab, eta_ba; their axes are any of ratio [1], w_a [rad/s] (magnitude), tau [N.m] (magnitude of
+    T_a). A ratio between two shafts with inertia must change continuously (as by RatioActuator). Errors: ParameterError for
     other axes or values outside (0, 1]; SimulationError if the ratio leaves its range.
     """
 
@@ -38,7 +38,7 @@ class CVU(VariableUnit):
     tauLoss: Variable = variable("N.m", "Torque loss, counted at flange_a")
 
     def equations(self) -> Equations:
-        """A gear of variable ratio."""
+        """A gear with a variable ratio."""
         V = self._ratio()
         yield from self._balance()
         yield self.w_a == der(self.flange_a.phi - self.support.phi)
@@ -50,7 +50,7 @@ class CVU(VariableUnit):
         yield from self._dissipate()
 
     def _efficiency(self, name: str, constant: Symbol) -> Symbol:
-        """The map where there is one, else the constant."""
+        """The map if there is one, else the constant."""
         given: Map | None = getattr(self, name)
         if given is None:
             return constant

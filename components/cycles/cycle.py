@@ -27,24 +27,24 @@ CYCLES = {
     "us06": "EPA US06 Supplemental FTP, aggressive driving, 40 CFR 86 App. I (g)",
     "wltc": "WLTC class 3b, UN Global Technical Regulation No. 15",
 }
-"""The cycles that come with the library, and the regulation in which each stands."""
+"""The cycles in the library, and the regulations that define them."""
 PHASES = {"ftp-transient": ("udds", 0.0, 505.0), "ftp-stabilized": ("udds", 505.0, 1369.0)}
-"""Cycles that are a part of another one: its name, and from when to when [s]."""
+"""Cycles that are a part of another one: its name, start and end [s]."""
 SPEED_UNITS = {"speed_km_h": KM_H, "speed_m_s": 1.0}
 GRADE_UNITS = {"grade": 1.0, "grade_percent": 0.01}
 """Units of the columns of a file."""
 CHANGE = 1.0
-"""Distance [m] over which the slope of a road changes behind a halt, where the cycle has another grade there at its end."""
+"""Distance [m] after a halt over which the slope of the road changes, if the cycle changes its grade during the halt."""
 STEEPEST = 1.0
-"""Grade that no row exceeds, in both directions: steeper than any road, and what percent taken for fractions give."""
+"""Largest grade of a row, in both directions: steeper than any road, and exceeded by percentages passed as fractions."""
 
 
 @dataclass(frozen=True)
 class DriveCycle:
-    """Speed over time: rows (time in s, speed in m/s) with linear interpolation; times increase; neither is negative.
+    """Speed over time: rows (time in s, speed in m/s) with linear interpolation; times increase; neither may be negative.
 
     ``named`` returns a legislated cycle, ``from_csv`` reads a file, ``from_distance`` takes speeds over distance. ``grades`` (optional)
-    are the slopes tan(alpha) of the road at the rows; ``slope()`` is that road. Errors: ParameterError for rows of another kind.
+    are the slopes tan(alpha) of the road at the rows; ``slope()`` is that road. Errors: ParameterError for invalid rows.
 
     >>> wltc = DriveCycle.named("wltc")
     >>> round(wltc.duration), round(wltc.distance / 1e3, 2), round(wltc.top_speed * 3.6, 1)
@@ -57,7 +57,7 @@ class DriveCycle:
     grades: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Errors: ParameterError, which names the row."""
+        """Raise ParameterError with the invalid row."""
         try:
             rows: NDArray[np.float64] = np.asarray(self.table, float)
         except (TypeError, ValueError):
@@ -125,12 +125,12 @@ class DriveCycle:
 
     @classmethod
     def from_csv(cls, path: str | Path) -> Self:
-        """A file with a header, over time or over distance; lines with # are comments.
+        """Read a file with a header, over time or over distance; lines with # are comments.
 
-        Its columns are ``time_s`` or ``distance_m``, ``speed_km_h`` or ``speed_m_s``, and, if wanted, ``grade`` (tan of the slope) or
-        ``grade_percent``, and ``stop_s``, the time that a cycle over distance waits at a row.
+        Its columns are ``time_s`` or ``distance_m``, ``speed_km_h`` or ``speed_m_s``, and optionally ``grade`` (tangent of the slope) or
+        ``grade_percent``, and ``stop_s``, the waiting time at a row of a cycle over distance.
 
-        Errors: ParameterError for a file that cannot be read, for other columns and for a value that is no number, with its line.
+        Errors: ParameterError for a file that cannot be read, for other columns, and for an entry that is not a number, with its line.
         """
         path = Path(path)
         try:
@@ -169,7 +169,7 @@ class DriveCycle:
         source: str = "",
         grades: Sequence[float] = (),
     ) -> Self:
-        """A cycle given over distance; between two places the acceleration is constant: dt = 2 ds/(v_1 + v_2).
+        """A cycle over distance; between two places the acceleration is constant: dt = 2 ds/(v_1 + v_2).
 
         Parameters
         ----------
@@ -180,17 +180,17 @@ class DriveCycle:
         speeds : array_like
             Speeds there [m/s].
         stops : sequence of float
-            Times [s] that the vehicle waits where the speed is zero, in order (none: it drives on at once).
+            Waiting times [s] where the speed is zero, in order (none: it drives on at once).
         source : str
-            Where the data come from.
+            Source of the data.
         grades : sequence of float
-            Slopes there, tan(alpha) [1]; by default level.
+            Slopes there, tan(alpha) [1]; level by default.
 
         Raises
         ------
         ParameterError
-            If two neighbouring speeds are zero, since no time passes any distance then; for a negative stop, and numbers of stops or
-            grades that do not belong to the rows.
+            If two neighbouring speeds are zero, because no distance would be covered; for a negative stop, and if the number of stops
+            or grades does not match the rows.
         """
         s, v = np.asarray(distances, float), np.asarray(speeds, float)
         if s.shape != v.shape or s.ndim != 1:
@@ -242,7 +242,7 @@ class DriveCycle:
 
     @property
     def distance(self) -> float:
-        """Length [m]: the area under the straight lines."""
+        """Length [m]: the integral of the speed."""
         return float(np.trapezoid(self.speeds, self.times))
 
     @property
@@ -251,10 +251,10 @@ class DriveCycle:
         return max(row[1] for row in self.table)
 
     def slope(self) -> Map:
-        """The slope tan(alpha) of the road over the distance [m], linear between rows; level where the cycle has no grades.
+        """The slope tan(alpha) of the road over the distance [m], linear between rows; level if the cycle has no grades.
 
-        Where the grades change while the vehicle stands, the road has the first of them up to that place, and the last one from 1 m
-        behind it on.
+        If the grade changes while the vehicle stands, the road has the first grade up to that place, and the last one from 1 m
+        after it on.
         """
         v, steps = self.speeds, np.diff(self.times)
         places = np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2 * steps)])
@@ -266,7 +266,7 @@ class DriveCycle:
         return Map.curve(points[:, 0], points[:, 1], x="s", x_unit="m", name="grade", outside="clip")
 
     def part(self, start: float, stop: float) -> DriveCycle:
-        """What lies between two times [s], which start at zero again. Errors: ParameterError for times beyond the cycle."""
+        """The part between two times [s], starting at zero again. Errors: ParameterError for times outside the cycle."""
         first, last = self.table[0][0], self.table[-1][0]
         if not first <= start < stop <= last:
             raise ParameterError(
@@ -280,7 +280,7 @@ class DriveCycle:
 
 
 def _road(places: NDArray[np.float64], before: NDArray[np.float64], behind: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points (place, grade) of a road with a grade before and one behind each place; nothing is before the first or behind the last."""
+    """Points (place, grade) of a road with a grade before and one after each place; the first has none before, the last none after."""
     before, behind = np.append(behind[0], before[1:]), behind[:-1]
     changes = np.flatnonzero(before[:-1] != behind)
     steps = np.diff(places)[changes]
@@ -305,7 +305,7 @@ def _column(header: Sequence[str], names: Sequence[str], path: Path) -> str:
 
 
 def _rows(lines: Sequence[str], said: str) -> tuple[tuple[str, ...], list[tuple[float, ...]]]:
-    """The header and the rows of numbers below it."""
+    """The header and the rows of numbers."""
     header: tuple[str, ...] = ()
     found: list[tuple[float, ...]] = []
     for number, line in enumerate(lines, 1):

@@ -13,7 +13,7 @@ class CycleSpeed(Component):
 
     v_ref = v(t),  a_ref = (v(t + preview) - v(t))/preview
 
-    The preview is how far ahead the driver looks. Errors: ParameterError if the preview is not positive.
+    The preview is the driver's look-ahead time. Errors: ParameterError if the preview is not positive.
     """
 
     cycle: DriveCycle = AT_REST
@@ -22,7 +22,7 @@ class CycleSpeed(Component):
     a_ref: Output = signal_output("m/s2", "Mean acceleration of the cycle over the preview")
 
     def equations(self) -> Equations:
-        """The cycle twice: now and later."""
+        """The cycle at two times: now and later."""
         if not self.preview > 0:
             raise ParameterError(f"{self._path or 'CycleSpeed'}: the preview of {self.preview:g} s must be > 0 s")
         times, speeds = self.cycle.times, self.cycle.speeds

@@ -27,12 +27,12 @@ from powertrain.components.thermal import HeatPort
 
 
 class BevelDifferential(Differential):
-    """The open bevel-gear differential: equal side wheels on bevel planets in the cage, which the crown wheel turns.
+    """The open bevel-gear differential: equal side wheels on bevel planets in a cage, which the crown wheel turns.
 
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0
     The mesh law with R_o = -1: left.tau = right.tau without loss; with loss the slower side gets 1/eta of what the faster side gets.
 
-    No loss while both sides turn as fast as the crown wheel. It has no inertia: connect inertias to its flanges.
+    There is no loss while both sides turn as fast as the crown wheel. It has no inertia: connect inertias to its flanges.
     """
 
     eta: Parameter = parameter(
@@ -52,7 +52,7 @@ class BevelDifferential(Differential):
 
 
 class LimitedSlipDifferential(Differential, Lossy):
-    """A differential with friction against a speed difference between its sides: a preload, and a part that grows with the torque.
+    """A differential with friction against a speed difference between its sides: a preload and a part that increases with the torque.
 
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0,  w_rel = w_left - w_right,  tau = (left.tau - right.tau)/2
     w_rel > 0: tau = limit;  w_rel < 0: tau = -limit;  w_rel = 0: |tau| <= limit
@@ -91,11 +91,11 @@ class LimitedSlipDifferential(Differential, Lossy):
 class CrownGear(TwoFlanges):
     """A pinion (flange_a) that drives a crown wheel (flange_b), bevel or hypoid, in a housing at rest.
 
-    w_pinion = ratio w_crown,  flange_b.tau = -ratio eta_ab flange_a.tau where the pinion drives, -ratio flange_a.tau/eta_ba where the
+    w_pinion = ratio w_crown,  flange_b.tau = -ratio eta_ab flange_a.tau if the pinion drives, -ratio flange_a.tau/eta_ba if the
     crown wheel drives
 
-    The mesh law with its carrier held (R_o = ratio); ratio < 0 where the crown wheel lies on the other side of the pinion. The shafts
-    are at right angles, so the housing takes the whole torque of each about its own axis.
+    The mesh law with its carrier held (R_o = ratio); ratio < 0 if the crown wheel is on the other side of the pinion. The shafts
+    are at right angles, so the housing takes the full torque of each about its own axis.
     """
 
     ratio: Parameter = parameter("1", "Speed of the pinion over speed of the crown wheel", exclude=(0.0, 1.0))
@@ -106,7 +106,7 @@ class CrownGear(TwoFlanges):
     housing: Fixed = Fixed()
 
     def equations(self) -> Equations:
-        """A mesh on a carrier that does not turn."""
+        """A mesh on a carrier at rest."""
         yield self.mesh.ratio == self.ratio
         yield self.mesh.eta_ab == self.eta_ab
         yield self.mesh.eta_ba == self.eta_ba
@@ -124,7 +124,7 @@ class CrownGear(TwoFlanges):
         pinion, crown : int
             Numbers of teeth.
         eta_ab, eta_ba : float
-            Efficiencies with the carrier at rest where member a drives, and where b drives [1].
+            Efficiencies with the carrier at rest if member a drives, and if b drives [1].
 
         Raises
         ------

@@ -13,9 +13,9 @@ class ChurningLoss(OneFlangeAndSupport, Lossy):
 
     w = der(flange.phi - support.phi),  flange.tau = d w + d2 w |w| + d3 w^3
 
-    An additional component: connect it to the flange of the member that churns the oil (its support to the carrier, for a planet). For
-    dry bearing friction, which holds at rest, use rotational.BearingFriction. Such losses cannot be expressed as an efficiency, which
-    is not defined at zero power.
+    Use it as an additional component: connect it to the flange of the member that churns the oil (its support to the carrier, for a
+    planet). For dry bearing friction, which holds at rest, use rotational.BearingFriction. Such losses cannot be expressed as an
+    efficiency, which is not defined at zero power.
     """
 
     d: Parameter = parameter("N.m.s/rad", "Viscous part", default=0.0, min=0)

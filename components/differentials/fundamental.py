@@ -10,11 +10,11 @@ from powertrain.components.differentials.teeth import Central, Pairs, Planets, b
 
 
 class FundamentalDifferential(MeshLaw):
-    """The fundamental geared differential of members a, b and carrier H, described by its basic speed ratio R_o = (w_a - w_h)/(w_b - w_h).
+    """The fundamental geared differential with members a, b and carrier H; its basic speed ratio is R_o = (w_a - w_h)/(w_b - w_h).
 
-    T_a + T_b + T_h = 0,  T_b = -R_o eta_ab T_a where a drives relative to the carrier, T_b = -R_o T_a/eta_ba where b drives
+    T_a + T_b + T_h = 0,  T_b = -R_o eta_ab T_a if a drives relative to the carrier, T_b = -R_o T_a/eta_ba if b drives
 
-    R_o < 0 is the type 2K-H(-) (Fig. 3), R_o > 0 the type 2K-H(+) (Fig. 4) or KHV (Fig. 5, where the planet g stands for a).
+    R_o < 0 is the type 2K-H(-) (Fig. 3), R_o > 0 the type 2K-H(+) (Fig. 4) or KHV (Fig. 5, with the planet g as a).
     ``from_teeth`` and ``khv`` compute R_o from tooth numbers by eq. (3). Model inertias, bearings and churning as separate components
     at its flanges. Errors: ParameterError if the wheels of ``from_teeth`` cannot be assembled, if R_o is 0 or 1, or if an efficiency is
     not in (0, 1]. Source: D. Yu, N. Beachley, Gear Technology, July/August 1986, pp. 9-12, eqs. (1)-(3), (5)-(18), (21).
@@ -28,7 +28,7 @@ class FundamentalDifferential(MeshLaw):
     def from_teeth(
         cls, a: Central, b: Central, planets: Planets | Pairs, *, eta_ab: float = 1.0, eta_ba: float = 1.0
     ) -> Self:
-        """The differential of two central wheels and their planets.
+        """The differential with two central wheels and their planets.
 
         Parameters
         ----------
@@ -37,7 +37,7 @@ class FundamentalDifferential(MeshLaw):
         planets : Planets or Pairs
             The planets between them.
         eta_ab, eta_ba : float
-            Efficiencies with the carrier at rest where member a drives, and where b drives [1].
+            Efficiencies with the carrier at rest if member a drives, and if b drives [1].
 
         Raises
         ------
@@ -63,6 +63,6 @@ class FundamentalDifferential(MeshLaw):
         ring : int
             Teeth of the ring, member b.
         eta_ab, eta_ba : float
-            Efficiencies with the carrier at rest where member a drives, and where b drives [1].
+            Efficiencies with the carrier at rest if member a drives, and if b drives [1].
         """
         return cls(ratio=eccentric_ratio(planet, ring), eta_ab=eta_ab, eta_ba=eta_ba)

@@ -1,4 +1,4 @@
-"""Hypoid gears, whose efficiency follows from their spiral angles or from a measured map."""
+"""Hypoid gears, with an efficiency from their spiral angles or from a measured map."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from powertrain.components.driving_side import mesh_losses
 from powertrain.components.rotational.gear import LossyPair
 
 AXES = {"w": "rad/s", "tau": "N.m", "T": "K"}
-"""What a measured efficiency may depend on: |w_a|, |flange_a.tau|, the temperature of the heat port."""
+"""Arguments of a measured efficiency: |w_a|, |flange_a.tau|, the temperature of the heat port."""
 
 
 class HypoidGear(LossyPair):
-    """A hypoid pinion (flange_a) and its ring gear (flange_b), by spiral angles and friction or by a map of efficiencies.
+    """A hypoid pinion (flange_a) and its ring gear (flange_b), with the friction of their spiral angles or a map of efficiencies.
 
     phi_a = ratio phi_b,  flange_b.tau = -ratio (flange_a.tau - tauLoss)
     pinion drives: tauLoss = (1 - eta_ab) flange_a.tau,  ring gear drives: tauLoss = (1 - 1/eta_ba) flange_a.tau;  w_a = 0: between the two
@@ -24,12 +24,12 @@ class HypoidGear(LossyPair):
     eta_ba = (cos(alpha) - mue tan(beta_1))/(cos(alpha) - mue tan(beta_2))
 
     The offset makes the spiral angle of the pinion beta_1 larger than that of the ring gear beta_2, and the teeth slide along their length
-    with v_n (tan(beta_1) - tan(beta_2)). The friction of this sliding under the normal force is the loss; with beta_1 = beta_2 there is no
-    offset (a spiral bevel gear) and no loss of this kind. ``map_ab``, ``map_ba``: measured efficiencies in place of the formula, over any
-    of w [rad/s] (size of w_a), tau [N.m] (size of flange_a.tau) and T [K] (heat port). The housing takes the torques.
+    at v_n (tan(beta_1) - tan(beta_2)). The loss is the friction of this sliding under the normal force; with beta_1 = beta_2 there is no
+    offset (a spiral bevel gear) and no such loss. ``map_ab``, ``map_ba``: measured efficiencies in place of the formula, over any
+    of w [rad/s] (magnitude of w_a), tau [N.m] (magnitude of flange_a.tau) and T [K] (heat port). The housing takes the torques.
     Source: G. Niemann, H. Winter, Maschinenelemente III, 2nd ed., Springer 1986 (gears with crossed axes and friction).
 
-    Errors: ParameterError where beta_2 > beta_1, where the ring gear cannot drive, and for efficiencies outside (0, 1].
+    Errors: ParameterError if beta_2 > beta_1, if the ring gear cannot drive, and for efficiencies outside (0, 1].
 
     >>> [round(eta, 4) for eta in HypoidGear(ratio=3.7).efficiencies()]
     [0.9732, 0.9707]
@@ -48,7 +48,7 @@ class HypoidGear(LossyPair):
         yield self.mue * ca.tan(self.beta_1) < ca.cos(self.alpha)
 
     def equations(self) -> Equations:
-        """Kinematics and the loss by the side that drives."""
+        """Kinematics, and the loss depending on the driving side."""
         yield from self._mesh()
         ab, ba = self._formula()
         eta_ab, eta_ba = self._measured("map_ab", ab), self._measured("map_ba", ba)

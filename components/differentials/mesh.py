@@ -24,30 +24,30 @@ from powertrain.components.driving_side import mesh_losses
 from powertrain.components.rotational.interfaces import Lossy
 
 AXES = {"w_rel": "rad/s", "tau": "N.m", "angle": "rad", "T": "K"}
-"""What an efficiency may depend on: |w_a - w_h|, |T_a|, the angle of a against the carrier, the temperature; with their units."""
+"""Arguments of an efficiency: |w_a - w_h|, |T_a|, the angle of a against the carrier, the temperature; with their units."""
 
 JUMP = 1e-9
 """Efficiencies that differ by less are equal."""
 
 
 class MeshLaw(ThreeMembers, Lossy):
-    """Partial: members a and b that mesh, directly or through planets, on a carrier, with loss by latent power.
+    """Partial: members a and b in mesh, directly or through planets, on a carrier, with a loss determined by latent power.
 
     w_rel = w_a - w_h = R_o (w_b - w_h);  T_a + T_b + T_h = 0;  T_b = -R_o (T_a - tauLoss)
 
-    The friction power is unchanged if the carrier is imagined to be at rest, because neither torques nor relative speeds change (p.
-    12). P_a^h = T_a w_rel is then the latent power of a (eq. 5). Where a drives (P_a^h > 0) the efficiency eta_ab gives T_b/T_a = -R_o
-    eta_ab (eqs. 11-12), where b drives (P_a^h < 0) T_b/T_a = -R_o/eta_ba (eqs. 17-18), so that tauLoss = (1 - eta_ab) T_a or (1 -
-    1/eta_ba) T_a, and the loss tauLoss w_rel is never negative. Without relative motion there is no loss: the mesh is stuck, tauLoss is
-    between its values for forward and backward motion, and the members turn as one block.
+    The friction power is the same with the carrier imagined at rest, because neither torques nor relative speeds change (p. 12).
+    P_a^h = T_a w_rel is then the latent power of a (eq. 5). If a drives (P_a^h > 0), the efficiency eta_ab gives T_b/T_a = -R_o eta_ab
+    (eqs. 11-12); if b drives (P_a^h < 0), T_b/T_a = -R_o/eta_ba (eqs. 17-18). So tauLoss = (1 - eta_ab) T_a or (1 - 1/eta_ba) T_a, and the
+    loss tauLoss w_rel is never negative. Without relative motion there is no loss: the mesh is stuck, tauLoss is between its values for
+    forward and backward motion, and the members turn as a block.
 
     R_o < 0 is the type 2K-H(-), R_o > 0 the types 2K-H(+) and KHV. For eta_ba < R_o < 1/eta_ab the carrier can drive but not be driven:
-    neither a nor b can move it while the other is held. The gear is self-locking; if a torque has to pass through it, there is no
+    neither a nor b can move it while the other is held. The gear is self-locking. If a torque has to pass through it, there is no
     solution, or there are several, and the simulation reports this.
 
-    ``map_ab``, ``map_ba``: efficiencies that depend on the operating point, in place of eta_ab, eta_ba. The names of their axes are any
-    of w_rel [rad/s] (its size), tau [N.m] (size of T_a), angle [rad] (of a against the carrier, periodic over the axis, whose ends have
-    equal values), T [K] (of the heat port). Errors: ParameterError for other axes, or values outside (0, 1].
+    ``map_ab``, ``map_ba``: efficiencies that depend on the operating point, in place of eta_ab, eta_ba. Their axes are any of
+    w_rel [rad/s] (magnitude), tau [N.m] (magnitude of T_a), angle [rad] (of a against the carrier; periodic over the axis, with equal
+    values at its ends), T [K] (of the heat port). Errors: ParameterError for other axes, or values outside (0, 1].
     """
 
     ratio: Parameter = parameter("1", "Basic speed ratio R_o = (w_a - w_h)/(w_b - w_h)", exclude=(0.0, 1.0))
@@ -69,7 +69,7 @@ class MeshLaw(ThreeMembers, Lossy):
         yield from self._dissipate()
 
     def _efficiency(self, name: str, constant: Symbol) -> Symbol:
-        """The map where there is one, else the constant."""
+        """The map if there is one, else the constant."""
         given: Map | None = getattr(self, name)
         if given is None:
             return constant
@@ -88,9 +88,9 @@ class MeshLaw(ThreeMembers, Lossy):
 
 
 class Mesh(MeshLaw):
-    """Two members a and b that mesh on a carrier, by their basic speed ratio: the law of every two-degree-of-freedom differential.
+    """Two members a and b in mesh on a carrier, with a basic speed ratio: the law of every two-degree-of-freedom differential.
 
-    w_a - w_h = R_o (w_b - w_h),  T_a + T_b + T_h = 0,  T_b = -R_o eta_ab T_a where a drives, -R_o T_a/eta_ba where b drives
+    w_a - w_h = R_o (w_b - w_h),  T_a + T_b + T_h = 0,  T_b = -R_o eta_ab T_a if a drives, -R_o T_a/eta_ba if b drives
 
     It also represents a single pair of wheels in more complex sets: teeth Z_a, Z_b give R_o = -Z_b/Z_a for an external pair, +Z_b/Z_a
     for an internal pair, and either member may be a planet (its flange turns with the planet's absolute speed).
@@ -117,7 +117,7 @@ def checked_efficiency(given: Map, where: str, axes: dict[str, str]) -> None:
 
 
 def _check_period(given: Map, where: str) -> None:
-    """Refuses a map that jumps where the angle begins anew."""
+    """Reject a map that jumps where the angle starts over."""
     for k, axis in enumerate(given.axes):
         first, last = (given.values.take(end, axis=k) for end in (0, -1))
         if axis.name == "angle" and abs(last - first).max() > JUMP:

@@ -12,7 +12,7 @@ from powertrain.components.thermal import HeatPort
 
 
 class _SunAndRing(Epicyclic):
-    """Partial: sun and ring mesh through planets that need no flange of their own."""
+    """Partial: sun and ring in mesh through planets without a flange of their own."""
 
     ratio: Parameter = parameter(
         "1", "Magnitude of the basic speed ratio: teeth of the ring over teeth of the sun", above=0
@@ -35,7 +35,7 @@ class PlanetaryGear(_SunAndRing):
     """A simple planetary gear without inertia: a sun and a ring, connected by planets on a carrier.
 
     (1 + ratio) w_carrier = w_sun + ratio w_ring,  R_o = -ratio = -Z_ring/Z_sun (type 2K-H(-))
-    sun.tau + ring.tau + carrier.tau = 0,  ring.tau = ratio eta_ab sun.tau where the sun drives relative to the carrier, else ratio
+    sun.tau + ring.tau + carrier.tau = 0,  ring.tau = ratio eta_ab sun.tau if the sun drives relative to the carrier, else ratio
     sun.tau/eta_ba
 
     Without loss it is rotational.IdealPlanetary. Source: the mesh law, Yu & Beachley 1986, eqs. (1)-(21).
@@ -59,19 +59,19 @@ class PlanetaryGear(_SunAndRing):
         n : int
             Number of planets.
         eta_ab, eta_ba : float
-            Efficiencies with the carrier at rest where member a drives, and where b drives [1].
+            Efficiencies with the carrier at rest if member a drives, and if b drives [1].
 
         Raises
         ------
         ParameterError
-            If the wheels cannot be put together with n planets.
+            If the wheels cannot be assembled with n planets.
         """
         ratio = -basic_ratio(Sun(sun), Ring(ring), Planets(planet, n=n))
         return cls(ratio=ratio, eta_ab=eta_ab, eta_ba=eta_ba)
 
 
 class SteppedPlanetaryGear(_SunAndRing):
-    """A planetary gear whose planets have two wheels on one shaft, one in mesh with the sun, the other with the ring.
+    """A planetary gear whose planets have two wheels on one shaft: one in mesh with the sun, the other with the ring.
 
     w_sun - w_carrier = -ratio (w_ring - w_carrier),  ratio = Z_ring Z_first/(Z_second Z_sun)
     """
@@ -96,12 +96,12 @@ class SteppedPlanetaryGear(_SunAndRing):
         n : int
             Number of planets.
         eta_ab, eta_ba : float
-            Efficiencies with the carrier at rest where member a drives, and where b drives [1].
+            Efficiencies with the carrier at rest if member a drives, and if b drives [1].
 
         Raises
         ------
         ParameterError
-            If the wheels cannot be put together.
+            If the wheels cannot be assembled.
         """
         ratio = -basic_ratio(Sun(sun), Ring(ring), Planets(first, second, n))
         return cls(ratio=ratio, eta_ab=eta_ab, eta_ba=eta_ba)
@@ -136,12 +136,12 @@ class DoublePinionPlanetaryGear(_SunAndRing):
         n : int
             Number of pairs.
         eta_ab, eta_ba : float
-            Efficiencies with the carrier at rest where member a drives, and where b drives [1].
+            Efficiencies with the carrier at rest if member a drives, and if b drives [1].
 
         Raises
         ------
         ParameterError
-            If the wheels cannot be put together with n pairs of planets.
+            If the wheels cannot be assembled with n pairs of planets.
         """
         ratio = basic_ratio(Sun(sun), Ring(ring), Pairs(inner, outer, n))
         return cls(ratio=ratio, eta_ab=eta_ab, eta_ba=eta_ba)

@@ -74,7 +74,7 @@ class PlanetTrain(Epicyclic):
         first : int
             Teeth of the planet at the sun.
         second : int, optional
-            Teeth of the wheel at the ring where the planets are stepped.
+            Teeth of the wheel at the ring if the planets are stepped.
         n : int
             Number of planets.
         eta_sun, eta_ring : float
@@ -184,6 +184,6 @@ class RavigneauxGear(Component):
 
 
 def _both_ways(mesh: Mesh, eta: Symbol) -> Equations:
-    """One efficiency, whichever side drives."""
+    """The same efficiency whichever side drives."""
     yield mesh.eta_ab == eta
     yield mesh.eta_ba == eta

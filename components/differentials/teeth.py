@@ -1,4 +1,4 @@
-"""Numbers of teeth: the basic speed ratio that they give, and whether such a gear set can be assembled and turn.
+"""Numbers of teeth: the resulting basic speed ratio, and whether such a gear set can be assembled and can turn.
 
 D. Yu, N. Beachley, Mechanical efficiency of differential gearing, Gear Technology (July/August 1986), eq. (3), p. 11.
 """
@@ -13,9 +13,9 @@ import numpy as np
 from powertrain import ParameterError
 
 FEWEST = 5
-"""Fewest teeth of a wheel; below that no involute pair runs, whatever its profile shift."""
+"""Fewest teeth of a wheel; below that no involute pair works, whatever its profile shift."""
 SHIFT = 2
-"""By how many teeth two centre distances may differ: profile shift makes up for it."""
+"""Difference of two centre distances, in teeth, that profile shift can compensate."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def check_pair(wheel: Central, planet: int) -> None:
 
 
 def check_room(sun: Sun, ring: Ring) -> None:
-    """A planet fits between them: Z_ring - Z_sun = 2 Z_planet, but for what profile shift makes up for."""
+    """A planet fits between them: Z_ring - Z_sun = 2 Z_planet, within what profile shift compensates."""
     least = 2 * FEWEST - SHIFT
     if ring.teeth - sun.teeth < least:
         raise ParameterError(
@@ -147,7 +147,7 @@ def _check_number(n: int) -> None:
 
 
 def _check_coaxial(a: Central, b: Central, planet: int) -> None:
-    """Both pairs have the same distance of axes: Z_a + Z_g = Z_b - Z_g, but for what profile shift makes up for."""
+    """Both pairs have the same centre distance: Z_a + Z_g = Z_b - Z_g, within what profile shift compensates."""
     if isinstance(a, type(b)):
         raise ParameterError(
             f"two {'suns' if isinstance(a, Sun) else 'rings'} of {a.teeth} and {b.teeth} teeth on the same planet of "
@@ -165,7 +165,7 @@ def _check_coaxial(a: Central, b: Central, planet: int) -> None:
 
 
 def _check_neighbours(wheel: Central, planet: int, n: int) -> None:
-    """The tips of neighbouring planets stay apart: 2 axis distance sin(pi/n) > tip diameter, all over the module."""
+    """The tips of neighbouring planets are apart: 2 axis distance sin(pi/n) > tip diameter, in modules."""
     axes = wheel.teeth + planet if isinstance(wheel, Sun) else wheel.teeth - planet
     if n > 1 and axes * math.sin(math.pi / n) <= planet + 2:
         most = max(k for k in range(1, n) if k == 1 or axes * math.sin(math.pi / k) > planet + 2)
@@ -175,7 +175,7 @@ def _check_neighbours(wheel: Central, planet: int, n: int) -> None:
 def _check_assembly(a: Central, b: Central, planets: Planets) -> None:
     """Equal spacing: with R_o = -s Z_b Z_g/(Z_a Z_f), (Z_a Z_f + s Z_b Z_g)/n must be a multiple of gcd(Z_g, Z_f).
 
-    Turn the carrier by 2 pi/n: the next planet comes to the place of the last. It goes in if a and b can stand there as before, moved
+    Turn the carrier by 2 pi/n, so the next planet takes the place of the last. It fits if a and b are then in equivalent positions, moved
     by i and j teeth: (1 - R_o)/n = i/Z_a - R_o j/Z_b for some integers i, j.
     """
     g, f = planets.first, planets.at_b
@@ -191,7 +191,7 @@ def _check_assembly(a: Central, b: Central, planets: Planets) -> None:
 
 
 def _check_pairs(a: Central, b: Central, planets: Pairs) -> None:
-    """A sun, a ring, and planets that can bridge the gap between them."""
+    """A sun, a ring, and planets that bridge the gap between them."""
     if not isinstance(a, Sun) or not isinstance(b, Ring):
         raise ParameterError(f"pairs of planets run between a sun and a ring, not {a} and {b}")
     check_pair(b, planets.outer)

@@ -28,11 +28,11 @@ from powertrain.components.limited import limited
 from powertrain.components.thermal import HeatPort, Lossy
 
 CELL = ((0.0, 3.0), (0.05, 3.35), (0.1, 3.47), (0.2, 3.56), (0.4, 3.64), (0.6, 3.78), (0.8, 3.95), (1.0, 4.15))
-"""Open-circuit voltage [V] over state of charge of a lithium-ion cell that does not exist: made up."""
+"""Open-circuit voltage [V] over state of charge of a fictitious lithium-ion cell."""
 
 LOWEST = 0.55
-"""Lowest voltage for a control, over the open-circuit voltage: at 0.5 the power is greatest, 1 % more, and no voltage belongs to any
-power beyond it."""
+"""Lowest voltage for a control, relative to the open-circuit voltage: at 0.5 the power is largest, 1 % more, and beyond it there is no
+voltage."""
 
 
 def cells_in_series(cells: int) -> Map:
@@ -63,15 +63,15 @@ class _Battery(Lossy):
     i: Variable = variable("A", "Current, positive when charging")
 
     def check(self) -> Equations:
-        """The limits of the state of charge are in order."""
+        """The limits of the state of charge must be in order."""
         yield self.soc_min < self.soc_max
 
     def _cold(self) -> Symbol:
-        """Resistance at the temperature of the heat port over that at 293.15 K."""
+        """Resistance at the temperature of the heat port relative to that at 293.15 K."""
         return ca.exp(self.B * (1 / self.heat_port.T - 1 / HeatPort.reference))
 
     def _charge(self, R: Symbol, u: Symbol | float, at_once: Symbol) -> Equations:
-        """``R`` at constant current; behind the resistance ``at_once`` the voltage is ``u`` above that of the open circuit."""
+        """``R`` applies at constant current; behind the instantaneous resistance ``at_once`` the voltage is ``u`` above open circuit."""
         _checked_voltage(self.ocv, self._path)
         yield self.i == self.bus.i
         yield self.Q * der(self.soc) == self.i
@@ -107,10 +107,10 @@ class Battery(_Battery):
     charge_power = (ocv + R cold i_charge) i_charge faded above soc_max - band
     bus.v >= ocv/2
 
-    ``discharge_power`` and ``charge_power`` are signals for a control, which has to respect them. A current beyond i_discharge or
-    i_charge is counted or is an error (``beyond``). The axis of ``ocv`` determines what holds for a state of charge outside it. The
-    battery cannot deliver more than ocv^2/(4 R), at half its open-circuit voltage; a simulation ends there, and what a machine would draw
-    at a lower voltage is no operating point. ``discharge_power`` stays 1 % below. Machines that draw power make the voltage implicit;
+    ``discharge_power`` and ``charge_power`` are signals for a control, which must respect them. A current beyond i_discharge or
+    i_charge is counted or is an error (``beyond``). The axis of ``ocv`` determines its extrapolation. The battery cannot deliver more than
+    ocv^2/(4 R), at half its open-circuit voltage: a simulation ends there, and a lower voltage is not an operating
+    point. ``discharge_power`` stays 1 % below. Machines that draw power make the voltage implicit;
     if that takes too much time, use ``PolarizedBattery(ohmic=0)``. Errors: ParameterError for an ocv that is not linear or not positive.
     """
 
@@ -123,7 +123,7 @@ class Battery(_Battery):
         yield self.bus.v == self._voltage() + R * self.i
 
     def energy(self) -> Symbol:
-        """Charge times open-circuit voltage, summed up from the lowest state of charge."""
+        """Charge times open-circuit voltage, integrated from the lowest state of charge."""
         return self._stored()
 
     def loss(self) -> Symbol:
@@ -132,14 +132,14 @@ class Battery(_Battery):
 
 
 class PolarizedBattery(_Battery):
-    """A battery whose voltage responds to current partly at once and partly with a delay: a resistance and an RC element in series.
+    """A battery whose voltage responds to current partly at once and partly with a lag: a resistance and an RC element in series.
 
     Q der(soc) = i,  bus.v = ocv(soc) + R_0 cold i + u,  T der(u) = R_1 i - u/cold,  R_0 = ohmic R,  R_1 = (1 - ohmic) R
     loss = R_0 cold i^2 + u^2/(R_1 cold),  cold as of ``Battery``,  stored energy as of ``Battery`` and T u^2/(2 R_1)
     charge_power = (ocv + u + R_0 cold i_charge) i_charge and discharge_power faded as in ``Battery``
 
-    At constant current it equals ``Battery``. Pulses shorter than T see only R_0. ``charge_power`` holds at the present voltage,
-    ``discharge_power``, as in ``Battery``, for any time: a short pulse may draw more. With ohmic = 0 the voltage is a state, so that loads
+    At constant current it equals ``Battery``. Pulses shorter than T see only R_0. ``charge_power`` applies at the present voltage,
+    ``discharge_power``, as in ``Battery``, for any duration: a short pulse may draw more. With ohmic = 0 the voltage is a state, so loads
     on the bus need no implicit equations, but the losses of short pulses are too small.
     """
 
@@ -149,7 +149,7 @@ class PolarizedBattery(_Battery):
     u: Variable = variable("V", "Voltage over the RC element", start=0.0)
 
     def equations(self) -> Equations:
-        """A voltage that follows the current."""
+        """A voltage that responds to the current."""
         yield from self._charge(self.R * self._cold(), self.u, self._at_once())
         yield self.bus.v == self._voltage() + self._at_once() * self.i + self.u
         yield self.T * der(self.u) == self._slow() * self.i - self.u / self._cold()
@@ -161,11 +161,11 @@ class PolarizedBattery(_Battery):
         return (1 - self.ohmic) * self.R
 
     def energy(self) -> Symbol:
-        """Charge times open-circuit voltage, and what the capacitor holds."""
+        """Charge times open-circuit voltage, and the energy of the capacitor."""
         return self._stored() + self.T * self.u**2 / (2 * self._slow())
 
     def loss(self) -> Symbol:
-        """What both resistances lose."""
+        """Losses of both resistances."""
         return self._at_once() * self.i**2 + self.u**2 / (self._slow() * self._cold())
 
 
@@ -181,7 +181,7 @@ def _checked_voltage(ocv: Map, path: str) -> None:
 
 
 def _area(curve: Map, x: Symbol) -> Symbol:
-    """The integral of a piecewise linear curve from its first point, of rule "clip" outside of its points, to x."""
+    """The integral of a piecewise linear curve from its first point to x; the curve is clipped outside its points."""
     points, values = curve.axes[0].points, curve.values.tolist()
     on = curve.axes[0].outside == "linear"
     area = Symbol(0.0)

@@ -11,7 +11,7 @@ class Capacitor(Component):
 
     C der(v) = i,  v = bus.v,  i = bus.i;  stored energy C v^2/2
 
-    It gives the bus a voltage that is a state, so that machines with constant power are explicit.
+    It makes the voltage of the bus a state, so machines with constant power are explicit.
     """
 
     bus: DCTerminal = port(DCTerminal)

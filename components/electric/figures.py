@@ -1,4 +1,4 @@
-"""The efficiency map of an electric machine as a picture."""
+"""A plot of the efficiency map of an electric machine."""
 
 from __future__ import annotations
 

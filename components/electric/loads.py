@@ -14,7 +14,7 @@ class AccessoryLoad(Lossy):
 
     bus.v bus.i = P demand = lossPower
 
-    All of it becomes heat. A demand below zero counts as zero.
+    All of it becomes heat. A negative demand counts as zero.
     """
 
     bus: DCTerminal = port(DCTerminal)
@@ -27,12 +27,12 @@ class AccessoryLoad(Lossy):
         yield from self._dissipate()
 
     def loss(self) -> Symbol:
-        """All that it draws."""
+        """All the power that it draws."""
         return self.P * ca.fmax(self.demand.value, 0)
 
 
 class DCDCConverter(Lossy):
-    """Connects two buses of different voltage: the side ``low`` is kept at a constant voltage, as long as ``high`` supplies the power.
+    """Connects two buses with different voltages: ``low`` has a constant voltage as long as ``high`` supplies the power.
 
     low.v = V,  P = -low.v low.i,  high.v high.i = P + lossPower,  lossPower = (1/eta - 1) P for P > 0, (1 - eta) |P| for P < 0
     """
@@ -44,12 +44,12 @@ class DCDCConverter(Lossy):
     P: Variable = variable("W", "Power that flows out at the side low")
 
     def equations(self) -> Equations:
-        """A balance of power."""
+        """A power balance."""
         yield self.low.v == self.V
         yield self.low.v * self.low.i == -self.P
         yield self.high.v * self.high.i == self.P + self.lossPower
         yield from self._dissipate()
 
     def loss(self) -> Symbol:
-        """The part of the power that comes in which does not go out."""
+        """Power in minus power out."""
         return (1 / self.eta - 1) * ca.fmax(self.P, 0) + (1 - self.eta) * ca.fmax(-self.P, 0)

@@ -1,4 +1,4 @@
-"""An electric machine with its inverter: a torque on demand within limits, and its losses."""
+"""An electric machine with its inverter: a demanded torque within limits, and losses."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ from powertrain.components.rotational.interfaces import Flange
 from powertrain.components.thermal import HeatPort, Lossy
 
 TURNING = 1.0
-"""Speed [rad/s] above which the sign of a torque says whether a machine drives or generates."""
+"""Speed [rad/s] above which the sign of the torque decides whether a machine drives or generates."""
 
 RPM = 30 / math.pi
 LEVELS = (70.0, 75.0, 80.0, 85.0, 90.0, 95.0, 100.0)
 """Efficiencies [%] of the contour lines."""
 
 LEAST = 1e-3
-"""Voltage [V] below which none counts as given."""
+"""Voltage [V] below which the supply counts as zero."""
 
 STILL = 1e-12
-"""Speed [rad/s] that a machine without voltage counts as turning with at least."""
+"""Smallest speed [rad/s] in the torque limit, which avoids a division by zero."""
 
 
 class ElectricMachine(Lossy):
@@ -54,13 +54,12 @@ class ElectricMachine(Lossy):
     supply = bus.v/V_full within 0..1,  lossPower = P_0 + copper warm tau^2 + iron |w| + windage w^2,  or loss_map
     warm = 1 + alpha (heat_port.T - 293.15 K)
 
-    Forward it drives where tau > 0; it generates where tau w < 0. Below the voltage V_full, field weakening begins at a lower speed:
-    power and top speed fall with the voltage; with V_full = 0 they do not. ``loss_map`` [W] replaces the formula: over |w| [rad/s] and
-    |tau| [N.m]; or, where its torques go below zero, over |w| and the torque that is positive where the machine drives, negative where
-    it generates. Below 1 rad/s the losses of both are blended; at rest the loss is their mean, and beyond the torque
-    where one of them ends, it rises as the other does. The loss is drawn from the bus, also at rest and without torque. The torque follows
-    without delay. The default values are invented, for a machine of 50 kW. Errors: ParameterError for a loss map with other axes or a
-    negative loss.
+    Forward it drives if tau > 0; it generates if tau w < 0. Below the voltage V_full, field weakening begins at a lower speed: power and
+    top speed fall with the voltage; with V_full = 0 they do not. ``loss_map`` [W] replaces the formula. It is over |w| [rad/s] and |tau|
+    [N.m]; or, if its torques extend below zero, over |w| and a torque that is positive while the machine drives and negative while it
+    generates. Below 1 rad/s the two losses are blended; at rest the loss is their mean, and beyond the torque at which one of them ends, it
+    rises like the other. The bus supplies the loss, also at rest and without torque. The torque follows without delay. The default values
+    are invented, for a machine of 50 kW. Errors: ParameterError for a loss map with other axes or a negative loss.
     """
 
     shaft: Flange = port(Flange)
@@ -85,7 +84,7 @@ class ElectricMachine(Lossy):
     power: Variable = variable("W", "Power of the machine, without its inertia, positive when driving")
 
     def equations(self) -> Equations:
-        """A limited torque, and the balance of power."""
+        """A limited torque, and a power balance."""
         if self.loss_map is not None:
             _checked_loss(self.loss_map, self._path)
         yield self.tau_limit == self._limit(self.w, self._supply(self.bus.v))
@@ -120,7 +119,7 @@ class ElectricMachine(Lossy):
         return self.J * self.w**2 / 2
 
     def loss(self) -> Symbol:
-        """By formula or map."""
+        """The loss by the formula or the map."""
         return self._loss(self.w, self.tau, self.heat_port.T)
 
     def limit(self, w: ArrayLike, v: ArrayLike = math.inf) -> Any:
@@ -132,12 +131,12 @@ class ElectricMachine(Lossy):
         return numbers(self._loss, w, tau, T)
 
     def loss_at(self, tau: Symbol) -> Any:
-        """The loss [W] with a torque tau [N.m], at most the last of loss_map, at the present speed and temperature."""
+        """The loss [W] with a torque tau [N.m], up to the last of loss_map, at the present speed and temperature."""
         within = tau if self.loss_map is None else self.loss_map.axes[1].clipped(tau)
         return self.losses(self.w, within, self.heat_port.T)
 
     def efficiency(self, w: ArrayLike, tau: ArrayLike) -> Any:
-        """Power out over power in: at the shaft where it drives, at the bus where it generates (0 where the loss takes all)."""
+        """Power out over power in: at the shaft if it drives, at the bus if it generates (0 if the loss takes everything)."""
         shaft, loss = np.multiply(w, tau), self.losses(w, tau)
         out, taken = np.where(shaft > 0, shaft, -shaft - loss), np.where(shaft > 0, shaft + loss, -shaft)
         return np.where(taken > 0, np.maximum(out, 0) / np.where(taken > 0, taken, 1), 0.0)[()]
@@ -165,7 +164,7 @@ class ElectricMachine(Lossy):
 
 
 def _loss_at_rest(table: Map, w: Symbol, tau: Symbol) -> Symbol:
-    """The mean of driving and generating; beyond the torque where one of them ends, it rises as the other does."""
+    """The mean of driving and generating; beyond the torque at which one of them ends, it rises like the other."""
     axis = table.axes[1]
     longer = 1 if axis.high >= -axis.low else -1
     both = ca.fmin(tau, min(axis.high, -axis.low))

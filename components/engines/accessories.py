@@ -25,9 +25,9 @@ from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSuppo
 
 
 class AccessoryDrive(OneFlangeAndSupport, Lossy):
-    """A belt drive that takes a constant power from the crank.
+    """A belt drive that takes constant power from the crankshaft.
 
-    Below w_0 its torque falls to zero at rest, so that the starter can overcome it.
+    Below w_0 the torque falls to zero at rest, so the starter can overcome it.
 
     tau = P w/max(|w|, w_0)^2,  w = der(flange.phi - support.phi)
     """
@@ -47,18 +47,18 @@ class AccessoryDrive(OneFlangeAndSupport, Lossy):
         return self.P * self.w / ca.fmax(ca.fabs(self.w), self.w_0) ** 2
 
     def loss(self) -> Symbol:
-        """All that it takes."""
+        """All the power that it takes."""
         return self._torque() * self.w
 
 
 class Alternator(OneFlangeAndSupport, Lossy):
-    """An alternator that holds the voltage of the bus as far as its speed allows.
+    """An alternator that regulates the voltage of the bus as far as its speed permits.
 
     w = der(flange.phi - support.phi),  flange.tau w = -bus.v bus.i/efficiency,  -bus.i = G (V - bus.v) within 0..limit
     limit = i_max (1 - exp(-(w - w_cut)/w_rise)) from the cut-in speed w_cut on, else 0
 
-    Put it on a pulley: its speed is that of its own shaft, two to three times the engine's. The default values are invented, for a
-    14 V alternator of 120 A. Source: Bosch Automotive Handbook, chapter Alternators (characteristic of current over speed).
+    Mount it on a pulley: its speed is that of its own shaft, two to three times the engine's. The default values are invented, for a
+    14 V, 120 A alternator. Source: Bosch Automotive Handbook, chapter Alternators (characteristic of current over speed).
     """
 
     bus: DCTerminal = port(DCTerminal)
@@ -72,7 +72,7 @@ class Alternator(OneFlangeAndSupport, Lossy):
     i: Variable = variable("A", "Current delivered")
 
     def equations(self) -> Equations:
-        """A regulator with a limit that depends on speed."""
+        """A regulator with a speed-dependent limit."""
         yield from self._against_support()
         yield self.w == der(self.phi)
         limit = self.i_max * (1 - ca.exp(-ca.fmax(self.w - self.w_cut, 0) / self.w_rise))
@@ -82,7 +82,7 @@ class Alternator(OneFlangeAndSupport, Lossy):
         yield from self._dissipate()
 
     def loss(self) -> Symbol:
-        """Mechanical less electric power."""
+        """Mechanical minus electric power."""
         return self.bus.v * self.i * (1 / self.efficiency - 1)
 
 
@@ -92,9 +92,9 @@ class AccessoryPump(OneFlangeAndSupport, Lossy):
     w = der(flange.phi - support.phi),  w > 0: flange.tau = limit;  w < 0: flange.tau = -limit;  w = 0: |flange.tau| <= limit
     limit = load displacement pressure/(2 pi efficiency) + tau_0 + tau_2 w^2,  load within 0..1
 
-    ``displacement`` is the volume in a revolution, ``pressure`` the mean effective pressure difference: of an air-conditioning
-    compressor n/(n - 1) p_in ((p_out/p_in)^((n - 1)/n) - 1); ``load`` is its swash plate. The energy counts as lost. The numbers are
-    invented, for a compressor of 120 cm3.
+    ``displacement`` is the volume per revolution. ``pressure`` is the mean effective pressure difference; for an air-conditioning
+    compressor n/(n - 1) p_in ((p_out/p_in)^((n - 1)/n) - 1), with ``load`` from its swash plate. The energy counts as lost. The defaults
+    are invented, for a compressor of 120 cm3.
     """
 
     load: Input = signal_input("1", "Stroke over the full stroke, 0 to 1", default=1.0)
@@ -115,5 +115,5 @@ class AccessoryPump(OneFlangeAndSupport, Lossy):
         yield from self._dissipate()
 
     def loss(self) -> Symbol:
-        """All that it takes."""
+        """All the power that it takes."""
         return self.flange.tau * self.w

@@ -23,13 +23,13 @@ from powertrain.components.limited import limited
 from powertrain.components.thermal import HeatPort
 
 T_40, T_100 = 313.15, 373.15
-"""Temperatures [K] at which data sheets give the viscosity of an oil."""
+"""Temperatures [K] for which data sheets give the viscosity of an oil."""
 WARM = 363.15
 """Temperature [K] of a warm engine."""
 
 
 class EngineCooling(Component):
-    """Partial: takes the heat of an engine and says how much more its cold oil rubs."""
+    """Partial: takes the heat of an engine and determines how much its friction increases with cold oil."""
 
     engine: HeatPort = port(HeatPort)
     v: Input = signal_input("m/s", "Speed of the air at the radiator", default=0.0)
@@ -46,16 +46,16 @@ class WarmEngine(EngineCooling):
 
 
 class CoolantCircuit(EngineCooling):
-    """Engine block, coolant and oil as one body that warms up, with thermostat and radiator.
+    """Engine block, coolant and oil as one thermal mass that warms up, with thermostat and radiator.
 
     C der(T) = engine.Q_flow - radiator - (G_block + G_heater) (T - T_air),  engine.T = T
     radiator = opening (G_fan + G_wind |v|) (T - T_air),  opening = (T - T_opens)/(T_open - T_opens) within 0..1
     warmth = (nu(T)/nu(T_open))^k,  log10(log10(nu/cSt + 0.7)) = a - b log10(T/K)
 
-    a and b go through the viscosities nu_40 and nu_100 of the oil's data sheet (Walther). Below the temperature at which the thermostat
-    opens and at constant heat the body warms up exponentially with the time constant C/(G_block + G_heater). T_air is the temperature
-    of the surroundings, ``T`` starts from it unless a start value is given. The default is an engine of 1.6 l with oil SAE 5W-30; its
-    heat capacity is 100 kg of metal and 6 kg of coolant and oil. A warm restart is ``starts={"cooling.T": 363}``.
+    a and b follow from the viscosities nu_40 and nu_100 in the oil's data sheet (Walther). With a closed thermostat and constant heat the
+    mass warms up exponentially with the time constant C/(G_block + G_heater). T_air is the ambient temperature; ``T`` starts from it unless
+    a start value is given. The defaults are for a 1.6 l engine with SAE 5W-30 oil; its
+    heat capacity is that of 100 kg of metal and 6 kg of coolant and oil. A warm restart is ``starts={"cooling.T": 363}``.
 
     Sources: P. J. Shayler, D. Leong, M. Murphy, Contributions to engine friction during cold, low speed running and the dependence on oil
     viscosity, SAE 2005-01-1654 (friction as a function of the oil's viscosity; the default of k is an estimate of ours); ASTM D341
@@ -78,12 +78,12 @@ class CoolantCircuit(EngineCooling):
     radiator: Variable = variable("W", "Heat to the air through the radiator")
 
     def check(self) -> Equations:
-        """The thermostat opens upwards, and oil becomes thinner."""
+        """The thermostat must open upwards, and the oil become thinner with temperature."""
         yield self.T_opens < self.T_open
         yield self.nu_100 < self.nu_40
 
     def equations(self) -> Equations:
-        """A balance of heat, and Walther's equation."""
+        """A heat balance, and Walther's equation."""
         over = self.T - self.T_air
         yield self.T == self.engine.T
         yield self.opening == limited((self.T - self.T_opens) / (self.T_open - self.T_opens))

@@ -14,13 +14,13 @@ from powertrain.components.rotational.interfaces import OneFlangeAndSupport
 WIEBE_A, WIEBE_M = 5.0, 2.0
 """Efficiency and form parameter of the Wiebe function; J. B. Heywood, Internal Combustion Engine Fundamentals, section 9.2.2."""
 OVERLAP = 0.2
-"""Sine of the change of theta/2 in which the pressure becomes that of the exhaust, and ceases to be: 23 degrees of the crankshaft."""
+"""Sine of the change of theta/2 over which the pressure changes to and from that of the exhaust: 23 degrees of the crankshaft."""
 LEAST = 0.05
-"""cos(theta/2) from which the angle of the closed cylinder is known: up to 6 degrees from the bottom dead centre."""
+"""cos(theta/2) above which the angle of the closed cylinder is determined: up to 6 degrees from the bottom dead centre."""
 
 
 class Cylinder(OneFlangeAndSupport):
-    """A cylinder of a four-stroke engine on its throw of the crankshaft.
+    """A cylinder of a four-stroke engine with its throw of the crankshaft.
 
     theta = phi - phase,  w = der(phi),  r = stroke/2,  l = rod,  A = pi bore^2/4
     x = r (1 - cos(theta)) + l - root(l^2 - r^2 sin(theta)^2),  v = der(x) = k w,  V = V_c + A x,  V_c = A stroke/(eps - 1)
@@ -31,10 +31,10 @@ class Cylinder(OneFlangeAndSupport):
     burnt = 1 - exp(-5 y^3),  y = (theta - ignition)/duration
 
     theta = 0 is the top dead centre of ignition, x the distance of the piston from it. Compression and expansion are polytropic; the
-    Wiebe function blends from the pressure without combustion to that of heat added at the top dead centre (Eriksson and Andersson).
-    The exhaust valve opens at the angle ``opening``, and what combustion added falls to zero until the bottom dead centre, where
+    Wiebe function blends from the pressure without combustion to that with all heat added at the top dead centre (Eriksson and Andersson).
+    The exhaust valve opens at the angle ``opening``; the pressure due to combustion falls to zero until the bottom dead centre, where
     the intake valve closes. The pressure is a smooth function of the angle, so the strokes cause no events. Gas does not leak, not even
-    at rest. The crankcase and, at rest, the manifolds have the pressure p_0. The connecting rod counts as two masses: m is that of
+    at rest. The crankcase and, at rest, the manifolds have the pressure p_0. The connecting rod is split into two masses: m includes
     piston, pin and small end; the big end belongs to the crankshaft.
 
     A gasoline engine is throttled: p_closed is the pressure of the residual gas, and the fresh charge grows with p_in - p_closed. For a
@@ -72,11 +72,11 @@ class Cylinder(OneFlangeAndSupport):
     gas: Variable = variable("N.m", "Torque of the gas")
 
     def check(self) -> Equations:
-        """The rod is longer than the throw."""
+        """The rod must be longer than the throw."""
         yield self.rod > self.stroke / 2
 
     def equations(self) -> Equations:
-        """The slider crank by virtual work, with the pressure of the gas."""
+        """The slider crank by virtual work, with the gas pressure."""
         yield from self._against_support()
         half, theta = (self.phi - self.phase) / 2, self.phi - self.phase
         distance, height = self._distance(ca.cos(theta))
@@ -104,15 +104,16 @@ class Cylinder(OneFlangeAndSupport):
         return self.displacement() / (self.eps - 1)
 
     def _distance(self, cosine: Symbol) -> tuple[Symbol, Symbol]:
-        """Distance of the piston from its top dead centre, and the height of the rod, by the cosine of the crank angle."""
+        """Distance of the piston from its top dead centre, and the height of the rod, from the cosine of the crank angle."""
         r = self.stroke / 2
         height = ca.sqrt(self.rod**2 - r**2 * (1 - cosine**2))
         return r * (1 - cosine) + self.rod - height, height
 
     def _pressure(self, sine: Symbol, cosine: Symbol) -> Symbol:
-        """From sine and cosine of theta/2, whose period is a cycle of two revolutions.
+        """The pressure from sine and cosine of theta/2, whose period is a cycle of two revolutions.
 
-        The valves are closed where the cosine is positive; there tan(theta/2) is the angle. The sine tells intake from exhaust stroke.
+        The valves are closed where the cosine is positive; tan(theta/2) then determines the angle. The sine distinguishes intake and
+        exhaust.
         """
         above = ca.fmax(cosine, 0)
         V = self._clearance() + self._area() * self._distance(2 * above**2 - 1)[0]
@@ -131,6 +132,6 @@ class Cylinder(OneFlangeAndSupport):
 
 
 def _step(x: Symbol) -> Symbol:
-    """0 below 0 and 1 above 1, with a horizontal tangent at either end."""
+    """0 below 0 and 1 above 1, with zero slope at either end."""
     y = limited(x)
     return y**2 * (3 - 2 * y)

@@ -1,4 +1,4 @@
-"""The operating map of an engine as a picture."""
+"""A plot of the operating map of an engine."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ G_KWH = 3.6e9
 """One kg/J in g/kWh."""
 RPM = 30 / math.pi
 ABOVE_BEST = (1.01, 1.025, 1.05, 1.1, 1.2, 1.35, 1.6, 2.0, 3.0)
-"""Where the lines of equal consumption are drawn, relative to the best point."""
+"""Contours of equal consumption, relative to the best point."""
 
 
 def plot_engine_map(
@@ -31,10 +31,10 @@ def plot_engine_map(
     powers: Sequence[float] = (10e3, 20e3, 40e3, 60e3, 80e3),
     share: float = 1.0,
 ) -> Axes:
-    """Specific fuel consumption [g/kWh] over speed [rpm] and torque [N.m], with full load, motoring, and the line of least fuel.
+    """Specific fuel consumption [g/kWh] over speed [rpm] and torque [N.m], with full load, motoring, and the line of lowest consumption.
 
-    ``levels`` of the contours [g/kWh] (else some above the best), ``line`` the operating line (else the one of least fuel up to ``share``
-    of full load), ``powers`` [W] for which hyperbolas are drawn. Returns the Axes.
+    ``levels`` of the contours [g/kWh] (by default relative to the best point), ``line`` an operating line (by default that of lowest
+    consumption up to ``share`` of full load), ``powers`` [W] for which hyperbolas are drawn. Returns the Axes.
     """
     ax = plt.subplots(layout="constrained")[1] if ax is None else ax
     line = best_fuel_line(engine, share=share) if line is None else line

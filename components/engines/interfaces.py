@@ -1,4 +1,4 @@
-"""The common interface of engines: crank, throttle, fuel, idle control, rev limit, starter, and operating points as numbers."""
+"""The common interface of engines: crankshaft, throttle, fuel, idle control, rev limiter, starter, and operating points as numbers."""
 
 from __future__ import annotations
 
@@ -34,31 +34,33 @@ from powertrain.components.rotational.interfaces import Flange
 from powertrain.components.thermal import HeatPort
 
 SMALL = 1e-3
-"""Least torque of combustion at full load [N.m]: an engine may have none at its idle speed."""
+"""Smallest torque of combustion at full load [N.m]: at idle speed an engine may have none."""
 G_KWH, RPM = 3.6e9, 30 / math.pi
 """One kg/J in g/kWh, one rad/s in rpm."""
 
 
 class Engine(Component):
-    """Partial: a combustion engine with its inertia, which burns fuel to keep its crank turning.
+    """Partial: a combustion engine with its inertia, fuel consumption, idle control, rev limiter and starter.
 
     J der(w) = tau + crank.tau,  tau = firing + starter - drag,  w = der(crank.phi)
     w > 0: drag = warmth motoring(w);  w < 0: drag = -warmth motoring(-w);  w = 0: |drag| <= warmth motoring(0)
     fuel_rate heating_value = fuel power(w, firing),  der(fuel) = fuel_rate,  power = tau w
 
-    The firing torque is the torque of combustion in addition to the motoring drag. It is zero with closed throttle: in overrun no fuel
-    flows. The throttle is u = on started limited min(throttle + idle, 1), with throttle and on held within 0..1 and started = w/w_fire
-    within 0..1; starter = on (1 - started) tau_starter limited = (w_limit - w)/band_limit within 0..1: the rev limiter idle = x +
-    k_idle (w_idle - w) within 0..1, der(x) = (on idle - x)/T_idle: a proportional-integral controller that does not wind up and begins
-    with the throttle that idling takes
+    The firing torque is the torque of combustion in addition to the motoring drag. It is zero with a closed throttle: no fuel
+    flows in overrun. The throttle u and the starter, with throttle and on limited to 0..1, are
 
-    ``warmth`` is 1 for a warm engine and greater for a cold one, see ``CoolantCircuit``; the methods that give numbers are those of the
-    warm engine. Through ``heat_port`` leave the work against drag and the part ``coolant_share`` of the heat of combustion that does
+    u = on started limited min(throttle + idle, 1),  starter = on (1 - started) tau_starter,  started = w/w_fire within 0..1 limited =
+    (w_limit - w)/band_limit within 0..1 (rev limiter),  idle = x + k_idle (w_idle - w) within 0..1,  der(x) = (on idle - x)/T_idle
+
+    The idle controller is proportional-integral without windup; it starts with the throttle required for idling.
+
+    ``warmth`` is 1 for a warm engine and greater for a cold one, see ``CoolantCircuit``; methods that return numbers are for the
+    warm engine. The heat at ``heat_port`` is the work against drag and the share ``coolant_share`` of the combustion heat that does
     no work; the rest leaves with the exhaust.
 
-    With ``on`` = 0 the engine burns no fuel and comes to rest by its drag, which then holds it; when ``on`` returns to 1, the starter
-    turns it. The engine is a boundary: it supplies the chemical power of its fuel and the power of the starter; its loss is the part
-    that does not reach the crank.
+    With ``on`` = 0 the engine burns no fuel and its drag brings it to rest and holds it. When ``on`` returns to 1, the starter
+    turns it. The engine is a boundary: it supplies the chemical power of its fuel and the power of the starter; its loss is the power
+    that does not reach the crankshaft.
     """
 
     boundary: ClassVar[bool] = True
@@ -102,7 +104,7 @@ class Engine(Component):
         return u * (self._full_load(w) + self._motoring(w))
 
     def _opening(self, w: Symbol, part: Symbol) -> Symbol:
-        """Throttle for a part of the torque of combustion at full load, both within 0..1: what ``_firing`` says the other way round."""
+        """Throttle for a share of the torque of combustion at full load, both within 0..1: the inverse of ``_firing``."""
         return part
 
     def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
@@ -131,9 +133,9 @@ class Engine(Component):
         yield self.heat_port.Q_flow == -self.coolant_share * heat - self.drag * w
 
     def initial(self) -> Equations:
-        """An engine that is switched on has found the throttle that keeps it at idle speed, and less above it, down to none.
+        """A running engine starts with the throttle that keeps it at idle speed; less above idle speed, down to zero.
 
-        A controller that does not act, with k_idle = 0, has found nothing.
+        Without idle control (k_idle = 0) it starts with zero.
         """
         drag = self._motoring(self.w_idle)
         part = drag / ca.fmax(self._full_load(self.w_idle) + drag, SMALL)
@@ -152,7 +154,7 @@ class Engine(Component):
         return self.J * self.w**2 / 2
 
     def loss(self) -> Symbol:
-        """Heat of combustion that does no work, and the work against drag."""
+        """Heat of combustion that does no work, and work against drag."""
         return self.fuel_rate * self.heating_value - self.firing * self.w + self.drag * self.w
 
     def full_load(self, w: ArrayLike | Symbol) -> Any:
@@ -168,11 +170,11 @@ class Engine(Component):
         return numbers(lambda w, u: self._firing(w, u) - self._motoring(w), w, u)
 
     def opening(self, w: ArrayLike | Symbol, part: ArrayLike | Symbol) -> Any:
-        """Throttle [1] for a part [1] of the torque of combustion at full load, at speeds w [rad/s]; numbers or an expression."""
+        """Throttle [1] for a share [1] of the torque of combustion at full load, at speeds w [rad/s]; numbers or an expression."""
         return numbers(self._opening, w, part)
 
     def fuel_flow(self, w: ArrayLike, tau: ArrayLike) -> Any:
-        """Fuel flow [kg/s] at steady operating points: speeds w [rad/s], torques tau [N.m] (below the motoring line: none)."""
+        """Fuel flow [kg/s] at steady operating points: speeds w [rad/s], torques tau [N.m] (zero below the motoring line)."""
 
         def law(w: Symbol, tau: Symbol) -> Symbol:
             return self._fuel_power(w, ca.fmax(tau + self._motoring(w), 0)) / self.heating_value
@@ -180,7 +182,7 @@ class Engine(Component):
         return numbers(law, w, tau)
 
     def bsfc(self, w: ArrayLike, tau: ArrayLike) -> Any:
-        """Brake specific fuel consumption [kg/J], fuel flow over power; infinite where no power is given. Times 3.6e9 it is in g/kWh."""
+        """Brake specific fuel consumption [kg/J], fuel flow over power; infinite without power. Multiply by 3.6e9 for g/kWh."""
         flow, power = self.fuel_flow(w, tau), np.multiply(w, tau)
         return np.where(power > 0, flow / np.where(power > 0, power, 1), np.inf)[()]
 

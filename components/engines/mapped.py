@@ -20,7 +20,7 @@ from powertrain.components.engines.tablefiles import read_fuel_map, read_torque_
 from powertrain.components.limited import limited
 
 THROTTLES, PARTS = 401, 41
-"""Throttles at which a torque is looked at, and points of the table from torque back to throttle."""
+"""Throttles at which a torque is evaluated, and points of the inverse table from torque to throttle."""
 Array = NDArray[np.float64]
 
 
@@ -31,10 +31,10 @@ class MappedEngine(Engine):
     fuel_rate = fuel_map(w, firing - motoring), not below zero, times firing/cut_off within 0..1: without firing no fuel
 
     ``torque_map`` [N.m] is over speed [rad/s] and throttle [1] from 0 (motored, not above zero) to 1. ``fuel_map`` is over speed and
-    torque [N.m], a fuel flow [kg/s] or [g/s] or a specific consumption [g/kWh] or [kg/J] (then its torques are positive). Below its
+    torque [N.m]: a fuel flow [kg/s] or [g/s], or a specific consumption [g/kWh] or [kg/J] (with positive torques only). Below its
     lowest torque the fuel flow continues the straight line through the two lowest torques at each speed (a Willans line), whatever the
-    axis says; where that torque is above zero, the steps below it are counted. Elsewhere the axes of a table determine what holds
-    outside it: an error, or the value at the edge, with a count of the steps. A specific consumption is held as such, so beyond the
+    axis says; if that torque is above zero, the steps below it are counted. Otherwise the axes of a table determine its
+    extrapolation: an error, or the value at the edge, with a count of the steps. A specific consumption is held constant, so beyond the
     table the fuel flow grows with the power. ``gasoline`` and ``diesel`` have synthetic tables, see ``synthetic``;
     ``from_csv`` reads files. Errors: ParameterError for tables with other axes, units or edges.
     """
@@ -56,8 +56,8 @@ class MappedEngine(Engine):
     ) -> Self:
         """An engine from tables such as ``speed [rpm], throttle [%], torque [Nm]`` and ``speed [rpm], torque [Nm], BSFC [g/kWh]``.
 
-        The columns are found by their names and units, in any order; see ``read_torque_map`` and ``read_fuel_map``, which also read tables
-        whose columns have to be named or that fill no grid: ``MappedEngine(torque_map=..., fuel_map=...)`` takes what they return.
+        The columns are recognised by their names and units, in any order; see ``read_torque_map`` and ``read_fuel_map``, which also read
+        tables whose columns must be named or that do not fill a grid: ``MappedEngine(torque_map=..., fuel_map=...)`` accepts their results.
 
         Parameters
         ----------
@@ -66,7 +66,7 @@ class MappedEngine(Engine):
         displacement : float, optional
             Displacement of a four-stroke engine [m3], for loads that are given as mean effective pressures.
         outside : {"clip", "error"}
-            Beyond the speeds and torques of a table its edge holds and the steps are counted, or the simulation ends.
+            Beyond the speeds and torques of a table, its edge value is used and the steps are counted, or the simulation ends.
         method : {"linear", "smooth"}
             Interpolation.
         **parameters
@@ -75,7 +75,7 @@ class MappedEngine(Engine):
         Raises
         ------
         ParameterError
-            With the file, for what these functions refuse.
+            For errors of these functions, with the file.
         """
         torque_map = read_torque_map(torque, outside=outside, method=method)
         fuel_map = read_fuel_map(fuel, displacement=displacement, outside=outside, method=method)
@@ -83,12 +83,12 @@ class MappedEngine(Engine):
 
     @classmethod
     def gasoline(cls, **parameters: Any) -> Self:
-        """A synthetic gasoline engine of 1.6 l, 83 kW: it does not exist. Smooth tables, unless ``method`` says otherwise."""
+        """A fictitious gasoline engine of 1.6 l, 83 kW. Smooth tables, unless ``method`` says otherwise."""
         return cls._packaged("gasoline_1600", parameters)
 
     @classmethod
     def diesel(cls, **parameters: Any) -> Self:
-        """A synthetic turbocharged diesel engine of 2.0 l, 97 kW: it does not exist."""
+        """A fictitious turbocharged diesel engine of 2.0 l, 97 kW."""
         own = {"heating_value": 42.7e6, "fuel_density": 835.0, "co2_per_fuel": 3.16, "w_limit": 490.0, "J": 0.25}
         return cls._packaged("diesel_2000", {**own, "tau_starter": 100.0, **parameters})
 
@@ -99,7 +99,7 @@ class MappedEngine(Engine):
             return cls.from_csv(torque, fuel, **{"method": "smooth", **parameters})
 
     def equations(self) -> Equations:
-        """What holds for every engine, with these laws."""
+        """The equations of every engine, with these laws."""
         try:
             check_torque(self.torque_map)
             check_fuel(self.fuel_map)
@@ -109,9 +109,9 @@ class MappedEngine(Engine):
         self._count_below(self.fuel_map.axes[1])
 
     def _count_below(self, axis: Axis) -> None:
-        """Count the steps with fuel at a torque below the table, where the straight line of ``_rates`` stands for it.
+        """Count the steps with fuel at a torque below the table, where ``_rates`` extrapolates linearly.
 
-        A table that begins without torque is whole: below, the engine burns fuel only in passing.
+        A table that starts at zero torque is complete: below it the engine burns fuel only in passing.
         """
         if axis.outside != "linear" and axis.low > 0:
             torque = ca.if_else(self.firing > self.cut_off, self.firing - self._motoring(self.w), axis.low)
@@ -144,7 +144,7 @@ class MappedEngine(Engine):
 
 
 def _beyond(axis: Axis, value: Symbol) -> Symbol:
-    """A value over the edge of the axis that it has passed; 1 within the edges, and where the table goes on by itself."""
+    """A value divided by the edge of the axis that it exceeds; 1 within the edges, and if the table extrapolates."""
     if axis.outside == "linear":
         return Symbol(1.0)
     above = ca.fmax(value / axis.high, 1)
@@ -153,7 +153,7 @@ def _beyond(axis: Axis, value: Symbol) -> Symbol:
 
 @lru_cache(maxsize=64)
 def _along_speed(table: Map, k: int) -> Map:
-    """The torque at one throttle; its argument is held within the speeds already."""
+    """The torque at one throttle; its argument is already limited to the speeds."""
     axis = table.axes[0]
     return Map(
         (Axis(axis.name, axis.unit, axis.points, "linear"),), table.values[:, k], "N.m", table.name, table.method
@@ -162,7 +162,7 @@ def _along_speed(table: Map, k: int) -> Map:
 
 @lru_cache(maxsize=64)
 def _openings(table: Map) -> Map:
-    """The throttle over speed and part of the torque of combustion at full load; where several give it, the least."""
+    """The throttle over speed and share of the torque of combustion at full load; the smallest if several give it."""
     axis, throttles, parts = table.axes[0], np.linspace(0, 1, THROTTLES), np.linspace(0, 1, PARTS)
     torque = np.asarray(table(np.array(axis.points)[:, None], throttles))
     share = (torque - torque[:, :1]) / (torque[:, -1:] - torque[:, :1])
@@ -173,14 +173,14 @@ def _openings(table: Map) -> Map:
 
 
 def _strictly(shares: Array, throttles: Array) -> tuple[Array, Array]:
-    """The points at which the share is larger than at all before."""
+    """The points at which the share is larger than at all points before."""
     first = np.concatenate([[True], np.diff(shares) > 0])
     return shares[first], throttles[first]
 
 
 @lru_cache(maxsize=64)
 def _rates(table: Map, lowest: float) -> Map:
-    """The fuel flow in kg/s down to a torque below all that occur, in the straight line through the two lowest."""
+    """The fuel flow in kg/s, extended to a torque below all that occur by the straight line through the two lowest."""
     w, tau = np.array(table.axes[0].points), np.array(table.axes[1].points)
     values = table.values * {**RATES, **SPECIFIC}[table.unit]
     if table.unit in SPECIFIC:

@@ -1,4 +1,4 @@
-"""Operating points of an engine: least fuel over power, and the throttle for a torque."""
+"""Operating points of an engine: lowest fuel consumption over power, and the throttle for a torque."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from powertrain.components.engines.interfaces import Engine
 
 Array = NDArray[np.float64]
 GRID, ROUNDS = 201, 3
-"""Speeds tried at once, and how often the search goes on between the neighbours of the best."""
+"""Speeds evaluated at once, and number of refinements between the neighbours of the best."""
 DENSE = 161
-"""Powers among which the points of a line are chosen."""
+"""Powers from which the points of a line are chosen."""
 HALVINGS = 32
-"""Halvings of an interval of throttles."""
+"""Bisections of an interval of throttles."""
 UNDER_LOAD, POINTS = 1.35, 20
-"""The least speed of an operating line over idle speed, and its points."""
+"""The lowest speed of an operating line relative to idle speed, and the number of its points."""
 ROUND = 1e-9
 """Round-off at the largest power."""
 
@@ -33,11 +33,11 @@ class FuelLine:
     fuel_rate: Array
 
     def speeds(self) -> Map:
-        """From power to speed, held at both ends: what a ratio control follows."""
+        """From power to speed, constant beyond both ends: the set point of a ratio control."""
         return self._over_power(self.speed, "rad/s", "operating line")
 
     def torques(self) -> Map:
-        """From power to torque, held at both ends."""
+        """From power to torque, constant beyond both ends."""
         return self._over_power(self.torque, "N.m", "torque on the operating line")
 
     def _over_power(self, values: Array, unit: str, name: str) -> Map:
@@ -53,7 +53,7 @@ def best_fuel_line(
     share: float = 1.0,
     points: int = 30,
 ) -> FuelLine:
-    """The speed and torque at which the engine delivers each power with the least fuel.
+    """The speed and torque at which the engine delivers each power with the lowest fuel consumption.
 
     Parameters
     ----------
@@ -62,11 +62,11 @@ def best_fuel_line(
     power : array_like, optional
         Powers [W]; by default ``points`` values from zero to the largest power.
     w_min, w_max : float, optional
-        Speeds [rad/s] between which it runs; by default from idle to where the rev limiter begins.
+        Speed range [rad/s]; by default from idle speed to the start of the rev limiter.
     share : float
-        Largest torque over that at full load [1]: less than 1 leaves a torque reserve.
+        Largest torque relative to full load [1]: less than 1 leaves a torque reserve.
     points : int
-        Number of powers where none are given.
+        Number of powers if none are given.
 
     Returns
     -------
@@ -99,19 +99,19 @@ def best_fuel_line(
 
 
 def sparse_fuel_line(engine: Engine, share: float = 1.0, *, w_min: float | None = None, points: int = 24) -> FuelLine:
-    """``best_fuel_line`` with its points where straight lines between them would cost most fuel; from zero to the largest power.
+    """``best_fuel_line`` with its points placed where linear interpolation would cost most fuel; from zero to the largest power.
 
-    Beginning with both ends, the next point comes each time where the fuel between the points lies highest above the least, or the torque
-    above the ``share``. So they stand close where the speed rises steeply, as towards the largest power.
+    Starting with both ends, the next point is added where interpolation exceeds the lowest fuel consumption most, or the torque
+    ``share``. The points are therefore dense where the speed rises steeply, as towards the largest power.
 
     Parameters
     ----------
     engine : Engine
         The engine.
     share : float
-        Largest torque over that at full load [1].
+        Largest torque relative to full load [1].
     w_min : float, optional
-        Lowest speed [rad/s]; by default that of idle.
+        Lowest speed [rad/s]; by default idle speed.
     points : int
         Number of points.
 
@@ -135,10 +135,10 @@ def sparse_fuel_line(engine: Engine, share: float = 1.0, *, w_min: float | None 
 
 
 def operating_line(engine: Engine, share: float = 1.0) -> Map:
-    """The speed [rad/s] of least fuel over power [W], with torques up to ``share`` of full load, for a control to follow.
+    """The speed [rad/s] of lowest fuel consumption over power [W], with torques up to ``share`` of full load, for a control.
 
-    ``sparse_fuel_line`` from somewhat above idle speed on: between its points it takes at most 0.3 % more than the least fuel. In a
-    model's text those values count that the engine has when the model is built: another value for a run does not move the line, as a
+    It is ``sparse_fuel_line`` from slightly above idle speed; between its points it takes at most 0.3 % more fuel. In a model
+    it uses the parameters of the engine when the model is built: other values for a run do not move the line, just as a
     control unit keeps its tables.
     """
     engine = replace(engine)
@@ -146,7 +146,7 @@ def operating_line(engine: Engine, share: float = 1.0) -> Map:
 
 
 def _least_fuel(engine: Engine, power: Array, low: float, high: float, share: float) -> Array:
-    """For each power the speed of least fuel, on a grid that is laid anew between the neighbours of the best."""
+    """For each power the speed of lowest fuel consumption, on a grid that is refined between the neighbours of the best."""
     first, last = np.full(power.size, low), np.full(power.size, high)
     best = first
     for _ in range(ROUNDS):
@@ -161,10 +161,10 @@ def _least_fuel(engine: Engine, power: Array, low: float, high: float, share: fl
 
 
 def throttle_table(engine: Engine, *, speeds: int = 41, torques: int = 61) -> Map:
-    """The throttle [1] that gives a torque [N.m] at a speed [rad/s], as a map for a control; between motored and full load.
+    """The throttle [1] for a torque [N.m] at a speed [rad/s], as a map for a control; between motored and full load.
 
-    Less torque than motored takes 0, more than full load takes 1. Speeds from half of idle to where the rev limiter begins. The limiter and
-    the idle controller, which adds throttle, are not in it.
+    Torques below motoring give 0, above full load 1. Speeds range from half of idle speed to the start of the rev limiter. The limiter and
+    the idle controller, which adds throttle, are not included.
     """
     engine = replace(engine)
     w = np.linspace(0.5 * float(engine.w_idle), float(engine.w_limit - engine.band_limit), speeds)

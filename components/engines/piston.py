@@ -35,13 +35,13 @@ from powertrain.components.thermal import HeatPort
 
 
 class Crankshaft(OneFlangeAndSupport, Lossy):
-    """A crankshaft with its flywheel, and the rubbing friction of the whole engine.
+    """A crankshaft with its flywheel, and the mechanical friction of the whole engine.
 
     w = der(phi),  J der(der(flange.phi)) = flange.tau - drag = -support.tau - drag
     w > 0: drag = limit;  w < 0: drag = -limit;  w = 0: |drag| <= limit
     limit = warmth displacement/(4 pi) (p_f0 + p_f1 |w| + p_f2 w^2)
 
-    The friction has the form of Barnes-Moss, without the pumping, which is in the pressures of the cylinders. ``warmth`` multiplies
+    The friction has the form of Barnes-Moss, without the pumping work, which the cylinder pressures contain. ``warmth`` multiplies
     it while the oil is cold, see ``CoolantCircuit``. Source: J. B. Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988,
     section 13.5.
     """
@@ -76,16 +76,16 @@ class Crankshaft(OneFlangeAndSupport, Lossy):
 
 
 class PistonEngine(Component):
-    """A four-stroke engine of one or more cylinders on a rigid crankshaft, whose torque follows from the pressures in them.
+    """A four-stroke engine with one or more cylinders on a rigid crankshaft; its torque follows from the cylinder pressures.
 
     load = on throttle manifold,  manifold = w/w_fire,  each within 0..1,  w = der(crank.phi - housing.phi)
     heat = load mixture displacement w/(4 pi) summed over the cylinders,  fuel_rate = heat/heating_value,  der(fuel) = fuel_rate
 
-    Torque and speed fluctuate with the orders 1/2, 1, 3/2 ... per revolution; equal cylinders that fire at equal intervals leave only
-    multiples of half their number. ``housing`` takes the reactions of cylinders and friction; it is ground if nothing is connected.
+    Torque and speed fluctuate with the orders 1/2, 1, 3/2 ... per revolution; with equal cylinders that fire at equal intervals only
+    multiples of half their number remain. ``housing`` takes the reactions of cylinders and friction; it is ground if nothing is connected.
     Heat and fuel are means over a cycle; the heat of walls and friction leaves through ``heat_port``, the rest with the exhaust.
-    ``inline`` makes engines that fire at equal intervals; for others the ``phase`` of each cylinder says when it fires: in a V engine
-    the crank angle between two ignitions is what counts, not the angle of the throws.
+    ``inline`` makes engines that fire at equal intervals; for others the ``phase`` of each cylinder determines when it fires: in a V
+    engine it is the crank angle between two ignitions that counts, not the angle of the throws.
 
     Errors: ParameterError for an engine without cylinders.
     Source: H. Dresig, F. Holzweissig, Dynamics of Machinery, Springer 2010, section 2.3 (slider crank on a rigid shaft).
@@ -112,7 +112,7 @@ class PistonEngine(Component):
 
     @classmethod
     def inline(cls, order: tuple[int, ...], cylinder: Cylinder | None = None, **values: Any) -> Self:
-        """An engine whose cylinders fire at equal intervals, in the ``order`` of their numbers; ``values`` are its other fields.
+        """An engine whose cylinders fire at equal intervals, in the given ``order`` of their numbers; ``values`` are its other fields.
 
         ``cylinders[0]`` is cylinder 1. At the crank angle 0 the first in the order fires. Errors: ParameterError for an order that does
         not name every cylinder once.
@@ -129,7 +129,7 @@ class PistonEngine(Component):
         return cls(cylinders=tuple(parts), **values)
 
     def check(self) -> Equations:
-        """There is something to turn the crankshaft."""
+        """There is at least one cylinder."""
         yield len(self.cylinders) > 0  # it has cylinders
 
     def equations(self) -> Equations:

@@ -95,7 +95,7 @@ class Designs:
 
     @cached_property
     def sigma(self) -> Vector:
-        """The factors sigma of every range and shaft, (designs, ranges, 2), with which speeds are continuous at shifts; nan if impossible."""
+        """The factors sigma of every range and shaft, (designs, ranges, 2), with which speeds are continuous at shifts, if possible."""
         found = [self.scale]
         for k in range(1, len(self.structure.ranges)):
             at = self.shifts[:, k - 1 : k]
