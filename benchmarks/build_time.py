@@ -15,7 +15,7 @@ from benchmarks.coupled_clutches import CoupledClutches
 from benchmarks.timing import Row, duration, measure, seconds
 
 SIZES = (10, 30, 100, 300, 1000, 3000)
-NAME = "text to ready-to-run"
+NAME = "model to ready-to-run"
 
 
 def ready(build: Callable[[], pt.Component]) -> None:

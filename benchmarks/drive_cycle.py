@@ -105,7 +105,7 @@ def _prepared(calls: dict[str, Call], compiled: bool, rtol: float, settled: int,
     second = seconds(calls[said])
     last = [litres(plants[0], rtol=rtol, compile=compiled) for _ in range(max(settled, 1))][-1]
     return [
-        Row(NAME, f"{said}: text, build and first run; second run", f"{duration(first)}; {duration(second)}"),
+        Row(NAME, f"{said}: model, build and first run; second run", f"{duration(first)}; {duration(second)}"),
         Row(NAME, f"{said}: accuracy", accuracy(last, reference)),
     ]
 

@@ -54,7 +54,7 @@ def run(rounds: int = 5, n: int = 100) -> list[Row]:
     goal = f"<= {duration(GOAL)}"
     rows = [
         Row(NAME, f"{n * n:,} points of a whole car, no compiler", duration(median), goal, median <= GOAL),
-        Row(NAME, "text, build and first map", duration(first)),
+        Row(NAME, "model, build and first map", duration(first)),
         Row(NAME, "status of the points", ", ".join(counts)),
     ]
     reason = native.no_compiler()

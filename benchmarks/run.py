@@ -32,7 +32,7 @@ from benchmarks import (
     sweep_on_dask,
 )
 from benchmarks.native import no_compiler
-from benchmarks.timing import Row, table
+from benchmarks.timing import Row, sections, table
 
 Runner = Callable[[], list[Row]]
 FULL: dict[str, Runner] = {
@@ -66,14 +66,18 @@ QUICK: dict[str, Runner] = {
 }
 HEAD = """# Benchmarks
 
-These benchmarks were measured by `python -m benchmarks --write`, which needs `gcc` for the baselines in C. Both sides of a ratio run
-alternately in the same process, and a ratio is the median over the rounds. Tolerances are rtol 1e-6 and atol 1e-8 on both sides unless
-stated otherwise. For powertrain the time is that of `Plant.simulate` as a user calls it, including initialisation and reading the
-states at every output instant. The baselines return their states at the same instants. "C" is compiled with `-O3 -march=native` from a
-program written or generated for the model. "ODE reduced by hand" means that the time for deriving the equations is not counted.
-`solve_ivp` evaluates hand-written equations in NumPy with one event function per law. "Ready to run" ends when a run has started.
-Errors are relative to powertrain's own runs at tolerances of 1e-10 or 1e-11, and so are the event sequences of the perturbed models
-(with steps of at most 1 ms). The programs in C are independent of powertrain's event handling; these references are not.
+Measured by `python -m benchmarks --write`, which needs `gcc` for the baselines in C.
+
+- Both sides of a ratio run alternately in the same process. A ratio is the median over the rounds.
+- Tolerances are rtol 1e-6 and atol 1e-8 on both sides unless stated otherwise.
+- The time for powertrain is that of `Plant.simulate` as a user calls it, including initialisation and reading the states at every output
+  instant. The baselines return their states at the same instants.
+- "C" is compiled with `-O3 -march=native` from a program written or generated for the model. "ODE reduced by hand" means that the time for
+  deriving the equations is not counted. `solve_ivp` evaluates hand-written equations in NumPy with one event function per law.
+- "Ready to run" ends when a run has started.
+- Errors are relative to powertrain's own runs at tolerances of 1e-10 or 1e-11, and so are the event sequences of the perturbed models (with
+  steps of at most 1 ms). The programs in C are independent of powertrain's event handling; these references are not.
+- Times are wall-clock times where they are not said to be processor time; "x" is a ratio of two times.
 
 """
 
@@ -111,9 +115,8 @@ def main(arguments: list[str] | None = None) -> int:
         start = time.perf_counter()
         rows += runners[name]()
         print(f"{name}: {time.perf_counter() - start:.0f} s", file=sys.stderr)
-    text = table(rows)
-    print(text)
+    print(table(rows))
     if chosen.write:
         page = Path(__file__).parents[1] / "docs" / "benchmarks.md"
-        page.write_text(f"{HEAD}{machine()}\n\n{text}\n", encoding="utf-8")
+        page.write_text(f"{HEAD}{machine()}\n\n{sections(rows)}\n", encoding="utf-8")
     return int(any(row.met is False for row in rows))

@@ -85,7 +85,18 @@ def duration(s: float) -> str:
 def table(rows: list[Row]) -> str:
     """The rows as a Markdown table."""
     lines = ["| benchmark | what | measured | goal | |", "|---|---|---|---|---|"]
+    return "\n".join([*lines, *(f"| {row.benchmark} {_cells(row)}" for row in rows)])
+
+
+def sections(rows: list[Row]) -> str:
+    """The rows as Markdown, with a title and a table for each benchmark."""
+    found: dict[str, list[str]] = {}
     for row in rows:
-        mark = "" if row.met is None else "met" if row.met else "**missed**"
-        lines.append(f"| {row.benchmark} | {row.what} | {row.measured} | {row.goal} | {mark} |")
-    return "\n".join(lines)
+        found.setdefault(row.benchmark, []).append(_cells(row))
+    head = "| what | measured | goal | |\n|---|---|---|---|"
+    return "\n\n".join("\n".join([f"## {name[0].upper()}{name[1:]}\n", head, *cells]) for name, cells in found.items())
+
+
+def _cells(row: Row) -> str:
+    mark = "" if row.met is None else "met" if row.met else "**missed**"
+    return f"| {row.what} | {row.measured} | {row.goal} | {mark} |"

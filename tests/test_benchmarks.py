@@ -70,6 +70,7 @@ def test_table_and_command_line(capsys: pytest.CaptureFixture[str]) -> None:
     rows = [timing.at_most("a", "b", 3.0, 2.0), timing.at_least("a", "c", 3.0, 2.0)]
     assert [row.met for row in rows] == [False, True]
     assert timing.table(rows).count("\n") == 3
+    assert timing.sections([*rows, timing.Row("b", "d", "1 s")]).count("## ") == 2
     with pytest.raises(SystemExit):
         run.main(["nothing"])
     assert "coupled_clutches" in capsys.readouterr().err
