@@ -33,14 +33,13 @@ from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
 from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key, total_derivative
+from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.sparse_lu import Numbers, Row, eliminate
 
 COMPLIANCE = 1e-8
 """eps: what a stuck law yields, relative to its own G_ii. Its square is round-off; round-off over it is the accuracy of shared torques."""
 IMPLICIT_COMPLIANCE = 1e-11
 """eps of laws that are not linear in the torques: they are solved with pivoting, and without the second step."""
-_GIVEN = 1e-12
-"""A law's own motion counts as given by others where its G_ii is below this share of its terms."""
 _ROUND_OFF = 1e-13
 """What is left of terms that cancel each other counts as zero below this part of them."""
 
@@ -318,7 +317,7 @@ def mobility(slope: Symbol) -> Symbol:
 def _or_terms(slope: Symbol, otherwise: Symbol) -> Symbol:
     """The size of the slope's terms where they cancel."""
     size = terms(slope)
-    return ca.if_else(ca.fabs(slope) <= _GIVEN * size, size, otherwise)
+    return ca.if_else(ca.fabs(slope) <= GIVEN * size, size, otherwise)
 
 
 def _curved(rows: list[Symbol], symbols: list[Symbol]) -> list[int]:

@@ -9,6 +9,7 @@ import numpy as np
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.corrector import Near
 from powertrain.equilibrium.laws import Iterates, LawValues, Mask, SteadyLaws
+from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import solved
 
@@ -16,8 +17,6 @@ SHORT_STEP = 0.1
 """The step after which laws that hold each other share torques by their compliance: shorter than what moves unknowns that nothing holds."""
 SINGULAR = 1e14
 """Condition beyond which equations do not determine their unknowns."""
-GIVEN = 1e-11
-"""A law's own torque moves it where its speed changes by more than this share of the terms."""
 
 
 @dataclass(frozen=True)

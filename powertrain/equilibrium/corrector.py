@@ -8,24 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.laws import BACKWARD, FORWARD, STUCK, Iterates, LawValues, Mask, SteadyLaws
+from powertrain.modes.tolerances import LOCKED, NEUTRAL, STILL
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import HALVINGS, newton, relative
 
 LAST_STEP = 1e7
 """Seconds: a step of this length holds what nothing else does."""
-STILL = 1e-10
-"""Unknowns that change by less, relative to one and to their size, are found."""
 CORRECTIONS, PROXIMAL = 20, 3
 """Full steps for given modes, with the compliance of stuck laws, and those after them, which take the creep away."""
 DAMPED = 40
 """Steps that are halved where full ones go astray, as they do where a torque saturates."""
 TOGETHER = 64
 """Halved steps of one evaluation, which for few points takes no longer than for one."""
-NEUTRAL = 1e6
-"""Seconds: a motion that takes longer to come to rest is not held by anything."""
-LOCKED = 1e9
-"""Torques that change by more than this for a unit change of a limit depend on round-off: the laws lock themselves."""
 CHANGES = 8
 """Changes of modes after which the modes of a neighbour are no help."""
 

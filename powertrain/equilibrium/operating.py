@@ -13,14 +13,14 @@ import numpy as np
 
 from powertrain.compiler.hybrid import Friction, Switch
 from powertrain.equilibrium.balance import Balance
-from powertrain.equilibrium.choices import BACKWARD, FORWARD, INFINITE, STUCK, choices, order
+from powertrain.equilibrium.choices import BACKWARD, FORWARD, STUCK, choices, order
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, Trials
 from powertrain.equilibrium.search import Search
 from powertrain.equilibrium.solutions import Solutions, SolvedPoints
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.modes.indicators import guard_margin
-from powertrain.modes.tolerances import RESOLVED, ZONE
+from powertrain.modes.tolerances import INFINITE, RESOLVED, ZONE
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.buffers import Array
 

@@ -20,15 +20,13 @@ from powertrain.equilibrium.continuation import Continuation, SteadyPoint
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected, undetermined
 from powertrain.equilibrium.laws import BACKWARD, STUCK, Iterates, Mask, SteadyLaws
 from powertrain.equilibrium.relaxation import relaxed
-from powertrain.modes.tolerances import NO_WIDTH
+from powertrain.modes.tolerances import NO_WIDTH, SAME
 from powertrain.numerics.buffers import Array
 
 Index = NDArray[np.intp]
 
 SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
 """rad/s or m/s by which laws slide at the starts."""
-SAME = 1e-6
-"""Solutions that differ by less, relative to their size, are one."""
 MOST_SOURCES = 8
 """Neighbours whose solutions are tried at a point as they are found."""
 OTHERS = 4

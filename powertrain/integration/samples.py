@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import casadi as ca
 
+from powertrain.modes.tolerances import NOISE
+
 ROUGH = 0.4
 """Above this share of its size, the third difference of an indicator says that its samples do not resolve it."""
-_NOISE = 1e-6
-"""Indicators below this size (rad/s, N.m, ...) are not asked to be smooth."""
 _BLUNT, _SKEW = 0.0012, 0.065
 """How much too high the minimum of a parabola may be between its samples: shares of its second difference and of the third one.
 
@@ -47,7 +47,7 @@ def survey(samples: Sequence[ca.SX]) -> tuple[ca.SX, ca.SX]:
         lowest = ca.fmin(ca.fmin(a, b), ca.fmin(c, d))
         dips = ca.logic_or(dips, ca.logic_and(lowest > 0, ca.logic_or(first, second)))
         size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
-        rough = ca.fmax(rough, ca.fabs(next_bend - bend) / (size + _NOISE))
+        rough = ca.fmax(rough, ca.fabs(next_bend - bend) / (size + NOISE))
     return dips, rough
 
 

@@ -14,6 +14,8 @@ ALGEBRAIC = 10.0
 """Times the tolerance that the local error of an algebraic unknown may be: it is not handed on, the states decide the next value."""
 GROWTH = 5.0
 """The most by which a step may be longer than the one before."""
+_NO_ERROR = 1e-10
+"""Smaller error norms let a step grow no more."""
 _CALM, _MOST_CHANGE = 0.003, 0.3
 """Share of the third difference from which it holds the next step back, and the one it aims at."""
 
@@ -40,7 +42,7 @@ def growth(norm: ca.SX, before: ca.SX, rough: ca.SX) -> ca.SX:
 
     Where the error is far below the tolerance, as after an event, nothing is gained by patience: the size for 0.6**5 is taken at once.
     """
-    error = ca.fmax(norm, 1e-10)
+    error = ca.fmax(norm, _NO_ERROR)
     factor = ca.fmax(0.9 * error**-0.14 * before**0.08, 0.6 * error**-0.2)
     bounded = ca.logic_and(rough > _CALM, rough <= ROUGH)
     factor = ca.fmin(factor, ca.if_else(bounded, (_MOST_CHANGE / ca.fmax(rough, _CALM)) ** (1 / 3), GROWTH))

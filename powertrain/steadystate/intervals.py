@@ -23,6 +23,8 @@ HALVINGS, SECTIONS = 60, 60
 """Of a piece between two samples: to round-off of the place of a pole, and of the value of an extremum."""
 NEAR = 1e-6
 """Part of the way by which the neighbour of an end lies inside."""
+BESIDE = 1e-15
+"""The middle of the way: zero would be the mode of a law that is stuck."""
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 BLOCK = 256
 """Points that are looked at together."""
@@ -72,7 +74,7 @@ class StuckLine:
         """All outputs at some points; nan where neither end's modes of the other laws hold there."""
         found = np.full((self.solver.wanted, part.size), np.nan)
         between = (1 - part) * self.first[:, points] + part * self.last[:, points]
-        between[between == 0.0] = 1e-15  # zero would be stuck
+        between[between == 0.0] = BESIDE
         for others in (self.last[:, points], self.first[:, points]):
             modes = np.where(self.resting[:, points], between, others)
             holds = self.solver.holds(self.grid[:, points], modes, self.resting[:, points])
