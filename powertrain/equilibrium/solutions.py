@@ -8,7 +8,7 @@ that of its nearest neighbour, and what is left then is solved by continuation.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from powertrain.equilibrium.beginnings import beginnings
-from powertrain.equilibrium.continuation import Continuation, SteadyPoint
+from powertrain.equilibrium.continuation import Continuation
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected, undetermined
 from powertrain.equilibrium.laws import BACKWARD, STUCK, Iterates, Mask, SteadyLaws
+from powertrain.equilibrium.points import SolvedPoints, SteadyPoint
 from powertrain.equilibrium.relaxation import relaxed
 from powertrain.modes.tolerances import NO_WIDTH, SAME
 from powertrain.numerics.buffers import Array
@@ -31,33 +32,6 @@ MOST_SOURCES = 8
 """Neighbours whose solutions are tried at a point as they are found."""
 OTHERS = 4
 """How many of a point's neighbours are tried besides the nearest one."""
-
-
-@dataclass
-class SolvedPoints:
-    """The solutions from one start, a row each; no values where there is none."""
-
-    done: Mask
-    y: Array
-    modes: Array
-    tau: Array
-    given: Mask
-    yields: Array
-
-    def some(self, which: Index | Mask) -> SolvedPoints:
-        """Some of them."""
-        return SolvedPoints(*(getattr(self, f.name)[which] for f in fields(self)))
-
-    def take(self, which: Mask, other: SolvedPoints) -> None:
-        """Takes over some of the solutions of others."""
-        for f in fields(self):
-            getattr(self, f.name)[which] = getattr(other, f.name)[which]
-
-    def put(self, p: int | Index, found: SteadyPoint | SolvedPoints) -> None:
-        """Takes over one solution, or some."""
-        self.done[p] = True
-        for name in ("y", "modes", "tau", "given", "yields"):
-            getattr(self, name)[p] = getattr(found, name)
 
 
 @dataclass(frozen=True)
