@@ -23,7 +23,9 @@ Coefficient = float | Symbol
 Base = tuple[int, int]
 """A variable, by the key of its symbol, and the order of its derivative."""
 CONSTANT = -1
-"""Marks in ``ties`` an equation that makes a variable constant."""
+"""Stands in ``ties`` for what makes a variable constant."""
+_CONTRADICTS = 1e-12
+"""A model with a redundant equation is refused; if it is off by more than this (in its unit), as one that contradicts others."""
 
 
 @dataclass(frozen=True)
@@ -274,7 +276,7 @@ class _Elimination:
             value = float(ca.substitute(left, column(inside), ca.DM([self.parameters[key(s)] for s in inside])))
         values = f"\n  with {', '.join(f'{n} = {v:g}' for n, v in used.items())}" if used else ""
         quoted = quote(loop) + values
-        if abs(value) > 1e-12:
+        if abs(value) > _CONTRADICTS:
             except_at = ", except at standstill" if terms else ""
             raise ModelError(f"contradiction: these equations cannot all hold{except_at}\n  {quoted}")
         if any(flat.unknowns[base].flow for base in bases):

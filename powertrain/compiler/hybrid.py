@@ -81,7 +81,10 @@ class Switch:
 
 @dataclass(frozen=True)
 class Contact:
-    """gap >= 0, force >= 0, one of them zero; speed and acceleration are derivatives of gap, ``known`` the latter's uncertainty."""
+    """gap >= 0, force >= 0, one of them zero; speed and acceleration are the derivatives of gap.
+
+    ``still`` is how well the acceleration is known, ``known`` how well the force, and ``rounding`` what that of positions adds to it.
+    """
 
     name: str
     where: str
@@ -91,7 +94,14 @@ class Contact:
     acceleration: ca.SX
     force: ca.SX
     restitution: ca.SX
-    known: ca.SX = field(default_factory=lambda: ca.SX(0))
+    still: ca.SX = field(default_factory=lambda: ca.SX(0))
+    known: ca.SX = field(default_factory=lambda: ca.SX(LEAST_TORQUE))
+    rounding: ca.SX = field(default_factory=lambda: ca.SX(0))
+
+    @property
+    def hysteresis(self) -> ca.SX:
+        """How well its force is known at the present states."""
+        return self.known + self.rounding
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,10 @@ from powertrain.compiler.matching import Matching
 from powertrain.errors import ModelError
 from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, free_symbols, key, time, total_derivative
+from powertrain.numerics.pivots import difference
 
+_SHARE = 1e-6
+"""Equations of which a repeated one consists by a smaller share are not quoted."""
 VARYING = 35
 """Ten times the preference of a variable with a varying coefficient in a constraint: above friction speeds, below reset variables."""
 
@@ -170,7 +173,7 @@ def _involved(matrix: ca.DM, free: list[int]) -> list[int]:
     full = np.array(matrix)
     others = [i for i in range(len(full)) if i not in free]
     shares = np.linalg.lstsq(full[others].T, full[free].T, rcond=None)[0]
-    return sorted([*free, *(i for i, share in zip(others, shares, strict=True) if np.abs(share).max() > 1e-6)])
+    return sorted([*free, *(i for i, share in zip(others, shares, strict=True) if np.abs(share).max() > _SHARE)])
 
 
 def _repeated(reduced: Reduced, equations: list[int]) -> str:
@@ -228,9 +231,8 @@ def _eliminate(table: list[dict[int, float]], preference: list[int]) -> tuple[li
 def _subtract(table: list[dict[int, float]], holders: dict[int, set[int]], k: int, i: int, j: int) -> None:
     target, factor = table[k], table[k][j] / table[i][j]
     for n, a in table[i].items():
-        old = target.get(n, 0.0)
-        new = old - factor * a
-        if n == j or abs(new) <= 1e-12 * (abs(old) + abs(factor * a)):
+        new = difference(target.get(n, 0.0), factor * a)
+        if n == j or new == 0.0:
             target.pop(n, None)
             if n in holders:
                 holders[n].discard(k)

@@ -112,12 +112,12 @@ def contact_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Cont
     """A contact of the DAE."""
     law = t.law
     assert isinstance(law, UnilateralLaw)
-    known = resolver.reach(k) * alone_tolerance(
-        resolver.largest([k])
-    )  # finer than the uncertainty of friction at its limit
     return Contact(
-        t.mode.name(), str(t.place), held.place(t.mode), law.gap, t.speed, t.rate, law.force, law.restitution, known
-    )
+        t.mode.name(), str(t.place), held.place(t.mode), law.gap, t.speed, t.rate, law.force, law.restitution,
+        still=resolver.reach(k) * alone_tolerance(resolver.largest([k])),  # finer than what friction at its limit is known to
+        known=resolver.known(k),
+        rounding=resolver.rounding(k),
+    )  # fmt: skip
 
 
 def with_impacts(dae: HybridDae, resolver: Resolver, held: Held) -> HybridDae:

@@ -32,14 +32,13 @@ from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
 from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key, total_derivative
+from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.sparse_lu import Numbers, Row, eliminate
 
 COMPLIANCE = 1e-8
 """eps: creep of a stuck law relative to its own G_ii. Its square is round-off; round-off over eps is the accuracy of shared torques."""
 IMPLICIT_COMPLIANCE = 1e-11
-"""eps of laws that are nonlinear in the torques: they are solved with pivoting and without the proximal step."""
-_GIVEN = 1e-12
-"""The motion of a law counts as prescribed if its G_ii is below this share of the terms of G_ii."""
+"""eps of laws that are not linear in the torques: they are solved with pivoting, and without the second step."""
 _ROUND_OFF = 1e-13
 """What remains of terms that cancel counts as zero below this share of them."""
 
@@ -317,7 +316,7 @@ def mobility(slope: Symbol) -> Symbol:
 def _or_terms(slope: Symbol, otherwise: Symbol) -> Symbol:
     """The size of the slope's terms if they cancel."""
     size = terms(slope)
-    return ca.if_else(ca.fabs(slope) <= _GIVEN * size, size, otherwise)
+    return ca.if_else(ca.fabs(slope) <= GIVEN * size, size, otherwise)
 
 
 def _curved(rows: list[Symbol], symbols: list[Symbol]) -> list[int]:

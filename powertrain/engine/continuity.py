@@ -8,10 +8,8 @@ import numpy as np
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.errors import SimulationError
 from powertrain.language.symbols import key
+from powertrain.modes.tolerances import JUMP
 from powertrain.numerics.buffers import Array, Bound, Memory, zeros
-
-_SAME = 1e-7
-"""Changes below this share are round-off of the instants at which signals change."""
 
 
 class Continuity:
@@ -34,7 +32,7 @@ class Continuity:
         time, y, m, y_now = (ca.SX.sym(name, size) for name, size in sizes.items())
         left = self._function(time[0], y[:n], y[n:], m, dae.p)
         right = self._function(time[0], y_now[:n], y_now[n:], dae.m, dae.p)
-        excess = ca.fabs(right - left) - _SAME * (1 + ca.fabs(left) + ca.fabs(right))
+        excess = ca.fabs(right - left) - JUMP * (1 + ca.fabs(left) + ca.fabs(right))
         return ca.Function("powertrain_jumps", [time, y, m, y_now, dae.m, dae.p], [ca.fmax(0, ca.mmax(excess))])
 
     def before(self, side: int) -> None:
@@ -54,7 +52,7 @@ class Continuity:
 
     def _message(self, side: int) -> str:
         left, right = self._values(self._m, self._y), self._values(self.memory.m, self.memory.y[side])
-        k = int(np.argmax(np.abs(right - left) - _SAME * (np.abs(left) + np.abs(right))))
+        k = int(np.argmax(np.abs(right - left) - JUMP * (np.abs(left) + np.abs(right))))
         changed = np.flatnonzero(self.memory.m != self._m).tolist()
         smooth, dae = self.dae.smooth[k], self.dae
         inside = {key(s) for s in ca.symvar(smooth.value)}

@@ -11,6 +11,7 @@ from powertrain.modes.tolerances import LIMIT
 from powertrain.numerics.buffers import Array, Memory
 
 _AT_LIMIT = 1e-6
+"""A value as near to its limit, relative to one and to the limit, is not quoted: it would look like the limit."""
 OUTSIDE = "A function of the model is evaluated outside its range there."
 
 

@@ -6,12 +6,13 @@ There the method extrapolates from the other side, or bisects.
 
 from __future__ import annotations
 
+from powertrain.modes.tolerances import EPS
 from powertrain.numerics.buffers import CHECKS, INFO, Bound, Memory, view
 
-_AIM = 1e-11
-"""A located indicator is below zero by this much, a tenth of the hysteresis, or at most twice as much."""
-_CLOSE, _LARGEST = 1e-10, 1e-9
-"""Once the bracket is narrower than the first (share of the step), the accepted depth doubles at each trial, up to the second."""
+AIM = 0.1 * EPS
+"""A located indicator is below zero by this much, a tenth of the hysteresis, or at most by twice as much."""
+CLOSE, LARGEST = 1e-10, 1e-9
+"""What is not found so close, as a share of the step, is noisier: it may be farther below zero, twice as far at each trial, up to this."""
 _ITERATIONS = 150
 _PLACES = (0.0, *CHECKS, 1.0)
 
@@ -41,7 +42,7 @@ class Locator:
         at_high = worst[0] + depth
         if at_high > 0.0:
             return None
-        if at_high >= -2.0 * _AIM:
+        if at_high >= -2.0 * AIM:
             return high
         self._above[:] = self._g
         if depth:
@@ -58,9 +59,9 @@ class Locator:
         """
         above, start = self._above, self._g + depth
         while True:
-            high = self._between(low, high, at_low + _AIM, at_high + _AIM, depth + _AIM)
+            high = self._between(low, high, at_low + AIM, at_high + AIM, depth + AIM)
             there = self._g + depth
-            earlier = (above > 0.0) & (start > 0.0) & (there < -2.0 * _AIM)
+            earlier = (above > 0.0) & (start > 0.0) & (there < -2.0 * AIM)
             if not earlier.any():
                 return high
             above[earlier] = there[earlier]
@@ -71,10 +72,10 @@ class Locator:
         fraction, worst, call, side = self._fraction, self._worst, self._call, 0
         before, at_before, beyond, at_beyond = low, at_low, high, at_high
         weight_low, weight_high, flat_above, flat_below = at_low, at_high, False, False
-        enough = _AIM
+        enough = AIM
         for _ in range(_ITERATIONS):
-            if high - low < _CLOSE:
-                enough = min(2.0 * enough, _LARGEST)
+            if high - low < CLOSE:
+                enough = min(2.0 * enough, LARGEST)
                 if at_high >= -enough:
                     break
             if flat_above:
@@ -90,7 +91,7 @@ class Locator:
             fraction[0] = q
             call()
             value = worst[0] + aim
-            if -enough <= value <= _AIM:
+            if -enough <= value <= AIM:
                 return q
             if value > 0.0:
                 flat_above, weight_high = value > 0.5 * at_low, 0.5 * weight_high if side == 1 else at_high

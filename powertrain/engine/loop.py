@@ -16,19 +16,21 @@ from powertrain.engine.trajectory import Instant, Trajectory, TrajectoryRecorder
 from powertrain.errors import SimulationError
 from powertrain.integration.specialized import Calls
 from powertrain.modes.algebra import NotConsistent
-from powertrain.modes.tolerances import EPS
+from powertrain.modes.tolerances import EPS, SHORTEST
 from powertrain.numerics.buffers import Array, view
 
 Progress = Callable[[float, Array, Array], None]
 """Receives the time, the unknowns and the held values that a run has reached; these are the run's own arrays."""
 _STIFF = 3.25
 _STIFF_STEPS = 15
-_FINEST = 1e-5
-"""Steps are not halved to resolve indicators below this share of the simulated span or of the longest step."""
-_CALM = 1e-4
-"""The smallest error norm that the step size control remembers."""
-_HALVINGS = 8
-"""How often a step is halved to resolve indicators; after that a kink is accepted."""
+FINEST = 1e-5
+"""Share of the simulated span, or of the longest step, below which steps are not halved to resolve indicators."""
+CALM = 1e-4
+"""The least error norm that the step size control remembers."""
+_AGAIN = 1e-6
+"""The first trial (s) with steps that pivot, where all others have failed."""
+HALVINGS = 8
+"""How often a step is halved because the indicators are not resolved; then a kink is taken as it is."""
 
 
 class Run:
@@ -105,7 +107,7 @@ class Run:
     def _restart(self) -> None:
         """Slope and first step size after a discontinuity."""
         self.h = min(self._refresh(), self.max_step)
-        self.memory.tolerance[2] = _CALM
+        self.memory.tolerance[2] = CALM
 
     def _refresh(self) -> float:
         """Set stuck speeds to zero, evaluate the slope at the present instant and return a first step size."""
@@ -128,7 +130,7 @@ class Run:
         steps, auto = self.chosen
         t, h, side, target, largest = self.t, min(self.h, self.longest), self.side, self.target, self.longest
         rows, rejected, counting, watch = self.recorder.rows, False, len(outside), self.watch
-        wanted, halved, finest = 0.0, 0, _FINEST * min(self.stop - self.start, largest)
+        wanted, halved, finest = 0.0, 0, FINEST * min(self.stop - self.start, largest)
         while True:
             last = t + 1.01 * h >= target
             if last:
@@ -141,13 +143,13 @@ class Run:
                 rejected = True
                 h, steps = self._smaller(error, t, h, side, steps)
                 continue
-            if info[1] and halved < _HALVINGS and h > finest:
+            if info[1] and halved < HALVINGS and h > finest:
                 halved += 1
                 self.rejected += 1
                 rejected, h = True, 0.5 * h
                 continue
             rows += record
-            tolerance[2] = error if error > _CALM else _CALM
+            tolerance[2] = error if error > CALM else CALM
             if info[3] <= 0.0 and self._locate(t, h, side):
                 return True
             factor, halved, side = info[2], 0, 1 - side
@@ -186,13 +188,13 @@ class Run:
         """The next step size after a rejected step, and its function: algebraic unknowns get one with pivoting before the run fails."""
         self.rejected += 1
         h *= max(0.2, 0.9 * e**-0.2) if e == e and e < 1e100 else 0.1
-        if h >= 1e-15 * max(1.0, abs(t)):
+        if h >= SHORTEST * max(1.0, abs(t)):
             return h, steps
         if self.method == "rodas5p" and not self.numeric and self.dae.z.numel():
             self.numeric = True
             self.steps = self.engine.stepper(self.method, numeric=True)
             self.chosen = self.steps, False
-            return 1e-6, self.steps
+            return _AGAIN, self.steps
         self.t, self.side = t, side
         raise SimulationError(underflow(self.dae, self.memory, side, t, h))
 

@@ -14,6 +14,9 @@ from powertrain.modes.algebra import NotConsistent
 from powertrain.modes.tolerances import ZONE
 from powertrain.numerics.buffers import Array
 
+RTOL, ATOL = 1e-6, 1e-8
+"""Usual tolerances of a run."""
+
 
 class Simulator(Prepared):
     """Runs a :class:`HybridDae` any number of times. Functions are built on first use; one instance serves one thread.
@@ -32,8 +35,8 @@ class Simulator(Prepared):
         *,
         start: float = 0.0,
         stop: float,
-        rtol: float = 1e-6,
-        atol: float = 1e-8,
+        rtol: float = RTOL,
+        atol: float = ATOL,
         max_step: float = np.inf,
         progress: Progress | None = None,
     ) -> Trajectory:
@@ -76,8 +79,8 @@ class Simulator(Prepared):
         return Run(self, start, stop, rtol, max_step, None).execute(resumed=not jumped)
 
     def resolve(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> tuple[Array, Array, Array]:
-        """The modes of all laws at one instant, from the guess ``m``, and consistent (x, z, m). Raises InitializationError."""
-        self._load(t, x, z, m, p, 1e-6, 1e-8)
+        """The modes of all laws at one instant, from the guess ``m``: consistent (x, z, m). Raises InitializationError."""
+        self._load(t, x, z, m, p, RTOL, ATOL)
         side = self._settle(t)
         self.fresh[side].call()
         n, nz, held, _ = self.sizes

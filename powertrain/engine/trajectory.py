@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powertrain.modes.tolerances import BEGINNING
 from powertrain.numerics.buffers import Array, Memory
 
 
@@ -24,8 +25,6 @@ class Event:
 
 
 _FREE = 2.0
-_BEGINNING = 1e-9
-"""Laws that cease to be free within this time (s) after the start are engaged from the start."""
 
 
 class Instant(NamedTuple):
@@ -39,8 +38,8 @@ class Instant(NamedTuple):
     extra: tuple[tuple[str, str], ...] = ()
 
     def begins(self, start: float) -> bool:
-        """Whether laws that were free are engaged here at the start of the run, which is no event."""
-        soon = self.time <= start + _BEGINNING * max(1.0, abs(self.time))
+        """Whether laws that were free begin with the run here: that is no event."""
+        soon = self.time <= start + BEGINNING * max(1.0, abs(self.time))
         return soon and not self.extra and bool((self.held_left[self.held_left != self.held_right] == _FREE).all())
 
 

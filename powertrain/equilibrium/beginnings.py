@@ -9,15 +9,14 @@ import numpy as np
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.corrector import Near
 from powertrain.equilibrium.laws import Iterates, LawValues, Mask, SteadyLaws
+from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import solved
 
 SHORT_STEP = 0.1
 """Step [s] after which laws that hold each other share torques by compliance: too short for motions that nothing holds."""
 SINGULAR = 1e14
-"""Condition number above which equations do not determine their unknowns."""
-GIVEN = 1e-11
-"""A law's own torque moves it if its speed changes by more than this share of the terms."""
+"""Condition beyond which equations do not determine their unknowns."""
 
 
 @dataclass(frozen=True)

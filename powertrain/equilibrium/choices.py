@@ -18,14 +18,11 @@ from powertrain.compiler.matching import components
 from powertrain.equilibrium.placed import Law
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.symbols import Symbol
-from powertrain.modes.indicators import relation, torque_margins
-from powertrain.modes.tolerances import EPS, ZONE
+from powertrain.modes.indicators import pressure_margin, relation, torque_margins
+from powertrain.modes.tolerances import EPS, INFINITE, NO_WIDTH, ZONE
 from powertrain.numerics.batch import dependence
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
-_SLACK = 1e-9
-INFINITE = 1e12
-"""An input or parameter above this counts as infinite."""
 
 
 @dataclass(frozen=True)
@@ -94,20 +91,20 @@ def _choice(law: Law, moved: bool) -> LawModes:
     if isinstance(law, Switch):
         return LawModes(law, (1.0, 0.0), (relation(Symbol(1), law.g), relation(Symbol(0), law.g)))
     if isinstance(law, Contact):
-        closed = law.force + EPS if moved else ca.fmin(law.force + EPS, ZONE - ca.fabs(law.gap))
+        closed = pressure_margin(law) if moved else ca.fmin(pressure_margin(law), ZONE - ca.fabs(law.gap))
         return LawModes(law, (1.0, 0.0), (closed, law.gap + EPS))
     modes = (FORWARD, BACKWARD) if law.prescribed else (STUCK, FORWARD, BACKWARD)
     if law.may_free:
         modes = (*modes, FREE)
     margins = tuple(_friction_margin(law, mode) for mode in modes)
-    rests = ca.if_else(ca.fabs(law.w) <= ZONE, law.upper - law.lower - EPS, -1)
+    rests = ca.if_else(ca.fabs(law.w) <= ZONE, law.upper - law.lower - NO_WIDTH, -1)
     return LawModes(law, modes, margins, rests if law.prescribed else None)
 
 
 def _friction_margin(law: Friction, mode: float) -> Symbol:
     rests = ZONE - ca.fabs(law.w)
     if mode == FREE:
-        return EPS - (law.upper - law.lower)
+        return NO_WIDTH - (law.upper - law.lower)
     if mode == STUCK:
         held = ca.fmin(*torque_margins(law))
         return held if law.algebraic else ca.fmin(held, rests)
@@ -117,10 +114,10 @@ def _friction_margin(law: Friction, mode: float) -> Symbol:
     away = mode * law.w - ZONE
     if law.algebraic:
         away = mode * law.w + EPS
-    elif law.prescribed:  # at rest all modes give the same torque if the bounds coincide
-        away = ca.if_else(ca.fabs(law.w) <= ZONE, EPS - (law.upper - law.lower), away)
+    elif law.prescribed:  # at rest all modes give the same torque where the bounds leave one only
+        away = ca.if_else(ca.fabs(law.w) <= ZONE, NO_WIDTH - (law.upper - law.lower), away)
     else:
-        away = ca.fmax(away, ca.fmin(rests, mode * law.rate + _SLACK))
+        away = ca.fmax(away, ca.fmin(rests, mode * law.rate + law.reach * law.hysteresis))
     return away
 
 
@@ -144,7 +141,7 @@ def possible(choice: LawModes, mode: float, hidden: Sequence[Symbol]) -> Symbol:
         if not law.algebraic:
             found.append(ZONE - ca.fabs(law.w) if mode == STUCK else mode * law.w + ZONE)
         if law.may_free:
-            found.append(law.upper - law.lower - EPS)
+            found.append(law.upper - law.lower - NO_WIDTH)
     known = [margin for margin in found if not dependence([margin], hidden).any()]
     return ca.mmin(ca.vertcat(Symbol(0), *known))
 

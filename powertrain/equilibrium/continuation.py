@@ -22,10 +22,11 @@ import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
-from powertrain.equilibrium.corrector import CHANGES, STILL, Near, corrected, fixed
+from powertrain.equilibrium.corrector import CHANGES, Near, corrected, fixed
 from powertrain.equilibrium.laws import FORWARD, STUCK, Iterates, SteadyLaws
+from powertrain.equilibrium.points import SteadyPoint
 from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws, Mask, Point
-from powertrain.modes.tolerances import NO_WIDTH, REST
+from powertrain.modes.tolerances import NO_WIDTH, REST, STILL
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import relative
 
@@ -61,17 +62,6 @@ class _Step(LinearLaws):
     along: Array
     given: Mask
     zone: Array
-
-
-@dataclass(frozen=True)
-class SteadyPoint:
-    """An operating point, with what its neighbours need."""
-
-    y: Array
-    modes: Array
-    tau: Array
-    given: Mask
-    yields: Array
 
 
 class _StepLaws:

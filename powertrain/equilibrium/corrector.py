@@ -8,24 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.laws import BACKWARD, FORWARD, STUCK, Iterates, LawValues, Mask, SteadyLaws
+from powertrain.modes.tolerances import LOCKED, NEUTRAL, STILL
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import HALVINGS, newton, relative
 
 LAST_STEP = 1e7
-"""Seconds: a step of this length holds motions that nothing else holds."""
-STILL = 1e-10
-"""Unknowns have converged if they change by less than this, relative to one and to their size."""
+"""Seconds: a step of this length holds what nothing else does."""
 CORRECTIONS, PROXIMAL = 20, 3
 """Full steps for given modes with the compliance of stuck laws, and steps after them that remove the creep."""
 DAMPED = 40
 """Damped steps if full ones fail, for instance because a torque saturates."""
 TOGETHER = 64
-"""Damped step lengths evaluated at once; for few points this takes no longer than one."""
-NEUTRAL = 1e6
-"""Seconds: a motion that takes longer to come to rest is held by nothing."""
-LOCKED = 1e9
-"""If a unit change of a limit changes torques by more than this, round-off determines them: the laws lock themselves."""
+"""Halved steps of one evaluation, which for few points takes no longer than for one."""
 CHANGES = 8
 """Changes of modes after which starting from a neighbour's modes is abandoned."""
 

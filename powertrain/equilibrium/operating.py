@@ -13,14 +13,15 @@ import numpy as np
 
 from powertrain.compiler.hybrid import Friction, Switch
 from powertrain.equilibrium.balance import Balance
-from powertrain.equilibrium.choices import BACKWARD, FORWARD, INFINITE, STUCK, choices, order
+from powertrain.equilibrium.between import Between
+from powertrain.equilibrium.choices import BACKWARD, FORWARD, STUCK, choices, order
 from powertrain.equilibrium.laws import SteadyLaws
-from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, Trials
+from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, SolvedPoints, Trials
 from powertrain.equilibrium.search import Search
-from powertrain.equilibrium.solutions import Solutions, SolvedPoints
+from powertrain.equilibrium.solutions import Solutions
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.modes.indicators import guard_margin
-from powertrain.modes.tolerances import RESOLVED, ZONE
+from powertrain.modes.tolerances import INFINITE, RESOLVED, ZONE
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.buffers import Array
 
@@ -33,7 +34,9 @@ class Solver:
 
     def __init__(self, problem: Equilibrium, compile: bool = False) -> None:
         self.problem = problem
-        self.choices = choices(problem)
+        self.choices, self._common = choices(problem), np.zeros(problem.common.numel())
+        self._moving = np.array([k for k, law in enumerate(problem.laws) if not isinstance(law, Switch)], np.intp)
+        self._between: Between | None = None
         self.groups = order(problem, self.choices)
         many = any(prod(len(self.choices[k].modes) for k in g.laws) > COMBINATIONS for g in self.groups if g.coupled)
         self._laws = SteadyLaws(problem.balance, compile) if problem.u or many else None
@@ -56,6 +59,9 @@ class Solver:
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
+        self._common = values
+        if self._between is not None:
+            self._between.set_common(values)
         for columns in (self._values, self._speeds, self._torques, self._guards):
             if columns is not None:
                 columns.set_common(values)
@@ -91,6 +97,18 @@ class Solver:
         with np.errstate(all="ignore"):
             return np.asarray(np.logical_and.reduce([search.holds(values, apart) for search in self._searches]))
 
+    def between(self, grid: Rows, side: Rows, rest: Mask, near: SolvedPoints) -> tuple[Points, Mask]:
+        """Points with the torques of laws that ``rest`` at ``side``, from -1 at one limit to 1 at the other, and which are solutions.
+
+        Where unknowns are implicit; they are sought next to ``near``.
+        """
+        if self._between is None:
+            self._between = Between(self.problem.balance)
+            self._between.set_common(self._common)
+        found = self._between.solve(grid.T, side[self._moving].T, rest[self._moving].T, near)
+        u, status = self._unknowns(self.problem.balance, found), np.zeros(grid.shape[1], np.int8)
+        return Points(u, found.modes.T.copy(), status, rest, rest, found), found.done
+
     def _by_groups(self, grid: Rows, side: Rows) -> Points:
         """Try combinations of modes, group by group."""
         laws, count = len(self.choices), grid.shape[1]
@@ -116,7 +134,7 @@ class Solver:
     def _together(self, solutions: Solutions, grid: Rows, side: Rows) -> Points:
         """Solve for modes and unknowns as one problem."""
         balance, count = solutions.laws.balance, grid.shape[1]
-        moving = np.array([k for k, law in enumerate(self.problem.laws) if not isinstance(law, Switch)], np.intp)
+        moving = self._moving
         best = solutions.solve(grid.T, side[moving].T)
         found, u = best.solved, self._unknowns(balance, best.solved)
         status = np.select([best.number == 0, best.number > 1], [DIVERGED, SEVERAL], OK).astype(np.int8)
@@ -124,7 +142,7 @@ class Solver:
         rest[moving] = best.rest.T
         nameless = (status != OK) & ~involved.any(axis=0)
         involved[np.ix_(moving, np.flatnonzero(nameless))] = True
-        return Points(u, found.modes.T.copy(), status, involved, rest)
+        return Points(u, found.modes.T.copy(), status, involved, rest, found)
 
     def _unknowns(self, balance: Balance, found: SolvedPoints) -> Rows:
         names = {n: found.y[:, i] for i, n in enumerate(balance.names)}

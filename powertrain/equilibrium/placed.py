@@ -48,8 +48,9 @@ class Placed:
         self.axis = {n: Symbol.sym(n) for n in asked.axes}
         self.free = {n: Symbol.sym(n) for n in asked.free}
         known = self.axis | self.free
-        frictions = [replace(f, rounding=Symbol(0)) for f in dae.frictions]  # absolute angles make no difference
-        self.laws: list[Law] = [*frictions, *dae.switches, *dae.contacts]
+        frictions = [replace(f, rounding=Symbol(0)) for f in dae.frictions]  # where angles stand makes no difference
+        contacts = [replace(c, rounding=Symbol(0)) for c in dae.contacts]
+        self.laws: list[Law] = [*frictions, *dae.switches, *contacts]
         self.inputs = {n: Symbol.sym(n) for n in compiled.inputs}
         m = [Symbol(v) for v in dae.held_start.tolist()]
         for name, place in compiled.discretes.items():
@@ -87,7 +88,7 @@ class Placed:
             found += [
                 getattr(law, f.name)
                 for f in fields(law)
-                if isinstance(getattr(law, f.name), ca.SX) and f.name not in ("time", "known", "share")
+                if isinstance(getattr(law, f.name), ca.SX) and f.name not in ("time", "known", "still", "share")
             ]
         found += [self.compiled.signals[n].expression for n in self.asked.prescribed]
         whole = column(found)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.numerics.batch import Rows
+from powertrain.numerics.buffers import Array
 
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
@@ -25,15 +26,57 @@ class Look:
     first: bool = False
 
 
+@dataclass(frozen=True)
+class SteadyPoint:
+    """An operating point, and what it tells its neighbours."""
+
+    y: Array
+    modes: Array
+    tau: Array
+    given: Mask
+    yields: Array
+
+
+@dataclass
+class SolvedPoints:
+    """The solutions from one start, a row each; no values where there is none."""
+
+    done: Mask
+    y: Array
+    modes: Array
+    tau: Array
+    given: Mask
+    yields: Array
+
+    def some(self, which: Index | Mask) -> SolvedPoints:
+        """Some of them."""
+        return SolvedPoints(*(getattr(self, f.name)[which] for f in fields(self)))
+
+    def take(self, which: Mask, other: SolvedPoints) -> None:
+        """Takes over some of the solutions of others."""
+        for f in fields(self):
+            getattr(self, f.name)[which] = getattr(other, f.name)[which]
+
+    def put(self, p: int | Index, found: SteadyPoint | SolvedPoints) -> None:
+        """Takes over one solution, or some."""
+        self.done[p] = True
+        for name in ("y", "modes", "tau", "given", "yields"):
+            getattr(self, name)[p] = getattr(found, name)
+
+
 @dataclass
 class Points:
-    """Operating points: unknowns, modes, status, the laws that the status concerns, and laws at rest under a prescribed motion."""
+    """Operating points: unknowns, modes, status, the laws that it is about, and those at rest under a prescribed motion.
+
+    ``solved``: unknowns, torques and modes before anything is solved symbolically, where unknowns are implicit.
+    """
 
     u: Rows
     modes: Rows
     status: NDArray[np.int8]
     involved: Mask
     rest: Mask
+    solved: SolvedPoints | None = None
 
 
 @dataclass

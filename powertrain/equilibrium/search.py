@@ -14,11 +14,11 @@ from powertrain.equilibrium.choices import Group, LawModes, possible
 from powertrain.equilibrium.points import NONE, Index, Mask, Trials
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.symbols import Symbol
+from powertrain.modes.tolerances import SAME
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.buffers import Array
 
 _COLUMNS = 1 << 15
-_SAME = 1e-9
 
 
 class Search:
@@ -117,7 +117,7 @@ class Search:
             heads = left[np.unique(trials.point[left], return_index=True)[1]]
             kept.append(heads)
             head = heads[np.searchsorted(trials.point[heads], trials.point[left])]
-            same = np.abs(marks[:, left] - marks[:, head]) <= _SAME * (1.0 + np.abs(marks[:, head]))
+            same = np.abs(marks[:, left] - marks[:, head]) <= SAME * (1.0 + np.abs(marks[:, head]))
             left = left[~same.all(axis=0)]
         return np.sort(np.concatenate([*kept, left]))
 

@@ -8,7 +8,7 @@ remaining points are solved by continuation.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -16,50 +16,22 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from powertrain.equilibrium.beginnings import beginnings
-from powertrain.equilibrium.continuation import Continuation, SteadyPoint
+from powertrain.equilibrium.continuation import Continuation
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected, undetermined
 from powertrain.equilibrium.laws import BACKWARD, STUCK, Iterates, Mask, SteadyLaws
+from powertrain.equilibrium.points import SolvedPoints, SteadyPoint
 from powertrain.equilibrium.relaxation import relaxed
-from powertrain.modes.tolerances import NO_WIDTH
+from powertrain.modes.tolerances import NO_WIDTH, SAME
 from powertrain.numerics.buffers import Array
 
 Index = NDArray[np.intp]
 
 SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
-"""Speeds (rad/s, m/s) at which laws slide at the starts."""
-SAME = 1e-6
-"""Solutions that differ by less, relative to their size, are equal."""
+"""rad/s or m/s by which laws slide at the starts."""
 MOST_SOURCES = 8
 """Neighbours whose solutions are tried at a point as they become available."""
 OTHERS = 4
 """Neighbours of a point that are tried besides the nearest one."""
-
-
-@dataclass
-class SolvedPoints:
-    """The solutions from one start, one per row; nan if there is none."""
-
-    done: Mask
-    y: Array
-    modes: Array
-    tau: Array
-    given: Mask
-    yields: Array
-
-    def some(self, which: Index | Mask) -> SolvedPoints:
-        """Some of them."""
-        return SolvedPoints(*(getattr(self, f.name)[which] for f in fields(self)))
-
-    def take(self, which: Mask, other: SolvedPoints) -> None:
-        """Replace some of the solutions by others."""
-        for f in fields(self):
-            getattr(self, f.name)[which] = getattr(other, f.name)[which]
-
-    def put(self, p: int | Index, found: SteadyPoint | SolvedPoints) -> None:
-        """Replace one or more solutions."""
-        self.done[p] = True
-        for name in ("y", "modes", "tau", "given", "yields"):
-            getattr(self, name)[p] = getattr(found, name)
 
 
 @dataclass(frozen=True)

@@ -30,17 +30,16 @@ from powertrain.initialization.conditions import (
     unsettled,
 )
 from powertrain.language.symbols import Symbol, column, free_symbols, key
-from powertrain.modes.tolerances import ROUND_OFF
+from powertrain.modes.tolerances import MISSED, ROUND_OFF, STARTED
 from powertrain.numerics.buffers import Bound, zeros
 from powertrain.numerics.newton import HALVINGS, Solver, dense, newton
+from powertrain.numerics.pivots import difference
 
 Array = NDArray[np.float64]
 _ROUNDS = 20
 _ITERATIONS = 60
-_STEP = 1e-12
-"""The iteration ends when no unknown changes by more than this, relative to one and to its size."""
 _SLIGHT = 1e-9
-"""Negligible shares: of a row after elimination, and of the residual of a condition."""
+"""What others leave of a row that is less than this share of it is nothing."""
 _DENSE = 200
 _KEPT = 16
 
@@ -263,7 +262,7 @@ class _Plan:
         found, fine = newton(
             equations,
             y[None, owned],
-            still=_STEP,
+            still=STARTED,
             most=_ITERATIONS,
             halvings=0 if self.linear else HALVINGS,
             factors=choice.factors,
@@ -283,7 +282,7 @@ class _Plan:
 
     def _no_solution(self, gap: Array, chosen: list[int]) -> str:
         sizes = [(np.inf if np.isnan(gap[i]) else abs(gap[i]), i) for i in chosen]
-        worst = [i for size, i in sorted(sizes, reverse=True)[:4] if size > _SLIGHT]
+        worst = [i for size, i in sorted(sizes, reverse=True)[:4] if size > MISSED]
         quoted = "\n  ".join(f"{self._label(i)}: left minus right is {gap[i]:.6g}" for i in worst)
         return (
             f"these equations of the start have no solution that Newton's method finds from the guesses; give other guesses or starts"
@@ -335,7 +334,7 @@ class _Plan:
         left = choice.left[self.implied[choice.left]]
         if len(left):
             reached = self._evaluate(t, y, m, p)[0][self.nz :]
-            for i in left[~(np.abs(reached - values)[left] <= _SLIGHT * (1.0 + np.abs(reached[left])))].tolist():
+            for i in left[~(np.abs(reached - values)[left] <= MISSED * (1.0 + np.abs(reached[left])))].tolist():
                 self._refuse(self.conditions[i], float(values[i]), float(reached[i]))
         return InitialReport(self.conditions, values, choice.taken, self.compiled.states, y, choice.open_states)
 
@@ -401,9 +400,8 @@ def _reduce(row: dict[int, float], basis: dict[int, tuple[int, dict[int, float]]
         other = basis[pivot][1]
         factor = row[pivot] / other[pivot]
         for k, a in other.items():
-            old = row.get(k, 0.0)
-            new = old - factor * a
-            if k == pivot or abs(new) <= 1e-14 * (abs(old) + abs(factor * a)):
+            new = difference(row.get(k, 0.0), factor * a)
+            if k == pivot or new == 0.0:
                 row.pop(k, None)
                 continue
             if k not in row and k in basis:

@@ -16,16 +16,16 @@ from powertrain.integration.step_control import allowances, verdict
 from powertrain.modes.indicators import indicators
 from powertrain.modes.projection import at_rest
 from powertrain.modes.rules import mode_pass, timed
-from powertrain.modes.tolerances import BALANCED, FOUND, NOW
+from powertrain.modes.tolerances import BALANCED, FOUND, NOW, SETTLED
 from powertrain.numerics.buffers import CHECKS, PREFIX
 from powertrain.numerics.hoisting import hoisted
 from powertrain.numerics.sparse_lu import factorize
 from powertrain.numerics.vertex_elimination import sparse_jacobian
 
 MIDWAY = 0.1
-"""Weight of the defect of the dense output at midstep: the embedded error hardly sees a kink between the stages at 0.3 and 0.8."""
-_SETTLED = 1e-9
-"""Newton's method ends with steps below this share of the unknowns."""
+"""Weight of the defect of the dense output midway: the embedded error is all but blind to a kink between the stages at 0.3 and 0.8."""
+_SLOW, _STRAIGHT, _FIRST = 1e-5, 1e-15, 1e-6
+"""Norms of motions and of their bends that tell nothing of the first step, and the size (s) that it has then (Hairer, section II.4)."""
 _STEPS = 5
 """Newton steps after a change of modes: a bus whose current changes by a hundred amperes takes four."""
 
@@ -165,11 +165,11 @@ def fresh(model: Common) -> ca.Function:
     scale = model.tolerance[1] * ca.DM(dae.sizes[:n]) + model.tolerance[0] * ca.fabs(x)
     size = ca.sqrt(ca.sumsqr(x / scale) / max(n, 1))
     speed_norm = ca.sqrt(ca.sumsqr(slope[:n, :] / scale) / max(n, 1))
-    first = ca.if_else(ca.logic_or(size < 1e-5, speed_norm < 1e-5), 1e-6, 0.01 * size / speed_norm)
+    first = ca.if_else(ca.logic_or(size < _SLOW, speed_norm < _SLOW), _FIRST, 0.01 * size / speed_norm)
     ahead = model.rates(t + first, ca.vertcat(x + first * slope[:n, :], y[n:, :]))
     bend = ca.sqrt(ca.sumsqr((ahead - slope)[:n, :] / scale) / max(n, 1)) / first
     most = ca.fmax(speed_norm, bend)
-    second = ca.if_else(most <= 1e-15, ca.fmax(1e-6, 1e-3 * first), (0.01 / most) ** (1 / 5))
+    second = ca.if_else(most <= _STRAIGHT, ca.fmax(_FIRST, 1e-3 * first), (0.01 / most) ** (1 / 5))
     start = ca.vertcat(ca.fmin(100 * first, second), ca.sum1(slope))
     return _function(PREFIX + "fresh", [model.time, model.y, dae.m, dae.p, model.tolerance], [y, slope, start])
 
@@ -204,7 +204,7 @@ def corner(model: Common) -> ca.Function:
     if dae.z.numel():
         y = _corrected(model, t, _corrected(model, t, y, n), n)
         last = _corrected(model, t, y, n)
-        far = ca.sum1(ca.logic_not(ca.fabs(last - y) <= _SETTLED * (1 + ca.fabs(last))))
+        far = ca.sum1(ca.logic_not(ca.fabs(last - y) <= SETTLED * (1 + ca.fabs(last))))
     flags = _rules(model, y, ca.SX.zeros(len(timed(dae)[1])), ca.SX.zeros(2))[1]
     determined = ca.fabs(flags[3]) < np.inf
     slope = _right_slope(model, y)
@@ -257,7 +257,7 @@ def newton(model: Common) -> ca.Function:
         step = factorize(jacobian, model.rows)(residual)
         size, share = ca.mmax(ca.fabs(residual)), ca.mmax(ca.fabs(step)) / (1 + ca.mmax(ca.fabs(z)))
         if k:
-            open_ += ca.logic_not(ca.logic_or(size <= 0.9 * before, last < _SETTLED))
+            open_ += ca.logic_not(ca.logic_or(size <= 0.9 * before, last < SETTLED))
         if k == _STEPS - 1:
             closed = ca.fabs(residual) <= BALANCED * ca.mtimes(ca.fabs(jacobian), 1 + ca.fabs(z))
             settled = ca.fabs(step) <= FOUND * (1 + ca.fabs(z))

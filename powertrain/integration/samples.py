@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import casadi as ca
 
+from powertrain.modes.tolerances import NOISE
+
 ROUGH = 0.4
-"""If the third difference of an indicator exceeds this share of its size, its samples do not resolve it."""
-_NOISE = 1e-6
-"""Indicators below this size (rad/s, N.m, ...) need not be smooth."""
+"""Above this share of its size, the third difference of an indicator says that its samples do not resolve it."""
 _BLUNT, _SKEW = 0.0012, 0.065
 """Bound on how much the minimum of a parabola between samples is too high: shares of its second and of its third difference.
 
@@ -47,7 +47,7 @@ def survey(samples: Sequence[ca.SX]) -> tuple[ca.SX, ca.SX]:
         lowest = ca.fmin(ca.fmin(a, b), ca.fmin(c, d))
         dips = ca.logic_or(dips, ca.logic_and(lowest > 0, ca.logic_or(first, second)))
         size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
-        rough = ca.fmax(rough, ca.fabs(next_bend - bend) / (size + _NOISE))
+        rough = ca.fmax(rough, ca.fabs(next_bend - bend) / (size + NOISE))
     return dips, rough
 
 

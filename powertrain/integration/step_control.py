@@ -13,7 +13,9 @@ from powertrain.integration.samples import ROUGH, least, survey
 ALGEBRAIC = 10.0
 """Factor on the tolerance for algebraic unknowns: their error is not passed on, because the states determine the next value."""
 GROWTH = 5.0
-"""The largest ratio of a step to the one before."""
+"""The most by which a step may be longer than the one before."""
+_NO_ERROR = 1e-10
+"""Smaller error norms let a step grow no more."""
 _CALM, _MOST_CHANGE = 0.003, 0.3
 """Relative third difference above which it limits the next step, and the value aimed at."""
 
@@ -40,7 +42,7 @@ def growth(norm: ca.SX, before: ca.SX, rough: ca.SX) -> ca.SX:
 
     If the error is far below the tolerance, as after an event, caution gains nothing: the step grows at once to the size for 0.6**5.
     """
-    error = ca.fmax(norm, 1e-10)
+    error = ca.fmax(norm, _NO_ERROR)
     factor = ca.fmax(0.9 * error**-0.14 * before**0.08, 0.6 * error**-0.2)
     bounded = ca.logic_and(rough > _CALM, rough <= ROUGH)
     factor = ca.fmin(factor, ca.if_else(bounded, (_MOST_CHANGE / ca.fmax(rough, _CALM)) ** (1 / 3), GROWTH))

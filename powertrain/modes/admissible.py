@@ -10,7 +10,7 @@ from powertrain.compiler.hybrid import Friction, HybridDae
 from powertrain.errors import SimulationError
 from powertrain.modes.jam import law_values, resting_note
 from powertrain.modes.selflocking import SelfLocking
-from powertrain.modes.tolerances import EPS, ZONE
+from powertrain.modes.tolerances import NO_WIDTH, ZONE
 from powertrain.numerics.buffers import Memory
 
 
@@ -65,7 +65,7 @@ class Admissible:
         if not refused and k in self._noted:
             return
         _, torque, lower, upper, _, _ = law_values(self.dae, self.memory, side)[k].tolist()
-        room = upper - lower > EPS
+        room = upper - lower > NO_WIDTH
         unit, t = law.unit, self.memory.time[0]
         if refused and room:
             why = (

@@ -7,13 +7,11 @@ import numpy as np
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.modes.selflocking import SelfLocking
-from powertrain.modes.tolerances import BALANCED, FOUND, ROUND_OFF
+from powertrain.modes.tolerances import BALANCED, FOUND, KINK, ROUND_OFF
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
 from powertrain.numerics.newton import newton
 
 _ITERATIONS = 60
-_ROUNDING = 1e-9
-"""If Newton's method does not converge (at a kink), the nearest point is accepted up to this residual, the accuracy of the modes."""
 
 
 class NotConsistent(ArithmeticError):
@@ -64,7 +62,7 @@ class AlgebraicSolver:
         call()
         if (
             not self._closed(BALANCED * (1.0 + np.abs(z)) if fine[0] else ROUND_OFF * np.abs(z))
-            and not float(np.abs(self._residual).max()) <= _ROUNDING
+            and not float(np.abs(self._residual).max()) <= KINK
         ):
             self._refuse(side)
 

@@ -160,7 +160,7 @@ class Complementarity:
         self.dae, self.laws = dae, Laws(dae) if laws is None else laws
         self.switches = self.laws.switches
         self.continuous = np.array([s.continuous for s in dae.switches], bool)
-        known = ca.vertcat(*[f.hysteresis for f in dae.frictions], ca.DM.zeros(len(dae.contacts)))
+        known = ca.vertcat(*[f.hysteresis for f in dae.frictions], *[c.hysteresis for c in dae.contacts])
         inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
         self._known = Evaluated(ca.Function("powertrain_known", inputs, [ca.densify(known)]))
 
@@ -318,7 +318,7 @@ class _Problem:
         M[r + t :] = -self.g_slope @ tau_z
         M[r + t :, r + t :] += np.eye(s)
         q[r + t :] = -(self.g_0 + self.g_slope @ self.tau_0)
-        return M, q, max(1e-9, float(np.abs(q).max(initial=0.0)))
+        return M, q, max(LEAST_TORQUE, float(np.abs(q).max(initial=0.0)))
 
 
 def _inverse(matrix: Array) -> Long:

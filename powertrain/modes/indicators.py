@@ -37,7 +37,8 @@ def indicators(dae: HybridDae) -> tuple[Indicator, ...]:
         if switch.time is None and ca.depends_on(switch.g, ca.vertcat(dae.t, dae.x, dae.z)):
             found.append(Indicator(switch, switch_margin(dae, switch), switch.known))
     for contact in dae.contacts:
-        found.append(Indicator(contact, contact_change(dae, contact)))
+        closed = dae.m[contact.index] > 0.5
+        found.append(Indicator(contact, contact_change(dae, contact), ca.if_else(closed, contact.hysteresis, EPS)))
     for when in dae.whens:
         if when.time is None and not when.relations:
             found.append(Indicator(when, relation(dae.m[when.index], when.g)))
@@ -112,12 +113,17 @@ def friction_free(dae: HybridDae, friction: Friction) -> ca.SX:
 def contact_change(dae: HybridDae, contact: Contact) -> ca.SX:
     """Open: no approach below zero. Closed: no pulling force."""
     open_ = ca.if_else(ca.logic_or(contact.gap > 0, approaching(contact)), contact.gap + EPS, 1.0)
-    return ca.if_else(dae.m[contact.index] > 0.5, contact.force + EPS, open_)
+    return ca.if_else(dae.m[contact.index] > 0.5, pressure_margin(contact), open_)
+
+
+def pressure_margin(contact: Contact) -> ca.SX:
+    """How far a closed contact is from pulling, the hysteresis included."""
+    return contact.force + contact.hysteresis
 
 
 def approaching(contact: Contact) -> ca.SX:
-    """Whether the gap closes, ignoring noise of a speed around zero, and of the acceleration if friction holds both sides."""
-    slow = ca.logic_and(contact.speed < 0, contact.acceleration < -contact.known)
+    """The gap closes, not counting the noise of a speed around zero, nor that of the acceleration where friction holds both sides."""
+    slow = ca.logic_and(contact.speed < 0, contact.acceleration < -contact.still)
     return ca.logic_or(contact.speed < -EPS, slow)
 
 

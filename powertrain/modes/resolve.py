@@ -18,20 +18,18 @@ from powertrain.modes.complementarity import Complementarity, Point
 from powertrain.modes.jam import jam_message, law_values, not_found_message, several_message
 from powertrain.modes.lemke import lemke
 from powertrain.modes.resting import resting
-from powertrain.modes.tolerances import INTEGRATED, REST_SPEED, ZONE
+from powertrain.modes.tolerances import INTEGRATED, REST_SPEED, STRUCK, ZONE
 from powertrain.modes.uniqueness import Uniqueness
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Evaluated, Memory, view
 
-_PASSES = 20
+PASSES = 20
 _ROUNDS = 10_000
 _LINEARIZED = 16
 """Linearisations of the complementarity problem, if laws are nonlinear in the torques or conditions on speeds change."""
 _MOST_PIECES = 12
 """Conditions on torques in the bounds; with more there are too many combinations to try."""
 _MOST_COMBINATIONS = 5000
-"""Combinations of modes that are tried one by one if bounds depend on torques: about one second."""
-_ROUNDING = 1e-9
-"""Speeds after an impact below this share of the speeds before count as zero."""
+"""Of modes that are tried one by one where bounds follow torques: a second of time."""
 
 
 class ModeResolver:
@@ -107,7 +105,7 @@ class ModeResolver:
         """
         memory, flags = self.memory, self._flags
         seen: set[bytes] = set()
-        for _ in range(_PASSES):
+        for _ in range(PASSES):
             if not self._solvable(side):
                 return None
             self._apply_rules(side, slack)
@@ -369,7 +367,7 @@ class _Events:
         effect = on_a[np.ix_(touching, touching)]
         impulse = self._impulses(effect, speed + rebound * inwards, [barriers[k] for k in touching])
         self.memory.y[side][: self.dae.x.numel()] += on_x[:, touching] @ impulse
-        after, nothing = speed + effect @ impulse, ZONE + _ROUNDING * np.abs(speed).max()
+        after, nothing = speed + effect @ impulse, ZONE + STRUCK * np.abs(speed).max()
         felt = np.diag(effect) * impulse > INTEGRATED
         for k, away, some in zip(touching, after > nothing, felt, strict=True):
             if away or some or k in struck:

@@ -18,8 +18,8 @@ from powertrain.compiler.hybrid import HybridDae
 from powertrain.modes.complementarity import Complementarity, Point
 from powertrain.modes.tolerances import INTEGRATED
 
-_SINGULAR = 1e-10
-"""A motion counts as held if the holding laws leave it free by less than this share; c has the same accuracy."""
+SINGULAR = 1e-10
+"""Motions that the laws that hold leave free by less than this share of all of them are held; so well, then, is c known."""
 NOTHING = 1e-8
 """Rates are the same combination if they differ by less than this share of their terms."""
 
@@ -44,10 +44,10 @@ def _follow(G: NDArray[np.float64], b: NDArray[np.float64], rows: list[int], hol
     """Whether each of these rates is a combination of the rates of the holding laws."""
     size = np.sqrt(np.abs(np.diag(G)))
     scaled = G / np.maximum(np.outer(size, size), 1e-300)
-    c = np.linalg.lstsq(scaled[np.ix_(holds, holds)], scaled[holds][:, rows], rcond=_SINGULAR)[0]
+    c = np.linalg.lstsq(scaled[np.ix_(holds, holds)], scaled[holds][:, rows], rcond=SINGULAR)[0]
     left = np.abs(scaled[rows] - c.T @ scaled[holds]).max(axis=1)
     free = b / np.maximum(size, 1e-300)
     moved = np.abs(free[rows] - c.T @ free[holds])
     terms = np.abs(free[rows]) + np.abs(c.T) @ np.abs(free[holds])
-    known = NOTHING * terms + _SINGULAR * np.abs(free[holds]).sum()
+    known = NOTHING * terms + SINGULAR * np.abs(free[holds]).sum()
     return [bool(one) for one in (left <= NOTHING) & (moved <= known)]

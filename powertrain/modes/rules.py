@@ -13,6 +13,7 @@ from powertrain.modes.indicators import (
     friction_free,
     held_margin,
     in_time,
+    pressure_margin,
     relation,
     speed_tolerance,
     switch_margin,
@@ -71,9 +72,9 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     for contact in dae.contacts:
         old = dae.m[contact.index]
         near = ca.logic_and(ca.fabs(contact.gap) <= ZONE, ca.fabs(contact.speed) <= EPS)
-        rest = ca.logic_and(near, contact.acceleration < -contact.known)
+        rest = ca.logic_and(near, contact.acceleration < -contact.still)
         taken_away = ca.logic_and(jumped > 0, contact.gap > INTEGRATED)
-        pressed = ca.logic_and(contact.force + EPS > 0, ca.logic_not(taken_away))
+        pressed = ca.logic_and(pressure_margin(contact) > 0, ca.logic_not(taken_away))
         held[contact.index] = ca.if_else(old > 0.5, pressed, rest)
         hits = ca.logic_and(ca.logic_and(contact.gap + EPS <= 0, approaching(contact)), ca.logic_not(rest))
         thrown = ca.logic_and(ca.logic_and(jumped > 0, contact.speed < -INTEGRATED), ca.logic_not(taken_away))

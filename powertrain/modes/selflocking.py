@@ -13,7 +13,7 @@ import casadi as ca
 from powertrain.compiler.hybrid import Friction, HybridDae
 from powertrain.errors import SimulationError
 from powertrain.modes.jam import law_values
-from powertrain.modes.tolerances import LEAST_TORQUE, ZONE
+from powertrain.modes.tolerances import CROSSED, LEAST_TORQUE, ZONE
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
 
 
@@ -58,8 +58,6 @@ class SelfLocking:
 
 
 _LARGE = 1e6
-_CLEARLY = 1e-6
-"""Limits that cross by less than this share of the largest torque do so because of round-off or the hysteresis of a switch."""
 _ADVICE = "Start it at rest, or add a stiffness to the path of the force that presses it, so that this force changes gradually."
 
 
@@ -81,7 +79,7 @@ def _laws(dae: HybridDae) -> list[Friction]:
 def _inverted(dae: HybridDae, law: Friction) -> ca.SX:
     slides = ca.logic_and(dae.m[law.index] != 0, ca.fabs(law.w) > ZONE)
     largest = ca.mmax(ca.fabs(ca.vertcat(*[friction.torque for friction in dae.frictions])))
-    return ca.if_else(slides, law.lower - law.upper - LEAST_TORQUE - _CLEARLY * largest, -1.0)
+    return ca.if_else(slides, law.lower - law.upper - LEAST_TORQUE - CROSSED * largest, -1.0)
 
 
 def _slope(dae: HybridDae, law: Friction) -> ca.SX:

@@ -10,11 +10,10 @@ import numpy as np
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.modes.jam import law_values
+from powertrain.modes.tolerances import SAME
 from powertrain.numerics.buffers import Array, Memory
 
 _MOST = 6
-_SAME = 1e-6
-"""Torques that differ by less than this share are equal: twice the slack with which modes are tried."""
 
 
 class Uniqueness:
@@ -38,7 +37,7 @@ class Uniqueness:
                 continue
             values = self._values(side)
             if np.isfinite(values).all() and all(
-                np.any(np.abs(values - other) > _SAME * (1.0 + np.abs(other))) for other in found
+                np.any(np.abs(values - other) > SAME * (1.0 + np.abs(other))) for other in found
             ):
                 found.append(values)
                 modes.append(m.copy())

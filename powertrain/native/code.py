@@ -9,16 +9,25 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.hybrid import Friction, Guard, HybridDae, Opened, TimeSignal
+from powertrain.engine.location import AIM, CLOSE, LARGEST
+from powertrain.engine.loop import CALM, FINEST, HALVINGS
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError
-from powertrain.modes.tolerances import INTEGRATED, ZONE
+from powertrain.modes.resolve import PASSES
+from powertrain.modes.resting import NOTHING, SINGULAR
+from powertrain.modes.tolerances import EPS, INTEGRATED, NOW, SHORTEST, ZONE
 from powertrain.numerics.buffers import PREFIX, Array
 
 SOURCES = Path(__file__).parent
 FIXED = ("powertrain_run.h", "powertrain_run.c", "main.c")
 SIGNALS = ("times", "owners", "jumps", "first", "starts", "rows")
 """The tables of ``pt_signals``, in this order."""
+_LIMITS = {
+    "EPS": EPS, "NOW": NOW, "SHORTEST": SHORTEST, "AIM": AIM, "CLOSE": CLOSE, "LARGEST": LARGEST, "CALM": CALM, "FINEST": FINEST,
+    "HALVINGS": HALVINGS, "PASSES": PASSES, "SINGULAR": SINGULAR, "NOTHING": NOTHING,
+}  # fmt: skip
+"""Tolerances and limits of the simulator that the loop shares."""
 _ABSENT = ("newton", "instants", "corner", "resets", "still", "mobility")
 """Functions that only some models need."""
 
@@ -122,6 +131,7 @@ def _header(
     }  # fmt: skip
     lines = ["/* Sizes, tables and functions of the model; written by powertrain. */", '#include "powertrain_run.h"']
     lines += [f"#define PT_{name} {size}" for name, size in sizes.items()]
+    lines += [f"#define PT_{name} {value!r}" for name, value in _LIMITS.items()]
     lines += [f"#define pt_{key} {f.name()}" for key, f in functions.items()]
     lines += [f"#define pt_{key} pt_absent" for key in _ABSENT if key not in functions]
     arguments = "(const double **, double **, long long *, double *, int)"

@@ -8,18 +8,9 @@
 
 #define PLACES 5 /* 0, the checks inside a step, 1 */
 #define INFO 5
-#define AIM 1e-11
-#define CLOSE 1e-10
-#define LARGEST 1e-9
-#define CALM 1e-4
-#define HALVINGS 8
-#define FINEST 1e-5
-#define PASSES 20
 #define ROUNDS 1000
 #define MOST_EVENTS 1000
 #define MOST_EXCHANGES 1000
-#define SINGULAR 1e-10
-#define NOTHING 1e-8
 
 struct pt_model {
     double t, start, stop, h, longest, crossed, max_step, instant, corner, target;
@@ -28,7 +19,7 @@ struct pt_model {
     double fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
     double held[PT_M], flags[6], edges[PT_W], closing[PT_B], fire[PT_T], jumped[2];
     double first[2], corners[2], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
-    double left[PT_Y], held_left[PT_M], seen[PASSES][PT_M], still[PT_F], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F], rate_known, peak[PT_RESTS + 1], calm[PT_RESTS + 1];
+    double left[PT_Y], held_left[PT_M], seen[PT_PASSES][PT_M], still[PT_F], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F], rate_known, peak[PT_RESTS + 1], calm[PT_RESTS + 1];
     int side, begun, changed, fixed, idle, reset, which[PT_W], holds[PT_F];
     long steps, rejected, events, rows, helds, kept, sampled;
     long most_rows, most_held, most_instants, samples;
@@ -107,7 +98,7 @@ static void know_instants(pt_model *a)
 
 static double next_instant(pt_model *a)
 {
-    double least = INFINITY, later = a->t + 1e-12 * fmax(1, fabs(a->t));
+    double least = INFINITY, later = a->t + PT_NOW * fmax(1, fabs(a->t));
     know_instants(a);
     for (int k = 0; k < PT_TIMED; k++)
         if (a->instants[k] > later && a->instants[k] < least) least = a->instants[k];
@@ -118,7 +109,7 @@ static void fire(pt_model *a)
 {
     know_instants(a);
     for (int k = 0; k < PT_TIMED; k++)
-        if (fabs(a->instants[k] - a->t) <= 1e-12 * fmax(1, fabs(a->t))) a->fire[k] = 1;
+        if (fabs(a->instants[k] - a->t) <= PT_NOW * fmax(1, fabs(a->t))) a->fire[k] = 1;
 }
 
 /* Modes */
@@ -168,7 +159,7 @@ static void apply_resets(pt_model *a)
    slide with a rate of zero, within what is known of it. */
 static int newton(pt_model *a, double slack)
 {
-    for (int pass = 0; pass < PASSES; pass++) {
+    for (int pass = 0; pass < PT_PASSES; pass++) {
         if (!solvable(a)) return PT_ALGEBRA;
         apply_rules(a, slack);
         if (a->flags[1]) {
@@ -227,12 +218,12 @@ static void eliminate_what_holds(pt_model *a)
         a->holds[i] = a->m[pt_frictions[i]] == 0;
         a->rate[i] /= fmax(a->size[i], 1e-300);
         a->terms[i] = fabs(a->rate[i]);
-        if (a->holds[i]) a->rate_known += SINGULAR * a->terms[i];
+        if (a->holds[i]) a->rate_known += PT_SINGULAR * a->terms[i];
     }
     for (;;) {
         int k = -1;
         for (int i = 0; i < PT_F; i++)
-            if (a->holds[i] && G[i][i] > SINGULAR && (k < 0 || G[i][i] > G[k][k])) k = i;
+            if (a->holds[i] && G[i][i] > PT_SINGULAR && (k < 0 || G[i][i] > G[k][k])) k = i;
         if (k < 0) return;
         a->holds[k] = 0;
         for (int i = 0; i < PT_F; i++) {
@@ -260,7 +251,7 @@ static int marked(pt_model *a, int asked)
         double left = 0, before = a->m[pt_rests[k]], mode = fabs(a->m[pt_rest_laws[k]]);
         while (pt_frictions[i] != pt_rest_laws[k]) i++;
         for (int j = 0; j < PT_F; j++) left = fmax(left, fabs(a->mobility[i][j]));
-        int held = mode == 1 && a->calm[k] && left <= NOTHING && fabs(a->rate[i]) <= NOTHING * a->terms[i] + a->rate_known;
+        int held = mode == 1 && a->calm[k] && left <= PT_NOTHING && fabs(a->rate[i]) <= PT_NOTHING * a->terms[i] + a->rate_known;
         int fresh = held && a->peak[k] > 1 && before == 0;
         if (fresh) a->m[pt_rest_laws[k]] = 0;
         a->m[pt_rests[k]] = held && !fresh;
@@ -357,7 +348,7 @@ static int restart(pt_model *a)
     double h;
     int status = refresh(a, &h);
     a->h = fmin(h, a->max_step);
-    a->tolerance[2] = CALM;
+    a->tolerance[2] = PT_CALM;
     return status;
 }
 
@@ -424,11 +415,11 @@ static double value_at(pt_model *a, double q)
 static double between(pt_model *a, double low, double high, double at_low, double at_high, double aim)
 {
     double before = low, at_before = at_low, beyond = high, at_beyond = at_high, weight_low = at_low, weight_high = at_high;
-    double enough = AIM;
+    double enough = PT_AIM;
     int side = 0, flat_above = 0, flat_below = 0;
     for (int i = 0; i < 150; i++) {
         double q;
-        if (high - low < CLOSE) enough = fmin(2 * enough, LARGEST);
+        if (high - low < PT_CLOSE) enough = fmin(2 * enough, PT_LARGEST);
         if (at_high >= -enough) break;
         if (flat_above) q = at_beyond < at_high ? high - (beyond - high) * at_high / (at_beyond - at_high) : high;
         else if (flat_below) q = at_before > at_low ? low + (low - before) * at_low / (at_before - at_low) : low;
@@ -438,7 +429,7 @@ static double between(pt_model *a, double low, double high, double at_low, doubl
             if (!(low < q && q < high)) break;
         }
         double value = value_at(a, q) + aim;
-        if (-enough <= value && value <= AIM) return q;
+        if (-enough <= value && value <= PT_AIM) return q;
         if (value > 0) {
             flat_above = value > 0.5 * at_low;
             weight_high = side == 1 ? 0.5 * weight_high : at_high;
@@ -460,11 +451,11 @@ static double first_of(pt_model *a, double low, double high, double at_low, doub
     for (int k = 0; k < PT_INDICATORS; k++) start[k] = a->g[k] + depth;
     for (;;) {
         int earlier = 0;
-        high = between(a, low, high, at_low + AIM, at_high + AIM, depth + AIM);
+        high = between(a, low, high, at_low + PT_AIM, at_high + PT_AIM, depth + PT_AIM);
         at_low = at_high = HUGE_VAL;
         for (int k = 0; k < PT_INDICATORS; k++) {
             double there = a->g[k] + depth;
-            if (a->above[k] > 0 && start[k] > 0 && there < -2 * AIM) {
+            if (a->above[k] > 0 && start[k] > 0 && there < -2 * PT_AIM) {
                 a->above[k] = there;
                 earlier = 1;
             }
@@ -487,7 +478,7 @@ static double find(pt_model *a, double depth)
     memset(a->above, 0, sizeof a->above);
     double at_high = value_at(a, high) + depth;
     if (at_high > 0) return -1;
-    if (at_high >= -2 * AIM) return high;
+    if (at_high >= -2 * PT_AIM) return high;
     for (int k = 0; k < PT_INDICATORS; k++) a->above[k] = a->g[k] + depth;
     double at_low = value_at(a, low) + depth;
     return at_low <= 0 ? low : first_of(a, low, high, at_low, at_high, depth);
@@ -529,7 +520,7 @@ static int full(const pt_model *a)
 static int located(pt_model *a, double t, double h)
 {
     int n = a->idle < 20 ? a->idle : 20;
-    double fraction = find(a, a->idle ? 1e-10 * ldexp(1, n) : 0);
+    double fraction = find(a, a->idle ? PT_EPS * ldexp(1, n) : 0);
     if (fraction < 0) return 0;
     a->side = 1 - a->side;
     memcpy(a->y[a->side], a->at, sizeof a->at);
@@ -543,7 +534,7 @@ static int located(pt_model *a, double t, double h)
 /* Step until an indicator falls below zero (1) or until the target (0); or PT_FULL as 2, or an error. */
 static int smooth(pt_model *a)
 {
-    double h = fmin(a->h, a->longest), wanted = 0, finest = FINEST * fmin(a->stop - a->start, a->longest);
+    double h = fmin(a->h, a->longest), wanted = 0, finest = PT_FINEST * fmin(a->stop - a->start, a->longest);
     int rejected = 0, halved = 0;
     for (;;) {
         double t = a->t;
@@ -567,10 +558,10 @@ static int smooth(pt_model *a)
             a->rejected++;
             rejected = 1;
             h *= error == error && error < 1e100 ? fmax(0.2, 0.9 * pow(error, -0.2)) : 0.1;
-            if (h < 1e-15 * fmax(1, fabs(t))) return PT_UNDERFLOW;
+            if (h < PT_SHORTEST * fmax(1, fabs(t))) return PT_UNDERFLOW;
             continue;
         }
-        if (!a->fixed && a->info[1] && halved < HALVINGS && h > finest) {
+        if (!a->fixed && a->info[1] && halved < PT_HALVINGS && h > finest) {
             halved++;
             a->rejected++;
             rejected = 1;
@@ -578,7 +569,7 @@ static int smooth(pt_model *a)
             continue;
         }
         keep_step(a, t, h);
-        a->tolerance[2] = fmax(error, CALM);
+        a->tolerance[2] = fmax(error, PT_CALM);
         if (a->info[3] <= 0) {
             int found = located(a, t, h);
             if (found) {
@@ -637,7 +628,7 @@ static int resume_after_event(pt_model *a, const double *before, int jumps, int 
 
 static int event(pt_model *a, int found)
 {
-    double near = a->t + 1e-12 * fmax(1, fabs(a->t)), before[PT_M];
+    double near = a->t + PT_NOW * fmax(1, fabs(a->t)), before[PT_M];
     int known = a->instant <= near, timed = known || a->corner <= near;
     if (!found && !timed) return PT_OK;
     a->time[0] = a->t;

@@ -14,6 +14,7 @@ from typing import Any
 import casadi as ca
 
 from powertrain.language.symbols import Symbol
+from powertrain.numerics.pivots import difference
 
 Row = dict[int, Symbol]
 Numbers = dict[int, float]
@@ -194,5 +195,5 @@ def _subtract(
             holders[n].discard(k)
             continue
         table[k][n] = new
-        values[k][n] = 0.0 if abs(old - change) <= 1e-11 * (abs(old) + abs(change)) else old - change
+        values[k][n] = difference(old, change)
         holders[n].add(k)

@@ -6,6 +6,7 @@ a pole.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np
@@ -22,7 +23,9 @@ SAMPLES = 33
 HALVINGS, SECTIONS = 60, 60
 """Iterations between two samples: they locate a pole, and compute an extremum, to round-off."""
 NEAR = 1e-6
-"""Distance from an end of the line at which its neighbour is evaluated."""
+"""Part of the way by which the neighbour of an end lies inside."""
+BESIDE = 1e-15
+"""The middle of the way: zero would be the mode of a law that is stuck."""
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 BLOCK = 256
 """Points that are processed together."""
@@ -48,14 +51,13 @@ def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, Mask]:
     values = [solver.values(grid, end)[0] for end in ends]
     low, high = np.minimum.reduce(values), np.maximum.reduce(values)
     solved: Mask = np.logical_and.reduce([np.isin(end.status, (OK, ONE)) for end in ends])
-    if not solver.explicit:
-        return low, high, solved
+    line = StuckLine if solver.explicit else ImplicitLine
     where = np.flatnonzero(solved)
     if not where.size:
         return low, high, solved
     for some in np.array_split(where, len(where) // BLOCK + 1):
         for i, k in combinations(range(len(ends)), 2):
-            least, most = StuckLine(solver, grid[:, some], ends[i], ends[k], some).extremes()
+            least, most = line(solver, grid[:, some], ends[i], ends[k], some).extremes()
             low[:, some], high[:, some] = np.fmin(low[:, some], least), np.fmax(high[:, some], most)
     return low, high, solved
 
@@ -68,11 +70,15 @@ class StuckLine:
         self.first, self.last = first.modes[:, where], last.modes[:, where]
         self.resting = np.asarray(first.rest[:, where] & last.rest[:, where])
 
+    def sides(self, part: Array, points: Index) -> Rows:
+        """Where the laws are between their limits, -1 and 1."""
+        between: Rows = (1 - part) * self.first[:, points] + part * self.last[:, points]
+        between[between == 0.0] = BESIDE
+        return between
+
     def values(self, part: Array, points: Index) -> Rows:
-        """All outputs at some points; nan if the other laws' modes of neither end hold there."""
-        found = np.full((self.solver.wanted, part.size), np.nan)
-        between = (1 - part) * self.first[:, points] + part * self.last[:, points]
-        between[between == 0.0] = 1e-15  # zero would mean stuck
+        """All outputs at some points; nan where neither end's modes of the other laws hold there."""
+        found, between = np.full((self.solver.wanted, part.size), np.nan), self.sides(part, points)
         for others in (self.last[:, points], self.first[:, points]):
             modes = np.where(self.resting[:, points], between, others)
             holds = self.solver.holds(self.grid[:, points], modes, self.resting[:, points])
@@ -138,3 +144,29 @@ class StuckLine:
         """Sign times some outputs at some points, each at its own position on the line; -inf if there is no value."""
         found = self.values(parts, point)[output, np.arange(parts.size)]
         return np.nan_to_num(sign * found, nan=-np.inf)
+
+
+class ImplicitLine(StuckLine):
+    """The same where unknowns are implicit: they are solved for at every place, between those of both ends."""
+
+    def __init__(self, solver: Solver, grid: Rows, first: Points, last: Points, where: Index) -> None:
+        super().__init__(solver, grid, first, last, where)
+        assert first.solved is not None
+        assert last.solved is not None
+        self.ends = first.solved.some(where), last.solved.some(where)
+
+    def values(self, part: Array, points: Index) -> Rows:
+        """All outputs at some points; nan where no solution is found, beginning with the modes of the nearer end, then of the other one."""
+        first, last = (end.some(points) for end in self.ends)
+        rest, sides, grid = self.resting[:, points], self.sides(part, points), self.grid[:, points]
+        y, tau = ((1 - part)[:, None] * a + part[:, None] * b for a, b in ((first.y, last.y), (first.tau, last.tau)))
+        nearer = np.where((part < 0.5)[:, None], first.modes, last.modes)
+        found, left = np.full((self.solver.wanted, part.size), np.nan), np.arange(part.size)
+        for modes in (nearer, first.modes + last.modes - nearer):
+            near = replace(first, y=y, tau=tau, modes=modes).some(left)
+            here, done = self.solver.between(grid[:, left], sides[:, left], rest[:, left], near)
+            found[:, left] = np.where(done, self.solver.values(grid[:, left], here)[0], np.nan)
+            left = left[~done]
+            if not left.size:
+                break
+        return found

@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Look, Points
+from powertrain.modes.tolerances import ALIKE
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 from powertrain.steadystate.axes import PAD
 from powertrain.steadystate.intervals import ranges
 
-ALIKE = 1e-9
-"""Values at both ends of an interval that differ by less, relative to the larger, are equal."""
 MOST_LAWS = 62
 """Number of laws that can have a bit in the results."""
 

@@ -61,12 +61,11 @@ def steady(
     backward; a solution that none of these starts reaches is missed. In large maps of explicit models with very many combinations, the
     status ``one_solution_found`` means that other solutions were not sought; ``exhaustive`` solves every point on its own.
 
-    All variables of the result have ``units`` and ``long_name``, and every point has a ``status``. If the status is ``stuck``, friction
-    is at rest under a prescribed motion, and equilibrium does not determine its torque. ``<name>_low`` and ``<name>_high`` are then the
-    least and greatest values for all torques between the law's bounds, infinite if the signal has a pole between them (if unknowns are
-    implicit: at the bounds). Values at all other points that are not ``ok`` are nan; ``undefined_value`` refers to signals that are nan
-    only there, such as an efficiency at zero power. ``status_laws`` are the laws to which the status refers; the attribute ``problems``
-    explains it in words.
+    The result has ``units`` and ``long_name`` on all variables, and a ``status`` at every point. If the status is ``stuck``, friction
+    is at rest under a prescribed motion, and equilibrium does not determine its torque: ``<name>_low`` and ``<name>_high`` are then the
+    least and the greatest value for all torques between the law's bounds, infinite where the signal has a pole between them. Values at
+    all other points that are not ``ok`` are nan; ``undefined_value`` refers to signals that are nan only there, such as an efficiency
+    at zero power. ``status_laws`` are the laws that the status refers to; the attribute ``problems`` explains it in words.
 
     Parameters
     ----------

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import casadi as ca
+import numpy as np
 import pytest
 from joined import joined
 
 import powertrain as pt
-from powertrain.compiler.hybrid import Friction
+from powertrain.compiler.hybrid import Contact, Friction
 from powertrain.components import translational as tr
-from powertrain.modes.indicators import torque_margins
+from powertrain.components.blocks import Ramp
+from powertrain.modes.indicators import pressure_margin, torque_margins
+from powertrain.modes.tolerances import LEAST_TORQUE
 
 NONE = ca.SX(0)
 
@@ -69,3 +72,31 @@ def test_a_prescribed_motion_runs_into_a_stop() -> None:
         pt.SimulationError, match=r"(?s)at t = 0\.25.* s a motion that no force can stop closes parts\[0\]\.stop_min"
     ):
         pt.simulate(model, 1.0)
+
+
+class Relieved(pt.Component):
+    """A mass on a stop under two large forces that cancel, and a small one that ends after a second."""
+
+    A: pt.Parameter = pt.parameter("N", "Amplitude of the forces", default=5e5)
+    press: Ramp = Ramp(offset=-1.0, height=1.0, duration=1.0)
+    x: pt.Variable = pt.variable("m", "Distance from the stop", start=0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=0)
+    force: pt.Variable = pt.variable("N", "Force of the stop")
+
+    def equations(self) -> pt.Equations:
+        cancelled = self.A * ca.sin(3 * pt.time) - self.A * ca.cos(3 * pt.time - np.pi / 2)
+        yield pt.der(self.x) == self.v
+        yield 2.0 * pt.der(self.v) == self.force + self.press.y.value + cancelled
+        yield pt.unilateral(self.x, self.force)
+
+
+def test_a_stop_that_nothing_presses_stays_closed_but_for_round_off() -> None:
+    """What is left of the forces, up to some 1e-10 N, is no pull: it may not open the stop."""
+    run = pt.simulate(Relieved(), stop=20.0)
+    assert 1e-10 < np.abs(run["force"][run.time > 1.0]).max() < LEAST_TORQUE
+    assert len(run.events) == 0
+
+
+def test_a_closed_stop_is_located_where_it_pulls_by_more_than_its_force_is_known() -> None:
+    contact = Contact("stop", "", 0, NONE, NONE, NONE, ca.SX(-0.3), NONE, known=ca.SX(0.25), rounding=ca.SX(0.125))
+    assert float(pressure_margin(contact)) == -0.3 + 0.375
