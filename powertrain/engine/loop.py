@@ -274,7 +274,7 @@ class Run:
         self._restart()
         right = memory.y[self.side].copy()
         instant = Instant(t, left, right, held_left, held, tuple(resolver.extra))
-        if not instant.begins(self.start):
+        if not instant.begins(self.start, self.catalogue.rests.values()):
             self.recorder.instants.append(instant)
         for index in changed:
             if index in self.catalogue.chattering and self.chatter.note(index, t):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -37,10 +37,12 @@ class Instant(NamedTuple):
     held_right: Array
     extra: tuple[tuple[str, str], ...] = ()
 
-    def begins(self, start: float) -> bool:
-        """Whether laws that were free begin with the run here: that is no event."""
-        soon = self.time <= start + BEGINNING * max(1.0, abs(self.time))
-        return soon and not self.extra and bool((self.held_left[self.held_left != self.held_right] == _FREE).all())
+    def begins(self, start: float, rests: Collection[int]) -> bool:
+        """Whether laws that were free begin with the run here: that is no event. ``rests``: indices of the marks of laws at a limit."""
+        if self.extra or self.time > start + BEGINNING * max(1.0, abs(self.time)):
+            return False
+        changed = np.flatnonzero(self.held_left != self.held_right).tolist()
+        return all(self.held_left[place] == _FREE for place in changed if place not in rests)
 
 
 @dataclass(frozen=True)

@@ -107,10 +107,9 @@ def _fires(dae: HybridDae, fire: ca.SX, instant: ca.SX) -> ca.SX:
 
 def idles(dae: HybridDae, friction: Friction) -> ca.SX:
     """Whether a law at a limit of its torque has come to rest, held by others; how they share the torque is then undecided."""
-    mode, width = dae.m[friction.index], friction.upper - friction.lower
-    known = _rests(dae, friction)
+    mode, known = dae.m[friction.index], _rests(dae, friction)
     still = ca.logic_and(ca.fabs(friction.w) <= ZONE, ca.fabs(friction.rate) <= friction.reach * friction.hysteresis)
-    return ca.logic_and(ca.logic_and(ca.fabs(mode) == 1, still), ca.logic_and(width > friction.hysteresis, known == 0))
+    return ca.logic_and(ca.logic_and(ca.fabs(mode) == 1, still), known == 0)
 
 
 def _rests(dae: HybridDae, friction: Friction) -> ca.SX:

@@ -209,7 +209,7 @@ class _Run:
             final=final,
             final_held=final_held,
             states=self.x,
-            instants=tuple(instant for instant in instants if not instant.begins(self.start)),
+            instants=tuple(i for i in instants if not i.begins(self.start, notes.rests.values())),
             laws=notes.kinds,
             rests=notes.rests,
             statistics=dict(zip(("steps", "rejected", "events"), self.counts.tolist(), strict=False)),

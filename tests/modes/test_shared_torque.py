@@ -263,3 +263,34 @@ def test_laws_beside_a_screw_break_away_once() -> None:
     result = plant.simulate(1.0, starts=random_starts(plant, 318))
     broken = [event.name for event in result.events if event.name.endswith("mode")]
     assert broken == ["parts[1].mode", "parts[2].mode", "parts[7].mode"]
+
+
+class Pressed(pt.Component):
+    """A torque on a shaft that one brake holds while another is pressed little by little."""
+
+    second: rot.Brake
+    drive: rot.ConstantTorque = rot.ConstantTorque(tau_constant=1.0)
+    shaft: rot.Inertia = rot.Inertia(J=0.1)
+    first: rot.Brake = brake(3.0)
+    full: Constant = Constant(k=1.0)
+    pressure: Ramp = Ramp(duration=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.first.flange_a, self.second.flange_a)
+        yield pt.connect(self.full.y, self.first.f_normalized)
+        yield pt.connect(self.pressure.y, self.second.f_normalized)
+
+
+@pytest.mark.parametrize("begins", [0.0, 0.1])
+@pytest.mark.parametrize("peak", [1.0, 1.5])
+def test_what_is_pressed_from_nothing_on_a_shaft_at_rest_takes_no_more_than_its_share(
+    begins: float, peak: float
+) -> None:
+    """Its limit is smaller at first than the uncertainty of a torque. It took up to 4 N.m, and drove the other brake to -3 N.m."""
+    second = rot.Brake(fn_max=10.0, mue_pos=((0.0, 1.0),), peak=peak)
+    result = pt.simulate(Pressed(second=second), 1.0, parameters={"pressure.startTime": begins})
+    limit = peak * 10.0 * np.maximum(result.time - begins, 0.0)
+    np.testing.assert_allclose(result["second.tau"], np.minimum(limit, 0.5), atol=2e-7)
+    np.testing.assert_allclose(result["first.tau"] + result["second.tau"], 1.0, atol=1e-9)
+    assert [event.new for event in result.events] == ([0.0] if begins else [])
