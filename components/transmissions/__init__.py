@@ -6,7 +6,14 @@ from powertrain.components.transmissions.automatic import Automatic
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
 from powertrain.components.transmissions.dual_clutch import ClutchedGear, DualClutchGearbox, StartingGearbox
 from powertrain.components.transmissions.electric_transmission import ElectricTransmission
-from powertrain.components.transmissions.gear_scheme import GearScheme, SchemeGear, ShiftElement, planetary, ravigneaux
+from powertrain.components.transmissions.gear_scheme import (
+    GearScheme,
+    SchemeGear,
+    ShiftElement,
+    double_planetary,
+    planetary,
+    ravigneaux,
+)
 from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable, SingleGear
 from powertrain.components.transmissions.gearsets import (
     CR_CR_FOUR,
@@ -92,6 +99,7 @@ __all__ = [
     "UnitLoss",
     "UnitRatio",
     "VariableTransmission",
+    "double_planetary",
     "flow",
     "joints",
     "members",

@@ -68,6 +68,36 @@ def planetary(name: str, sun: str, ring: str, carrier: str, *, teeth: tuple[int,
     return Lever(name, sun, ring, carrier, -Z_ring / Z_sun, eta)
 
 
+def double_planetary(
+    name: str, sun: str, ring: str, carrier: str, *, teeth: tuple[int, int], eta: float = 1.0
+) -> Lever:
+    """A planetary gear with pairs of planets: with the carrier fixed, sun and ring turn in the same direction.
+
+    Parameters
+    ----------
+    name : str
+        Name of the set.
+    sun, ring, carrier : str
+        Names of its shafts.
+    teeth : tuple of int
+        Tooth numbers of sun and ring.
+    eta : float
+        Efficiency with the carrier fixed, of three meshes [1].
+
+    Returns
+    -------
+    Lever
+
+    Raises
+    ------
+    ParameterError
+        For tooth numbers between which no planet fits.
+    """
+    Z_sun, Z_ring = teeth
+    _check_teeth(f"planetary gear {name}", (Z_sun,), Z_ring)
+    return Lever(name, sun, ring, carrier, Z_ring / Z_sun, eta)
+
+
 def ravigneaux(
     large: str, small: str, ring: str, carrier: str, *, teeth: tuple[int, int, int], eta: float = 1.0
 ) -> tuple[Lever, Lever]:
@@ -118,8 +148,9 @@ def _check_teeth(where: str, suns: tuple[int, ...], ring: int) -> None:
 class GearScheme:
     """A gearset: levers on named shafts, shift elements between shafts, and the elements that each gear engages.
 
-    ``gears`` are the forward gears, lowest first, and those that turn the output backward. Adjacent forward gears differ in one element
-    that opens and one that closes. Shafts of ``joints`` are joined in every gear. ``of`` reads a scheme as it is drawn and tabulated:
+    ``gears`` are the forward gears, lowest first, and behind them those that turn the output backward. Adjacent forward gears differ in
+    one element that opens and one that closes. Shafts of ``joints`` are joined in every gear. ``of`` reads a scheme as it is drawn and
+    tabulated:
 
     >>> simpson = GearScheme.of(
     ...     planetary("front", "suns", "ring", "out", teeth=(33, 72)),
@@ -130,7 +161,8 @@ class GearScheme:
     >>> [round(simpson.ratio(gear.name), 2) for gear in simpson.gears]
     [2.46, 1.46, 1.0, -2.18]
 
-    Errors: ParameterError for a gear whose elements do not leave one degree of freedom, and for forward gears that are not in order.
+    Errors: ParameterError for a gear whose elements do not leave one degree of freedom, for an element at a shaft that nothing else has,
+    and for forward gears that are not in order.
     Theory: H. L. Benford, M. B. Leising, The lever analogy, SAE 810102, 1981.
     """
 
@@ -148,10 +180,13 @@ class GearScheme:
                 raise ParameterError(
                     f"gear {gear.name} engages {unknown[0]!r}; the shift elements are {', '.join(known)}"
                 )
+        self._check_shafts()
+        for gear in self.gears:
             try:
                 self.network(gear.name).motion()
             except ParameterError as error:
                 raise ParameterError(f"gear {gear.name} ({', '.join(gear.engaged)}): {error}") from None
+        self._check_direction()
         for one, other in pairwise(self.forward):
             self._check_step(one, other)
 
@@ -160,7 +195,7 @@ class GearScheme:
         cls,
         *levers: Lever,
         elements: Mapping[str, str],
-        gears: Mapping[str, str],
+        gears: Mapping[str, str | Iterable[str]],
         input: str = "in",
         output: str = "out",
     ) -> Self:
@@ -169,11 +204,11 @@ class GearScheme:
         Parameters
         ----------
         *levers : Lever
-            Planetary sets, from ``planetary`` and ``ravigneaux``.
+            Planetary sets, from ``planetary``, ``double_planetary`` and ``ravigneaux``, and pairs of gears.
         elements : mapping of str to str
             Name of each shift element, and the shafts that it connects: ``"shaft-shaft"``, or ``"shaft-housing"`` for a brake.
         gears : mapping of str to str
-            Name of each gear, and the elements that are engaged in it, separated by spaces.
+            Name of each gear, and the elements that are engaged in it: a text with spaces between them, or a sequence of names.
         input, output : str
             Names of the input and the output shaft.
 
@@ -184,9 +219,8 @@ class GearScheme:
         """
         pairs = joints(*elements.values())
         made = tuple(ShiftElement(name, *pair) for name, pair in zip(elements, pairs, strict=True))
-        return cls(
-            levers, made, tuple(SchemeGear(name, tuple(text.split())) for name, text in gears.items()), input, output
-        )
+        engaged = {name: tuple(x.split() if isinstance(x, str) else x) for name, x in gears.items()}
+        return cls(levers, made, tuple(SchemeGear(name, names) for name, names in engaged.items()), input, output)
 
     @cached_property
     def shafts(self) -> tuple[str, ...]:
@@ -256,6 +290,28 @@ class GearScheme:
         ends = self.input, self.output
         alone = tuple((shaft, shaft) for element in self.elements for shaft in element.joint)  # no lever need be there
         return Network(self.levers, ends, (*alone, *self.joints, *joints), *ends)
+
+    def _check_shafts(self) -> None:
+        """The ends and every shaft of an element are met by something else: another name is a slip of the pen."""
+        members = [shaft for x in self.levers for shaft in (x.a, x.b, x.carrier)]
+        joined = [shaft for pair in self.joints for shaft in pair]
+        at: dict[str, tuple[str, ...]] = {"input": (self.input,), "output": (self.output,)}
+        at |= {f"shift element {element.name}": element.joint for element in self.elements}
+        for what, shafts in at.items():
+            met = [HOUSING, *members, *joined, *(shaft for name, pair in at.items() if name != what for shaft in pair)]
+            if lone := [shaft for shaft in shafts if shaft not in met]:
+                raise ParameterError(
+                    f"the {what} is at the shaft {lone[0]!r}, where nothing else is; the shafts of the planetary sets are "
+                    f"{', '.join(dict.fromkeys(members))}"
+                )
+
+    def _check_direction(self) -> None:
+        """The first gear is a forward one, so that the gears of a set whose output is turned round are not taken for reverse gears."""
+        if self.forward and self.gears[0] in self.reverse:
+            raise ParameterError(
+                f"gear {self.gears[0].name} has the ratio {self.ratio(self.gears[0].name):.4g}, it turns the output backward; list the "
+                "forward gears first. A pair of transfer gears that turns the output round has a positive ratio here"
+            )
 
     def _check_step(self, one: SchemeGear, other: SchemeGear) -> None:
         if self.ratio(one.name) <= self.ratio(other.name):
