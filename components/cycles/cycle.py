@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.resources import files
+from importlib.resources import as_file, files
+from os import PathLike
 from pathlib import Path
 from typing import Self
 
@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain import Map, ParameterError
+from powertrain.components.cycles.cyclefiles import one_of, read_columns
 
-KM_H = 1 / 3.6
-"""One km/h in m/s."""
 CYCLES = {
     "ftp-stabilized": "FTP-75, bags 2 and 4: the last 864 s of the UDDS, 40 CFR 86 App. I",
     "ftp-transient": "FTP-75, bags 1 (cold) and 3 (hot): the first 505 s of the UDDS, 40 CFR 86 App. I",
@@ -29,10 +28,7 @@ CYCLES = {
 }
 """The cycles in the library, and the regulations that define them."""
 PHASES = {"ftp-transient": ("udds", 0.0, 505.0), "ftp-stabilized": ("udds", 505.0, 1369.0)}
-"""Cycles that are a part of another one: its name, start and end [s]."""
-SPEED_UNITS = {"speed_km_h": KM_H, "speed_m_s": 1.0}
-GRADE_UNITS = {"grade": 1.0, "grade_percent": 0.01}
-"""Units of the columns of a file."""
+"""Cycles that are a part of another one: its name, and from when to when [s]."""
 CHANGE = 1.0
 """Distance [m] after a halt over which the slope of the road changes, if the cycle changes its grade during the halt."""
 STEEPEST = 1.0
@@ -113,51 +109,49 @@ class DriveCycle:
 
     @classmethod
     def named(cls, name: str) -> Self:
-        """One of ``CYCLES``. Errors: ParameterError for another name."""
-        if name not in CYCLES:
+        """One of ``CYCLES``, in small or capital letters. Errors: ParameterError for another name."""
+        if name.lower() not in CYCLES:
             raise ParameterError(f"unknown drive cycle {name!r}; choose from {', '.join(CYCLES)}, or give a CSV file")
+        name = name.lower()
         if name in PHASES:
             whole, start, stop = PHASES[name]
             return cls(name, cls.named(whole).part(start, stop).table, CYCLES[name])
-        path = files("powertrain.components").joinpath("cycles", "data", f"{name}.csv")
-        rows = _rows(path.read_text(encoding="utf-8").splitlines(), name)[1]
-        return cls(name, tuple((t, v * KM_H) for t, v in rows), CYCLES[name])
+        with as_file(files("powertrain.components").joinpath("cycles", "data", f"{name}.csv")) as path:
+            columns = read_columns(path)
+        return cls(name, tuple(zip(columns["time"], columns["speed"], strict=True)), CYCLES[name])
+
+    @classmethod
+    def of(cls, cycle: DriveCycle | str | PathLike[str]) -> DriveCycle:
+        """A cycle itself, one of ``CYCLES`` by its name, or that of a CSV file."""
+        if not isinstance(cycle, (str, PathLike)):
+            return cycle
+        return cls.from_csv(Path(cycle)) if Path(cycle).suffix.lower() == ".csv" else cls.named(str(cycle))
 
     @classmethod
     def from_csv(cls, path: str | Path) -> Self:
         """Read a file with a header, over time or over distance; lines with # are comments.
 
-        Its columns are ``time_s`` or ``distance_m``, ``speed_km_h`` or ``speed_m_s``, and optionally ``grade`` (tangent of the slope) or
-        ``grade_percent``, and ``stop_s``, the waiting time at a row of a cycle over distance.
+        Its columns are ``time_s`` or ``distance_m``; ``speed_km_h``, ``speed_m_s`` or ``speed_mph``; and, if wanted, ``grade`` (tan of the
+        slope) or ``grade_percent``, and ``stop_s``, the time that a cycle over distance waits at a row. Units may stand in brackets,
+        ``speed [km/h]``, and columns be separated as in ``pt.TextTable``. The headings of FASTSim's cycles are known, too.
 
         Errors: ParameterError for a file that cannot be read, for other columns, and for an entry that is not a number, with its line.
         """
         path = Path(path)
-        try:
-            lines = path.read_text(encoding="utf-8-sig").splitlines()
-        except OSError as error:
-            raise ParameterError(f"{path}: cannot be read: {error.strerror}") from None
-        except UnicodeDecodeError as error:
-            raise ParameterError(
-                f"{path}: byte {error.start} is not text in UTF-8; save the file in that encoding"
-            ) from None
-        header, rows = _rows(lines, str(path))
-        columns = dict(zip(header, zip(*rows, strict=True), strict=False))
-        at, speed = _column(header, ("time_s", "distance_m"), path), _column(header, tuple(SPEED_UNITS), path)
-        known = {at, speed, *GRADE_UNITS, *(["stop_s"] if at == "distance_m" else [])}
-        _check_columns(header, known, path)
-        speeds = [v * SPEED_UNITS[speed] for v in columns.get(speed, ())]
-        grades = [g * GRADE_UNITS[name] for name in GRADE_UNITS for g in columns.get(name, ())]
-        if at == "time_s":
-            return cls(path.stem, tuple(zip(columns.get(at, ()), speeds, strict=True)), str(path), tuple(grades))
-        waits = columns.get("stop_s", ())
+        columns = read_columns(path)
+        at, speeds = one_of(columns, ("time", "distance"), path), columns[one_of(columns, ("speed",), path)]
+        grades, waits = tuple(columns.get("grade", ())), columns.get("stop", ())
+        if at == "time":
+            if waits:
+                raise ParameterError(f"{path}: a cycle over time has no column for stops; give them as rows at 0 m/s")
+            return cls(path.stem, tuple(zip(columns[at], speeds, strict=True)), str(path), grades)
         for row, (t, v) in enumerate(zip(waits, speeds, strict=False), 1):
             if t != 0 and v != 0:
                 raise ParameterError(
                     f"{path}: row {row} has a stop_s of {t:g} s at {v:g} m/s; a vehicle waits at 0 m/s"
                 )
         stops = [t for t, v in zip(waits, speeds, strict=False) if v == 0]
-        return cls.from_distance(path.stem, columns.get(at, ()), speeds, stops, str(path), grades)
+        return cls.from_distance(path.stem, columns[at], speeds, stops, str(path), grades)
 
     @classmethod
     def from_distance(
@@ -288,38 +282,3 @@ def _road(places: NDArray[np.float64], before: NDArray[np.float64], behind: NDAr
     grades = behind[changes] + lengths / steps * (before[changes + 1] - behind[changes])
     points = np.vstack([np.column_stack([places, before]), np.column_stack([places[changes] + lengths, grades])])
     return points[np.argsort(points[:, 0])]
-
-
-def _check_columns(header: Sequence[str], known: Collection[str], path: Path) -> None:
-    if other := [name for name in header if name not in known]:
-        raise ParameterError(f"{path}: unknown column {other[0]!r}; allowed columns are {', '.join(sorted(known))}")
-    if twice := [name for name in header if header.count(name) > 1]:
-        raise ParameterError(f"{path}: the header has the column {twice[0]!r} {header.count(twice[0])} times")
-
-
-def _column(header: Sequence[str], names: Sequence[str], path: Path) -> str:
-    found = [name for name in names if name in header]
-    if len(found) != 1:
-        raise ParameterError(f"{path}: the header is {','.join(header)!r}; it must have one of {' and '.join(names)}")
-    return found[0]
-
-
-def _rows(lines: Sequence[str], said: str) -> tuple[tuple[str, ...], list[tuple[float, ...]]]:
-    """The header and the rows of numbers."""
-    header: tuple[str, ...] = ()
-    found: list[tuple[float, ...]] = []
-    for number, line in enumerate(lines, 1):
-        if not line.strip() or line.startswith("#"):
-            continue
-        fields = next(csv.reader([line]))
-        if not header:
-            header = tuple(name.strip() for name in fields)
-            continue
-        try:
-            row = tuple(float(text) for text in fields)
-        except ValueError:
-            row = ()
-        if len(row) != len(header):
-            raise ParameterError(f"{said}, line {number}: {line!r} is not a row of {','.join(header)}")
-        found.append(row)
-    return header, found

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from powertrain import Axis, Equations, Map, Parameter, ParameterError, Symbol, parameter, within
 from powertrain.components.engines.interfaces import Engine
-from powertrain.components.engines.tablechecks import RATES, SPECIFIC, check_fuel, check_torque
+from powertrain.components.engines.tablechecks import RATES, SPECIFIC, check_efficiency, check_fuel, check_torque
 from powertrain.components.engines.tablefiles import read_fuel_map, read_torque_map
 from powertrain.components.limited import limited
 
@@ -103,6 +103,8 @@ class MappedEngine(Engine):
         try:
             check_torque(self.torque_map)
             check_fuel(self.fuel_map)
+            if isinstance(heating_value := self._values["heating_value"], float):
+                check_efficiency(self.fuel_map, heating_value)
         except ParameterError as error:
             raise ParameterError(f"{self._path or type(self).__name__}: {error}") from None
         yield from self._run()

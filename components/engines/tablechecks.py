@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+
+import numpy as np
 
 from powertrain import Map, ParameterError
 
@@ -39,6 +42,24 @@ def check_fuel(table: Map) -> None:
         raise ParameterError(
             f"the fuel table has a specific consumption at {table.axes[1].low:g} N.m, where there is no power; start above zero"
         )
+
+
+def check_efficiency(table: Map, heating_value: float) -> None:
+    """A fuel table in which the fuel has no less energy than the work at the crank. Errors: ParameterError with the worst point."""
+    speed, torque = np.meshgrid(*(axis.points for axis in table.axes), indexing="ij")
+    power = np.maximum(speed * torque, 0)
+    heat = (
+        table.values * heating_value * (SPECIFIC[table.unit] * power if table.unit in SPECIFIC else RATES[table.unit])
+    )
+    lacking = power - heat
+    if lacking.max() <= 0:
+        return
+    worst = np.unravel_index(lacking.argmax(), lacking.shape)
+    raise ParameterError(
+        f"the fuel table has {table.values[worst]:g} {table.unit} at {speed[worst] * 30 / math.pi:.0f} rpm and {torque[worst]:g} N.m: that "
+        f"fuel has {heat[worst] / 1e3:.3g} kW, but the engine gives {power[worst] / 1e3:.3g} kW. Check the unit of the fuel, zeros in "
+        f"place of missing points, and heating_value = {heating_value:g} J/kg"
+    )
 
 
 def _check(table: Map, what: str, axes: tuple[str, ...], units: Mapping[str, float]) -> None:

@@ -8,6 +8,9 @@ from powertrain import Equations, Map, Parameter, ParameterError, Symbol, parame
 from powertrain.components.engines.interfaces import Engine
 from powertrain.components.limited import limited
 
+ROUNDED = 0.03
+"""How far the numbers of a data sheet may contradict each other: they are rounded, and so are the ends of its ranges of speed."""
+
 
 class WillansEngine(Engine):
     """An engine whose fuel power is a linear function of its torque.
@@ -41,11 +44,13 @@ class WillansEngine(Engine):
     curve: Map | None = None
 
     def check(self) -> Equations:
-        """The points of the full-load curve in their order."""
+        """The points of the full-load curve in their order: no power above the largest, no torque above the largest."""
         if self.curve is None:
             yield self.w_low < self.w_tau
             yield self.w_tau < self.w_P
             yield self.tau_low <= self.tau_max
+            yield self.tau_max * self.w_tau <= (1 + ROUNDED) * self.P_max
+            yield self.P_max <= (1 + ROUNDED) * self.tau_max * self.w_P
 
     def equations(self) -> Equations:
         """What holds for every engine, with these laws."""

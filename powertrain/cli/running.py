@@ -248,7 +248,7 @@ def _not_followed(run: CycleRun) -> list[str]:
 def _energies(run: CycleRun) -> str:
     """A line for every component that supplied, lost or stored energy; parts stand below their whole, indented."""
     table = run.audit.components
-    supplied = float(table.sources[""])
+    supplied = run.supplied
     rows = []
     amounts = {str(path): [float(row[name]) for name in COUNTED] for path, row in table.iterrows()}
     for path, own in amounts.items():

@@ -20,6 +20,31 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:\s+|(?
 _ROTATIONS = {"Hz", "rpm"}
 _RPM = {"rpm", "rev/min", "r/min", "u/min"}
 """Rotations per minute as they are typed, in small letters."""
+_SPELLINGS = {
+    **dict.fromkeys(("lbs", "lbm"), "lb"),
+    "bhp": "hp",
+    **{
+        mark.join(pair): "lbf.ft"
+        for mark in ".- "
+        for pair in (("lb", "ft"), ("ft", "lb"), ("lbs", "ft"), ("ft", "lbs"))
+    },
+    **{f"{one}-{other}": "lbf.ft" for one, other in (("lbf", "ft"), ("ft", "lbf"))},
+}
+"""Other units as they are typed, in small letters; a torque in pounds and feet means pounds-force."""
+_SPACE = re.compile(r"(?<=\w)\s+(?=[A-Za-z(])")
+"""The space of a product, as in N m."""
+_SIGNS = (
+    ("**", ""),
+    ("*", "."),
+    ("·", "."),
+    ("⋅", "."),
+    ("^", ""),
+    ("²", "2"),
+    ("³", "3"),
+    ("°C", "degC"),
+    ("Ω", "Ohm"),
+    ("Ω", "Ohm"),
+)
 _ANGLES = {"rad", "deg", *_ROTATIONS}
 ZERO_CELSIUS = 273.15
 
@@ -41,6 +66,10 @@ def quantity(text: str, unit: str, where: str) -> float:
     found = _QUANTITY.match(text)
     if found is None:
         raise ParameterError(f"{where} = {text!r} is not a number with a unit, such as '1.5 {unit}'")
+    if found[2].startswith(","):
+        raise ParameterError(
+            f"{where} = {text!r} has a comma; write decimals with a point, and thousands without a mark"
+        )
     number, given = float(found[1]), _plain(found[2])
     if given == "degC" and unit == "K":
         return number + ZERO_CELSIUS
@@ -54,9 +83,11 @@ def _plain(unit: str) -> str:
     """A unit as it is usually typed, in Modelica's notation: N*m^2 as N.m2, RPM as rpm."""
     if unit.lower() in _RPM:
         return "rpm"
-    for typed, plain in ("**", ""), ("*", "."), ("·", "."), ("^", ""), ("²", "2"), ("³", "3"), ("°C", "degC"):
+    if unit.lower() in _SPELLINGS:
+        return _SPELLINGS[unit.lower()]
+    for typed, plain in _SIGNS:
         unit = unit.replace(typed, plain)
-    return unit
+    return _SPACE.sub(".", unit)
 
 
 def counts_rotations(unit: str) -> bool:

@@ -53,7 +53,8 @@ def _step(kind: type[Component], path: str, known: Mapping[str, Any]) -> tuple[s
         raise ParameterError(f"{kind.__name__}: {path!r} is not a path such as J, wheels[0] or wheels[0].r")
     name, index, rest = step.groups()
     if name not in known:
-        raise ParameterError(f"{kind.__name__} has no field {name}{suggestion(name, known)}")
+        near = suggestion(name, known) or f" (its fields: {', '.join(known)})"
+        raise ParameterError(f"{kind.__name__} has no field {name}{near}")
     return name, index, rest
 
 

@@ -74,7 +74,8 @@ class TextTable:
         rows = [Row(i, _cells(line, delimiter)) for i, line in lines]
         if delimiter != ",":
             rows = _with_points(file, rows)
-        rows = [Row(line, cells[: _width(rows)]) for line, cells in rows]
+        width = _width(rows)
+        rows = [Row(line, cells[:width]) for line, cells in rows]
         if all(_NUMBER.fullmatch(cell) for cell in rows[0].cells):
             raise ParameterError(
                 f"{file}:{rows[0].line}: the first line must hold headings, such as 'speed [rpm]'; in a wide table leave its first cell "

@@ -86,7 +86,7 @@ def _map(value: Any, folder: Path) -> pt.Map:
 
 def _cycle(value: Any, folder: Path) -> DriveCycle:
     if isinstance(value, str):
-        return DriveCycle.from_csv(folder / value) if value.endswith(".csv") else DriveCycle.named(value)
+        return DriveCycle.of(folder / value if value.endswith(".csv") else value)
     _check_keys(value, CYCLE_KEYS)
     rows = tuple((float(t), float(v)) for t, v in value["table"])
     return DriveCycle(value["name"], rows, value.get("source", ""), tuple(value.get("grades", ())))

@@ -30,6 +30,14 @@ from powertrain.presets.settings import Adjustable, checked, component_named, pa
 
 M = TypeVar("M", bound=pt.Component)
 CLASS = "class"
+HINTS = {
+    "Cannot overwrite a value": "; a component that is set as a text has no table of its own: write its name as class = ... in the table",
+    "twice": "; write all values of a component in one table",
+    "Invalid value": "; texts stand in quotation marks",
+    "Expected newline": '; quantities with a unit stand in quotation marks, as in m = "1500 kg", and decimals have a point',
+    "Expected '='": "; write name = value, and [name] above the values of a component",
+}
+"""What people mean where a file is not TOML, by a part of what the parser says."""
 
 
 def read(path: str | Path) -> dict[str, Any]:
@@ -39,7 +47,8 @@ def read(path: str | Path) -> dict[str, Any]:
     except OSError as error:
         raise pt.ParameterError(f"{path} cannot be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise pt.ParameterError(f"{path} is not a TOML file: {error}") from None
+        hint = next((hint for said, hint in HINTS.items() if said in str(error)), "")
+        raise pt.ParameterError(f"{path} is not a TOML file: {error}{hint}") from None
 
 
 def applied(model: M, tables: dict[str, Any], folder: Path | None = None) -> tuple[M, list[str]]:

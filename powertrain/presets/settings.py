@@ -64,7 +64,7 @@ def place(component: pt.Component, path: str) -> Adjustable:
     """The place of a path. Errors: ParameterError for an unknown one, with those that are like it."""
     known = {found.path: found for found in places(component)}
     if path not in known:
-        near = suggestion(path, known) or _beside(path, known)
+        near = (suggestion(path, known) or _beside(path, known)) + _makers(path, known)
         raise pt.ParameterError(f"{type(component).__name__} has no parameter or component {path!r}{near}")
     return known[path]
 
@@ -77,6 +77,16 @@ def _beside(path: str, known: Iterable[str]) -> str:
     start = f"{inside}." if inside else ""
     names = [k for k in known if k.startswith(start) and not {".", "["} & set(k[len(start) :])]
     return f"; choose from {', '.join(names)}" if names else ""
+
+
+def _makers(path: str, known: Mapping[str, Adjustable]) -> str:
+    """What else makes the part that an unknown path leads into: its variants, which may have an argument of that name."""
+    inside, _, name = path.rpartition(".")
+    if inside not in known or not known[inside].is_part:
+        return ""
+    kind = type(known[inside].value)
+    takes = [maker for maker in variants(kind) if name in inspect.signature(getattr(kind, maker)).parameters]
+    return "".join(f"; {inside} = {kind.__name__}.{maker}(...) takes {name}" for maker in takes)
 
 
 def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:

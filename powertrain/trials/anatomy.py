@@ -63,7 +63,8 @@ class Anatomy:
 
 
 def anatomy(vehicle: pt.Component) -> Anatomy:
-    """Find the body, pedals, engines and other components of a vehicle."""
+    """Find the body, pedals, engines and other components of a vehicle. Errors: ParameterError for what is not a component."""
+    _check_component(vehicle)
     parts = list(_parts(vehicle))
 
     def of(*kinds: type[pt.Component]) -> tuple[str, ...]:
@@ -78,6 +79,15 @@ def anatomy(vehicle: pt.Component) -> Anatomy:
         batteries=batteries,
         stores=tuple(getattr(type(vehicle), "stores", batteries)),
     )
+
+
+def _check_component(vehicle: object) -> None:
+    if not isinstance(vehicle, pt.Component):
+        made = (
+            f"; write {vehicle.__name__}()" if isinstance(vehicle, type) and issubclass(vehicle, pt.Component) else ""
+        )
+        named = f"; pt.vehicles.load({vehicle!r}) makes one of a name or a file" if isinstance(vehicle, str) else ""
+        raise pt.ParameterError(f"{vehicle!r} is not a vehicle{made}{named}")
 
 
 def value_at(vehicle: pt.Component, path: str) -> Any:

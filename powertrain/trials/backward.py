@@ -59,8 +59,7 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     Errors: ParameterError if points of the map have no operating point, and those of ``check_backward``.
     """
     check_backward(vehicle)
-    if isinstance(cycle, str):
-        cycle = DriveCycle.named(cycle)
+    cycle = DriveCycle.of(cycle)
     v, force = demand(vehicle, cycle)
     top = 1.02 * cycle.top_speed
     speeds, accelerators = np.linspace(min(SLOWEST, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS)

@@ -266,7 +266,7 @@ class CycleRun:
 
 def drive_cycle(
     vehicle: pt.Component | pt.Plant[Any],
-    cycle: DriveCycle | str | None = None,
+    cycle: DriveCycle | str | PathLike[str] | None = None,
     *,
     parameters: dict[str, float] | None = None,
     progress: bool | Watch = False,
@@ -283,7 +283,7 @@ def drive_cycle(
     vehicle : Component or Plant
         A vehicle with a body, a driver and a cycle.
     cycle : DriveCycle or str, optional
-        A cycle, or the name of a legislated one; by default the one of the vehicle.
+        A cycle, the name of a legislated one, or a CSV file (``DriveCycle.from_csv``); by default the one of the vehicle.
     parameters : mapping of str to float, optional
         Values that replace those of the vehicle.
     progress : bool or callable
@@ -349,12 +349,12 @@ def so_far(plant: pt.Plant[Any], parameters: Mapping[str, float] | None = None) 
     return say
 
 
-def on_cycle(vehicle: pt.Component, cycle: DriveCycle | str | None) -> pt.Component:
-    """The vehicle on a cycle, by default its own, and on its road if the cycle has grades; these replace the road of a previous cycle."""
+def on_cycle(vehicle: pt.Component, cycle: DriveCycle | str | PathLike[str] | None) -> pt.Component:
+    """The vehicle on a cycle, by default its own, and on its road where the cycle has grades; the road of the cycle before it goes."""
     parts = anatomy(vehicle)
     path = parts.the("cycle")
     own: DriveCycle = value_at(vehicle, path).cycle
-    driven = DriveCycle.named(cycle) if isinstance(cycle, str) else cycle or own
+    driven = own if cycle is None else DriveCycle.of(cycle)
     if driven is not own:
         vehicle = pt.replace(vehicle, {f"{path}.cycle": driven})
     if not (driven.grades or own.grades):

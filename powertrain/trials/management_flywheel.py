@@ -47,7 +47,7 @@ def flywheel_management(
     Management
         Its state is the energy of the flywheel [J]; a start costs the fuel for the kinetic energy of the engine.
     """
-    cycle = DriveCycle.named(cycle) if isinstance(cycle, str) else cycle
+    cycle = DriveCycle.of(cycle)
     driven, choices = on_cycle(vehicle, cycle), np.asarray(throttles, float)
     step_up, inertia = float(vehicle.step_up.ratio), float(vehicle.flywheel.J)
     heat = float(vehicle.engine.heating_value) * EFFICIENCY

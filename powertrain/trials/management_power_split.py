@@ -50,7 +50,7 @@ def power_split_management(
     Management
         Its state is the charge of the battery; a start costs the fuel for the kinetic energy of the engine.
     """
-    cycle = DriveCycle.named(cycle) if isinstance(cycle, str) else cycle
+    cycle = DriveCycle.of(cycle)
     driven, choices = on_cycle(vehicle, cycle), np.asarray(powers, float)
     bench = PowerSplitBench(vehicle, np.linspace(SLOWEST, 1.02 * cycle.top_speed, SPEEDS), choices)
     battery, engine = vehicle.battery, vehicle.engine

@@ -59,6 +59,16 @@ from powertrain.language.quantities import converted, quantity
         ("60 rpm", "1/s", 1.0),
         ("3 1/min", "1/min", 3.0),
         ("23 ft2", "m2", 23 * 0.3048**2),
+        ("3300 lbs", "kg", 3300 * 0.45359237),
+        ("150 bhp", "W", 150 * 745.6998715822702),
+        ("200 lb-ft", "N.m", 200 * 1.3558179483314004),
+        ("200 ft.lb", "N.m", 200 * 1.3558179483314004),
+        ("200 lb ft", "N.m", 200 * 1.3558179483314004),
+        ("200 ft-lbf", "N.m", 200 * 1.3558179483314004),
+        ("250 N m", "N.m", 250.0),
+        ("0.2 kg m2", "kg.m2", 0.2),
+        ("0.2 kg m²/s", "kg.m2/s", 0.2),
+        ("80 mΩ", "Ohm", 0.08),
         ("2 hp/t", "W/kg", 2 * 0.7456998715822702),
     ],
 )
@@ -75,8 +85,10 @@ def test_parameters_take_units() -> None:
         VehicleBody(m="1500 N")  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match=r"'5 stones': unknown unit 'stones'"):
         VehicleBody(m="5 stones")  # type: ignore[arg-type]
-    with pytest.raises(pt.ParameterError, match=r"unknown unit 'lbs' .*did you mean lb "):
-        VehicleBody(m="3300 lbs")  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"unknown unit 'lbx' .*did you mean lb "):
+        VehicleBody(m="3300 lbx")  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"'1,500 kg' has a comma; write decimals with a point"):
+        VehicleBody(m="1,500 kg")  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match=r"a text without a unit; write 1500, or '1500 kg'"):
         VehicleBody(m="1500")  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match=r"a text without a unit; write 0.3 \("):

@@ -51,6 +51,7 @@ PATHS: dict[Any, list[str]] = {
     "js[0.J": ["is not a path"],
     "js.J": ["write js[0].J for its first member"],
     "J3.J": ["Two has no field J3", "did you mean J2 or J1"],
+    "weight": ["Two has no field weight (its fields: J1, "],
     3: ["changes = {3: 2.0}"],
 }
 OPTIONS: list[tuple[dict[str, Any], list[str]]] = [

@@ -393,7 +393,7 @@ def test_wrong_arguments_are_told(short: str, tmp_path: Path) -> None:
     assert "0:30 s" in refused("run", "SplitPathCar", "--cycle", short, "--span", "0:31")
     bad = tmp_path / "bad.csv"
     bad.write_text("time,speed\n0,0\n")
-    assert "the header is" in refused("run", "SplitPathCar", "--cycle", str(bad))
+    assert "a time needs a unit; write time_s" in refused("run", "SplitPathCar", "--cycle", str(bad))
     toml = tmp_path / "bad.toml"
     toml.write_text("body.m = \n")
     assert "is not a TOML file" in refused("run", "SplitPathCar", "--params", str(toml))
@@ -429,8 +429,8 @@ def test_toml_round_trip() -> None:
 
 def test_values_of_one_part_are_set_together(tmp_path: Path) -> None:
     """The largest torque of a diesel engine lies above the default's largest power, and its power below the default's torque."""
-    pairs = {"engine.w_P": "366.5", "engine.w_tau": "183", "engine.w_low": "120"}
-    engine = WillansEngine(w_P=366.5, w_tau=183.0, w_low=120.0)
+    pairs = {"engine.w_P": "366.5", "engine.w_tau": "183", "engine.w_low": "120", "engine.P_max": "50e3"}
+    engine = WillansEngine(w_P=366.5, w_tau=183.0, w_low=120.0, P_max=50e3)
     assert assigned(SplitPathCar(), pairs.items()) == SplitPathCar(engine=engine)
     lines = "".join(f"{path.partition('.')[2]} = {value}\n" for path, value in pairs.items())
     assert applied(SplitPathCar(), tomllib.loads(f"[engine]\n{lines}"))[0] == SplitPathCar(engine=engine)

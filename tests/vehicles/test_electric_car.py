@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 import powertrain as pt
+from powertrain.cli.running import report
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials import CycleRun, charge_corrected, drive_cycle, electric_share
 from powertrain.trials.anatomy import anatomy
@@ -92,3 +93,9 @@ def test_anatomy() -> None:
     assert [parts.the(what) for what in ("body", "pedals", "road", "cycle")] == ["body", "driver", "road", "cycle"]
     with pytest.raises(pt.ParameterError, match="ElectricCar has 0 combustion engines"):
         parts.the_engine()
+
+
+def test_shares_of_the_losses_are_those_of_what_was_supplied(run: CycleRun) -> None:
+    """A battery supplies as a tank does: the last row of the printed audit is 100 %."""
+    whole = next(line for line in "\n".join(report(run, "car")).splitlines() if line.startswith("  all"))
+    assert whole.endswith("100.0%")

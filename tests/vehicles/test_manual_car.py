@@ -85,7 +85,7 @@ def test_an_engine_that_stalls_is_told() -> None:
 @pytest.mark.slow
 def test_a_car_that_does_not_move_is_told_and_its_starter_is_no_efficiency() -> None:
     """An engine that has hardly more than its drag is turned by its starter for ever: that is no work of its fuel."""
-    engine = WillansEngine(tau_0=70, tau_max=75, tau_low=3, P_max=20e3)
+    engine = WillansEngine(tau_0=70, tau_max=75, tau_low=3, P_max=32e3)
     run = drive_cycle(pt.replace(ManualCar(), engine=engine), DriveCycle.named("wltc").part(0, 30))
     assert "of wltc 0-30 s: it does not move. engine delivers at most " in run.message
     assert np.isnan(run.efficiency) or run.efficiency < 0.4

@@ -106,6 +106,18 @@ SLOPE = '{{ name = "g", unit = "{}", axes = [{{ name = "s", unit = "m", points =
         ('class = "ManualCar"\n[engine]\ncurve = { name = "x" }\n', r"engine.curve = .* is not a map: it lacks 'axes'"),
         ('class = "ManualCar"\n[[engine]]\nJ = 1\n', "engine is not a tuple of components"),
         ('class = "ManualCarr"\n', "unknown vehicle 'ManualCarr'"),
+        (
+            'class = "ManualCar"\nfront = "LumpedAxle"\n[front.wheels]\nradius = 0.3\n',
+            "write its name as class = ... in the",
+        ),
+        ("class = ManualCar\n", "texts stand in quotation marks"),
+        ('class = "ManualCar"\nbody.m = 1500 kg\n', 'quotation marks, as in m = "1500 kg"'),
+        ('class = "ManualCar"\n[body]\nm = 1\n[body]\nA = 2\n', "all values of a component in one table"),
+        ("class: ManualCar\n", "write name = value"),
+        (
+            'class = "DualClutchCar"\n[gearbox]\nratios = [3.8, 2.3]\n',
+            r"gearbox = DualClutchGearbox.of_ratios\(...\) takes ratios",
+        ),
         ('class = "ManualCar"\n[cycle]\ncycle = 3\n', r"cycle.cycle = 3 is neither a name nor a table of numbers"),
         ('class = "ManualCar"\n[[gearbox.gears]]\nratio = "3.5"\n', r"^gearbox.gears\[0\]: ratio = '3.5' is a text"),
         (

@@ -159,3 +159,12 @@ def test_gradeability_beyond_the_steepest_slope(
     row = performance(SplitPathCar(), start).loc["gradeability"].to_dict()
     assert row["value"] == pytest.approx(found, abs=0.4)
     assert row["unit"] == unit
+
+
+def test_what_is_not_a_vehicle_is_refused_with_what_to_write() -> None:
+    with pytest.raises(pt.ParameterError, match=r"SplitPathCar'> is not a vehicle; write SplitPathCar\(\)"):
+        drive_cycle(SplitPathCar, "wltc")  # type: ignore[arg-type]
+    with pytest.raises(
+        pt.ParameterError, match=r"'ManualCar' is not a vehicle; pt.vehicles.load\('ManualCar'\) makes one"
+    ):
+        performance("ManualCar")  # type: ignore[arg-type]

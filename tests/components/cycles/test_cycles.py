@@ -120,18 +120,24 @@ def test_files(tmp_path: Path) -> None:
     assert town.name == "town"
     assert town.distance == pytest.approx(100)
     for text, said in {
-        "t,v\n0,0\n": "the header is 't,v'",
-        "time_s,speed_m_s\n0,0\n1,fast\n": "line 3: '1,fast' is not a row of time_s,speed_m_s",
+        "t,v\n0,0\n": "'t': a time needs a unit; write time_s or time [s]",
+        "time_s,speed_knots\n0,0\n": "the unit 'knots' of a speed is not known; write speed_km_h",
+        "time_s,speed_m_s,slopes\n0,0,0\n": "unknown column 'slopes'; columns are time_s",
+        "speed_m_s\n0\n": "gives neither of time .* and distance .*; it must give one",
+        "time_s,grade\n0,0\n": "gives no column of speed",
+        "time_s,speed_m_s,stop_s\n0,0,0\n": "a cycle over time has no column for stops",
+        "time_s,speed_m_s\n0,0\n1,fast\n": "town.csv:3: speed_m_s: 'fast' is not a number",
+        "time_s,speed_m_s\n0,0\n1,\n": "town.csv:3: speed_m_s: the cell is empty",
         "time_s,speed_m_s\n0,0\n1,1\n1,2\n": "row 3 is at 1 s, after 1 s",
         "time_s,speed_m_s\n0,0\n1,-1\n": "row 2 has -1 m/s",
         "time_s,speed_m_s\n-20,0\n1,1\n": "row 1 is at -20 s; times must not be negative.*: add 20 s",
-        "time_s,speed_m_s,speed_m_s\n0,0,5\n1,1,5\n": "the header has the column 'speed_m_s' 2 times",
+        "time_s,speed_m_s,speed_m_s\n0,0,5\n1,1,5\n": "both 'speed_m_s' and 'speed_m_s' give the speed",
         "distance_m,speed_m_s,stop_s\n0,0,0\n9,5,3\n": "row 2 has a stop_s of 3 s at 5 m/s",
         "time_s,speed_m_s\n0,0\n1,nan\n": "both must be finite",
         "time_s,speed_m_s\n0,0\n": "1 rows are too few",
     }.items():
         file.write_text(text, encoding="utf-8")
-        with pytest.raises(pt.ParameterError, match=said.replace("(", r"\(")):
+        with pytest.raises(pt.ParameterError, match=said.replace("(", r"\(").replace("[", r"\[")):
             DriveCycle.from_csv(file)
     times_and_speeds: Any = np.array([0.0, 10, 20]), np.array([0.0, 10, 0])
     with pytest.raises(pt.ParameterError, match=r"rows \(time in s, speed in m/s\), one a point"):
@@ -142,6 +148,37 @@ def test_files(tmp_path: Path) -> None:
         match="unknown drive cycle 'ftp'; choose from ftp-stabilized, ftp-transient, hwfet, nedc, sc03, udds, us06, wltc",
     ):
         DriveCycle.named("ftp")
+    assert DriveCycle.named("WLTC") == DriveCycle.named("wltc")
+
+
+@pytest.mark.parametrize(
+    ("header", "top"),
+    [
+        ("time [s],speed [km/h]", 1 / 3.6),
+        ("Time (s),Vehicle speed (km/h)", 1 / 3.6),
+        ("time_s,speed_kmh", 1 / 3.6),
+        ("time_s,speed_mph", 0.44704),
+        ("Time (s),Speed (mph)", 0.44704),
+        ("t [min],v [m/s]", 1.0),
+        ("cycSecs,cycMps", 1.0),
+        ("time_seconds,speed_meters_per_second", 1.0),
+    ],
+)
+def test_headings_that_people_have(tmp_path: Path, header: str, top: float) -> None:
+    file = tmp_path / "lap.csv"
+    file.write_text(f"{header}\n0,0\n10,30\n20,0\n", encoding="utf-8")
+    cycle = DriveCycle.from_csv(file)
+    assert cycle.top_speed == pytest.approx(30 * top, rel=1e-12)
+    assert cycle.duration == 20 * (60 if "min" in header else 1)
+
+
+def test_a_cycle_of_fastsim_and_one_with_decimal_commas(tmp_path: Path) -> None:
+    file = tmp_path / "lap.csv"
+    file.write_text("cycSecs,cycMps,cycGrade,cycRoadType\n0,0,0.01,0\n10,30,0.02,0\n", encoding="utf-8")
+    assert DriveCycle.from_csv(file).grades == (0.01, 0.02)
+    file.write_text("time_s;speed_km_h;grade_percent\n0;0;1,5\n10;28,8;-3\n", encoding="utf-8")
+    cycle = DriveCycle.from_csv(file)
+    assert (cycle.top_speed, cycle.grades) == (pytest.approx(8), pytest.approx((0.015, -0.03)))
 
 
 def test_part_starts_at_zero() -> None:
@@ -178,3 +215,19 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
         DriveCycle.from_csv(tmp_path / "latin.csv")
     with pytest.raises(pt.ParameterError, match=r"none\.csv: cannot be read: No such file"):
         DriveCycle.from_csv(tmp_path / "none.csv")
+
+
+def test_a_cycle_by_itself_its_name_or_its_file(tmp_path: Path) -> None:
+    file = tmp_path / "lap.csv"
+    file.write_text("time_s,speed_mph\n0,0\n10,30\n", encoding="utf-8")
+    wltc = DriveCycle.named("wltc")
+    assert DriveCycle.of(wltc) is wltc
+    assert DriveCycle.of("WLTC") == wltc
+    assert DriveCycle.of(file) == DriveCycle.of(str(file)) == DriveCycle.from_csv(file)
+
+
+def test_long_tables_are_read_in_linear_time(tmp_path: Path) -> None:
+    """The width of a table is found once, not again for each of its rows: 20,000 of them took minutes."""
+    file = tmp_path / "logger.csv"
+    file.write_text("time_s,speed_m_s\n" + "".join(f"{t},{t % 7}\n" for t in range(20_000)), encoding="utf-8")
+    assert DriveCycle.from_csv(file).duration == 19_999

@@ -259,3 +259,23 @@ def test_a_long_drive_is_cheap() -> None:
     result = pt.simulate(Driven(engine=ENGINES["gasoline"][0], rows=rows, d=0.1), 1800, starts={"engine.w": 85.0})
     assert not list(result.events)
     assert result.statistics["steps"] < 20_000
+
+
+@pytest.mark.parametrize(
+    ("unit", "value", "said"),
+    [
+        (
+            "g/kWh",
+            0.25,
+            "0.25 g/kWh at 5730 rpm and 100 N.m: that fuel has 0.179 kW, but the engine gives 60 kW",
+        ),  # kg/kWh
+        ("g/s", 0.0, "0 g/s at 5730 rpm and 100 N.m: that fuel has 0 kW"),  # a hole filled with zeros
+    ],
+)
+def test_fuel_with_less_energy_than_the_work_is_refused(unit: str, value: float, said: str) -> None:
+    axes = [pt.Axis("w", "rad/s", (100.0, 600.0), "clip"), pt.Axis("tau", "N.m", (10.0, 100.0), "clip")]
+    good = 250.0 if unit == "g/kWh" else 9.0
+    fuel_map = pt.Map(axes, [[good, good], [good, value]], unit, "fuel")
+    engine = MappedEngine(torque_map=MappedEngine.gasoline().torque_map, fuel_map=fuel_map)
+    with pytest.raises(pt.ParameterError, match=f"{said}.*Check the unit of the fuel.*heating_value = 4.3e.07 J/kg"):
+        pt.compile(Dyno(engine=engine, drive=ConstantSpeed(w_fixed=200.0)))

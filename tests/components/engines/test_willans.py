@@ -231,3 +231,17 @@ def test_a_long_drive_takes_no_events() -> None:
 def test_points_of_the_full_load_out_of_order_are_rejected(given: dict[str, float], said: str) -> None:
     with pytest.raises(pt.ParameterError, match=f"does not hold with {said}"):
         pt.replace(WillansEngine(), given)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"P_max": 82}, r"self.tau_max \* self.w_tau <= .*P_max = 82 W"),  # kW
+        ({"w_P": 5700, "w_tau": 4000}, r"w_tau = 4000 rad/s, P_max = 82000 W"),  # rpm
+        ({"P_max": 110e3}, r"self.P_max <= .*tau_max = 150 N.m, P_max = 110000 W, w_P = 600 rad/s"),
+    ],
+)
+def test_a_data_sheet_that_contradicts_itself_is_refused(changes: dict[str, float], said: str) -> None:
+    """More power at the largest torque than the largest power, or a largest power that takes more than the largest torque."""
+    with pytest.raises(pt.ParameterError, match=rf"(?s){said}"):
+        WillansEngine(**changes)
