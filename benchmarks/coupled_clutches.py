@@ -179,7 +179,9 @@ def run(rounds: int = 31, variants: int = 200) -> list[Row]:
         rows.append(at_most(NAME, "no compiler against C", times.ratio("ours", "C"), 15))
         rows.append(at_most(NAME, "compiled steps against C", times.ratio("compiled", "C"), 7))
         rows.append(at_most(NAME, "the simulator alone, no compiler against C", times.ratio("engine", "C"), 15))
-        rows.append(at_most(NAME, "the simulator alone, compiled steps against C", times.ratio("compiled engine", "C"), 7))
+        rows.append(
+            at_most(NAME, "the simulator alone, compiled steps against C", times.ratio("compiled engine", "C"), 7)
+        )
         rows.append(at_most(NAME, "the exported model in C against hand-written C", times.ratio("exported", "C"), 2))
         strict = [f"{times.ratio(name, 'C, step ends'):.3g} x" for name in ("ours", "compiled")]
         rows.append(Row(NAME, "the same two against C without checks inside steps", ", ".join(strict)))
