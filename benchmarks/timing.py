@@ -99,4 +99,5 @@ def sections(rows: list[Row]) -> str:
 
 def _cells(row: Row) -> str:
     mark = "" if row.met is None else "met" if row.met else "**missed**"
-    return f"| {row.what} | {row.measured} | {row.goal} | {mark} |"
+    goal = row.goal.replace("<=", "≤").replace(">=", "≥").replace(" ", "\u00a0")
+    return f"| {row.what} | {row.measured} | {goal} | {mark} |"

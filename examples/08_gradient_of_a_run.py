@@ -1,8 +1,8 @@
 """What the fuel consumption on the WLTC depends on: derivatives with respect to all parameters from one run.
 
-The ten most important parameters are shown. The run has some 300 events: the start clutch slips and sticks, the driving side of gears
-changes, the engine idles. The derivatives account for the motion of these events. They cost about as much as three runs; finite
-differences would need two runs for each of the 73 parameters.
+The most important parameters are shown. The modes of the laws change some 270 times: the start clutch slips and sticks, the driving side
+of gears changes, the engine idles. The derivatives account for the motion of these events. They take about as long as one or two
+runs; finite differences would need two runs for each of more than 70 parameters.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The upshift of an automatic gearbox with the least heat, for a limited torque in the drive shaft: two clutches, three phases.
 
-One clutch hands over to the other: first it holds while the other one fills with torque, then both slip while the engine slows down, then
-the other one sticks. The initial guess is one simulated shift with that sequence. The instants of its two events are free; the pressures
-and the torque of the engine are planned, then simulated with the complete model.
+One clutch hands over to the other: first it holds while the other one takes over the torque, then both slip while the engine slows down,
+then the other one sticks. The initial guess is one simulated shift with that sequence. The instants of its two events are free; the
+pressures and the torque of the engine are planned, then simulated with the complete model.
 """
 
 from __future__ import annotations

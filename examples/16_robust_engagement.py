@@ -1,6 +1,7 @@
 """Which parameters scatter a clutch engagement, and the best compromises between its heat and its roughness.
 
-Sobol' indices by many runs beside the shares of one exact gradient; then a Pareto front by gradients and one by an evolutionary algorithm.
+Sobol' indices from many runs are compared with the shares from one exact gradient, a Pareto front from gradients with one from an
+evolutionary algorithm.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 import powertrain as pt
 from powertrain.components.rotational import Inertia
+from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.four_wheel_drive import FourWheelDriveCar
 from powertrain.vehicles.manual_car import ManualCar
@@ -30,6 +31,7 @@ MODELS = {
     "power-split hybrid": PowerSplitHybrid(),
     "four-wheel drive": FourWheelDriveCar(),
     "rear drive": RearDriveCar(),
+    "electric car": ElectricCar(),
 }
 
 
@@ -65,6 +67,14 @@ def test_a_chain_is_a_straight_line_from_the_engine() -> None:
     below = {name for name in places if name not in chain} - {"accessories"}
     assert below == {"cycle", "driver", "schedule", "start_stop", "road", "curvature", "cooling"}
     assert all(places[name][1] < places["engine"][1] for name in below)
+
+
+@pytest.mark.parametrize("name", ["flywheel hybrid", "power-split hybrid", "electric car"])
+def test_the_road_is_on_the_right(name: str) -> None:
+    places = boxes(pt.schematic(MODELS[name]))
+    wheels = [name for name in ("front", "body", "rear") if name in places]
+    others = [name for name in ("battery", "machine", "engine", "flywheel", "transmission") if name in places]
+    assert min(places[k][0] for k in wheels) > max(places[k][0] for k in others)
 
 
 def test_sides_of_a_differential_stand_above_each_other() -> None:

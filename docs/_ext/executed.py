@@ -16,7 +16,11 @@ from typing import Any
 
 BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:<!-- figure: (.*?) -->\n)?", re.MULTILINE | re.DOTALL)
 WIDE = 3.5
-"""Width over height from which a figure is not shrunk to the page but moved."""
+"""Width over height from which a figure fills the page, and is not shrunk to a phone but moved."""
+LONG = 4.2
+"""Width over height from which a figure is not shrunk to the page either."""
+COLUMNS = re.compile(r"\S  +\S.*\n.*\S  +\S")
+"""What a program prints in columns is not wrapped but moved."""
 
 
 def run_page(page: Path, folder: Path) -> dict[str, Any]:
@@ -45,7 +49,8 @@ def run_page(page: Path, folder: Path) -> dict[str, Any]:
         for figure in drawn:
             figure.savefig(folder / f"{len(found)}.png", dpi=110)
         plt.close("all")
-        wide = any(w > WIDE * h for w, h in (figure.get_size_inches() for figure in drawn))
+        shape = max((w / h for w, h in (figure.get_size_inches() for figure in drawn)), default=0.0)
+        wide = "wide long" if shape > LONG else "wide" if shape > WIDE else ""
         found.append({"printed": said.getvalue(), "caption": block[2], "wide": wide})
     (folder / "blocks.json").write_text(json.dumps(found), encoding="utf-8")
     return vars(module)
@@ -72,9 +77,10 @@ def inserted(text: str, folder: Path, where: str) -> str:
         number, block = next(blocks)
         parts = [match[0].partition("<!-- figure:")[0]]
         if block["printed"]:
-            parts.append(f"```{{code-block}} text\n:class: printed\n\n{block['printed'].rstrip()}\n```\n")
+            kind = "printed aligned" if COLUMNS.search(block["printed"]) else "printed"
+            parts.append(f"```{{code-block}} text\n:class: {kind}\n\n{block['printed'].rstrip()}\n```\n")
         if block["caption"] is not None:
-            wide = "\n:figclass: wide" if block["wide"] else ""
+            wide = f"\n:figclass: {block['wide']}" if block["wide"] else ""
             parts.append(
                 f"```{{figure}} {where}/{number}.png\n:alt: {block['caption']}{wide}\n\n{block['caption']}\n```\n"
             )

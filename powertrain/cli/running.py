@@ -96,7 +96,7 @@ PRINTED_FROM = 50.0
     type=click.FloatRange(1e-12, 1e-2),
     default=1e-4,
     show_default=True,
-    help="Relative tolerance of the integrator; at the default the fuel is right to 1e-5.",
+    help="Relative tolerance of the integrator; at the default the fuel is accurate to 1e-4 or better.",
 )
 def command(
     vehicle: VehicleArgument,

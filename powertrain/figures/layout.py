@@ -31,12 +31,13 @@ _SWEEPS = 24
 class Vertex:
     """A component, a port of the whole, or (without a title) a junction of three lines and more.
 
-    ``source``: power comes from there; ``near``: what lines lead to; ``x``, ``y``: its middle.
+    ``source``: power comes from there; ``moves``: it has a translational port; ``near``: what lines lead to; ``x``, ``y``: its middle.
     """
 
     title: str
     kind: str = ""
     source: bool = False
+    moves: bool = False
     near: list[int] = field(default_factory=list)
     column: int = -1
     x: float = 0.0
@@ -142,8 +143,9 @@ def _join(found: Layout, port: Connector, ends: Sequence[tuple[int, str]]) -> No
     for a, b in pairs:
         ports = tuple(path for k, path in ends if k == a)
         found.lines.append(Line(a, b, unit, ports, 1.0 if found.vertices[a].kind == "port" else -1.0))
-        found.vertices[a].near.append(b)
-        found.vertices[b].near.append(a)
+        for vertex, neighbour in ((found.vertices[a], b), (found.vertices[b], a)):
+            vertex.near.append(neighbour)
+            vertex.moves |= unit == "N"
 
 
 def _place_shafts(vertices: list[Vertex], shafts: Sequence[int]) -> None:
@@ -162,12 +164,16 @@ def _place_shafts(vertices: list[Vertex], shafts: Sequence[int]) -> None:
 
 
 def _layers(vertices: list[Vertex], connected: Iterable[int]) -> list[list[int]]:
-    """The vertices by column, from that end of the longest chain from which power comes, or that was declared first."""
+    """The vertices by column, from that end of the longest chain from which power comes, or that was declared first.
+
+    Turned round where this end is on the road and the other is not.
+    """
     from_any = _distances(vertices, min(connected))
     one = max(from_any, key=from_any.__getitem__)
     far = _distances(vertices, one)
     other = max(far, key=far.__getitem__)
-    distances = _distances(vertices, min((one, other), key=lambda k: (not vertices[k].source, k)))
+    start, end = sorted((one, other), key=lambda k: (not vertices[k].source, k))
+    distances = _distances(vertices, start)
     layers: list[list[int]] = [[] for _ in range(max(distances.values()) + 1)]
     for k, column in distances.items():
         layers[column].append(k)
@@ -178,6 +184,9 @@ def _layers(vertices: list[Vertex], connected: Iterable[int]) -> list[list[int]]
         for k in layer:
             vertices[k].x = x + width / 2
         x += width + GAP
+    if vertices[start].moves and not vertices[end].moves:
+        for k in distances:
+            vertices[k].x = x - GAP - vertices[k].x
     return layers
 
 

@@ -53,7 +53,7 @@ def plot_signals(result: Any, *what: Any, ax: Axes | None = None, events: bool |
 def mark_events(result: Any, ax: Axes, pattern: str = "*") -> Axes:
     """A thin vertical line at every event of the laws that fit."""
     for time in dict.fromkeys(result.events[pattern].times.tolist()):
-        ax.axvline(time, color="0.5", linewidth=0.7, linestyle=":", zorder=0)
+        ax.axvline(time, color="0.4", linewidth=1.0, linestyle=":", zorder=0)
     return ax
 
 

@@ -97,8 +97,8 @@ def pressure_angles() -> Table:
         )
     note = (
         "α_3 and α_4 are not stated; with v_c = e_ψ × e_c in eq. (8), α_3 = 44° and α_4 = 19° give the minima to about 0.01 rad. The "
-        "printed maxima are not reproducible, and nothing is tuned to them. These are values of the equations: with these angles M = N, "
-        "7 and 8 rollers cannot be built."
+        "printed maxima cannot be reproduced, and nothing is tuned to them. The values follow from the equations alone: with these angles, "
+        "cams with M = N and cams with 7 or 8 rollers cannot be built."
     )
     return Table("Pressure angles", rows, note)
 
@@ -113,8 +113,8 @@ def final_drives() -> Table:
             value = standard * ratio(M, N)
             rows.append(Row(f"M/N × {standard:g}, M = {M}, N = {N}", "1", "Table 2", printed, value, cut=2))
     note = (
-        "Arithmetic, truncated to two decimals in print. It is none of a vehicle: whatever M and N, ω_L + ω_R = 2 ω_C in a symmetric "
-        "differential, and the final drive stays what it is; M/N only sets how fast the cams spin."
+        "Arithmetic, truncated to two decimals in print. The ratios have no effect in a vehicle: ω_L + ω_R = 2 ω_C holds in a symmetric "
+        "differential for any M and N, so the final drive ratio does not change; M/N only sets how fast the cams spin."
     )
     return Table("Final drive ratios", rows, note)
 
@@ -272,9 +272,9 @@ PAPER = Paper(
         "M. Chaudhary, J. Angeles, A. Morozov, Design of a spherical cam mechanism for an automotive differential, McGill University, 2014."
     ),
     summary=(
-        "Conjugate spherical cams in the place of bevel pinions, and carriers of conical rollers in the place of side gears, make a "
-        "differential. The profile is what a roller leaves free; the pressure angle between roller and cam decides which numbers of lobes "
-        "and rollers are good."
+        "A differential in which conjugate spherical cams replace the bevel pinions, and carriers of conical rollers the side gears. The "
+        "profile of a cam is the envelope of its rollers; the pressure angle between roller and cam decides which numbers of lobes and "
+        "rollers are suitable."
     ),
     tables=(pressure_angles, final_drives, choice, in_a_vehicle),
     pictures=(

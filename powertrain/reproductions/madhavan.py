@@ -238,9 +238,9 @@ PAPER = Paper(
         "Maryland, 1996."
     ),
     summary=(
-        "A search over mechanisms of two loops finds couplings that turn two shafts against each other; one, RRSCSRR, becomes a "
-        "differential of links, balls and pins. Its motion, its forces and what it shakes are computed from the equations of its links. "
-        "The mechanism is overconstrained: equal and opposite axial forces of its couplers follow from nothing, and are taken as zero."
+        "A search over mechanisms of two loops finds couplings that turn two shafts in opposite directions; one, RRSCSRR, becomes a "
+        "differential of links, balls and pins. Its motion, joint forces and shaking forces are computed from the equations of its links. "
+        "The mechanism is overconstrained: equal and opposite axial forces of its couplers are indeterminate and are taken as zero."
     ),
     tables=(enumeration, evaluation, kinematics, masses, torques, shaking_forces, guidelines, alternate_design),
     pictures=(

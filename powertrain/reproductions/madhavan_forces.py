@@ -117,8 +117,8 @@ def shaking_forces() -> Table:
     ):
         rows.append(Row(f"greatest shaking {what}", "N.m", where, "", _greatest(found)))
     note = (
-        "Moments are about the centre, where C axis and shaft axis meet; the thesis does not say where. Its curves are missing in the text "
-        "that is at hand, so that their peaks are computed only."
+        "Moments are about the centre, where C axis and shaft axis meet; the thesis does not state its point. Its curves are missing from "
+        "the available copy, so their peaks are only computed."
     )
     return Table("Shaking", rows, note)
 

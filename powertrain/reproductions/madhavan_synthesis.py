@@ -68,9 +68,7 @@ def enumeration() -> Table:
                 "overconstrained: the symmetry makes them move",
             ),
         ]
-    return Table(
-        "Enumeration", rows, "Generated from the structure specifications (3.2.1); nothing of the results is an input."
-    )
+    return Table("Enumeration", rows, "Generated from the structure specifications (3.2.1); no result is an input.")
 
 
 def evaluation() -> Table:
@@ -89,12 +87,14 @@ def evaluation() -> Table:
     rows.append(Row("potential mechanisms", "1", "4.1", "4", len(found.accepted)))
     for name, count in (("RPSCSPR", "3"), ("RRSCSRR", "1"), ("RSRCRSR", "1")):
         rows.append(Row(f"sliders of {name}", "1", "4.1", count, rank[name][1]))
-    rows.append(Row("joints of RBcCBcR that are no lower pairs", "1", "Table 4.1", "2", rank["RBcCBcR"][0]))
+    rows.append(Row("joints of RBcCBcR that are not lower pairs", "1", "Table 4.1", "2", rank["RBcCBcR"][0]))
     best = ", ".join(sorted(coupling.name for coupling in found.ranking[0]))
-    remark = "equal by all that is compared; RRSCSRR is the author's choice"
+    remark = "equal in all criteria; RRSCSRR is the author's choice"
     rows.append(Row("the mechanisms that are left", "", "4.1", "RRSCSRR, RSRCRSR", best, remark))
     return Table(
-        "Evaluation", rows, "Sliding pairs in all and on one link decide (3.2.2), then point contacts and sliders."
+        "Evaluation",
+        rows,
+        "Ranked by sliding pairs, in total and on one link (3.2.2), then by point contacts and sliders.",
     )
 
 

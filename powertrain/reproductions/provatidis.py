@@ -309,8 +309,8 @@ def experiments() -> Table:
             ratio = left / other if clamp == "right" else other / left
             rows.append(Row(f"{quantity}, with 12 N.m of help", "1", f"8.1, {where}", wanted, float(ratio)))
     note = (
-        "1: the right shaft is clamped, the cage is turned, the left shaft helped. 2: the cage is clamped, the left shaft is turned, the "
-        f"right one helped. Disks that lock at every phase need μ ≥ {needed:.3f}; those of Table 1 do not hold."
+        "1: the right shaft is clamped, the cage is turned, and the left shaft is assisted. 2: the cage is clamped, the left shaft is "
+        f"turned, and the right one is assisted. To lock at every phase the disks need μ ≥ {needed:.3f}; those of Table 1 do not lock."
     )
     return Table("Bench experiments", rows, note)
 

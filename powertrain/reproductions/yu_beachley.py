@@ -147,7 +147,7 @@ def choice() -> Table:
     return Table(
         "The choice for r from 0.5 to 2",
         rows,
-        "Texts compare what the paper says in words; numbers are not printed there.",
+        "Rows without numbers compare what the paper says in words.",
     )
 
 
@@ -162,8 +162,8 @@ def one_block() -> Table:
                 Row(f"{name} of type {number}", "1", "Fig. 12" if name == "efficiency" else "Fig. 13", "", ends)
             )
     note = (
-        "At r = 1 all members turn as one block: no tooth rolls, friction holds the mesh within a cone, and efficiency and K lie anywhere "
-        "between the values on both sides. The paper's curves jump there."
+        "At r = 1 all members turn as one block: no tooth rolls, friction holds the meshes at rest, and efficiency and K may have any "
+        "value between those on both sides. The paper's curves jump there."
     )
     return Table("Intervals at r = 1", rows, note)
 
@@ -289,8 +289,8 @@ PAPER = Paper(
     title="Mechanical efficiency of differential gearing",
     citation="D. Yu, N. Beachley, Mechanical efficiency of differential gearing, Gear Technology, July/August 1986, pp. 9-16, 48.",
     summary=(
-        "A differential loses power where gears roll on each other, and that depends on the motion relative to its carrier only. With it "
-        "and a variable unit side by side, six split-path transmissions are possible. The computed values come from one acausal model: the "
+        "A differential loses power where gears roll on each other, which depends only on the motion relative to its carrier. With a "
+        "variable unit in parallel it forms six split-path transmissions. The computed values come from one acausal model: the "
         "transmission between a drive and a load, at its operating points."
     ),
     tables=(worked_example, power_directions, connections, choice, one_block),
