@@ -53,10 +53,10 @@ class Car(Component):
     def _to_the_road(self, shaft: Flange, demand: Output, rear: Flange | None = None) -> Equations:
         """``shaft`` turns the driven axles, ``demand`` brakes both; they push the body, which loads them, on the slope of its road.
 
-        A separate shaft ``rear`` turns the rear axle instead of the transfer case. The curvature is that of the rear axle's path; the
-        steered front wheels run on larger circles. Errors: ModelError if no axle is driven, if a centre differential has only one axle, or
-        if two axles are rigidly coupled to the road; ParameterError if the wheels have a rolling resistance that the road load of the body
-        already includes.
+        A separate shaft ``rear`` turns the rear axle instead of the transfer case.
+        The curvature is that of the rear axle's path; the steered front wheels run on larger circles.
+        Errors: ModelError if no axle is driven, if a centre differential has only one axle, or if two axles are rigidly coupled to the
+        road; ParameterError if the wheels have a rolling resistance that the road load of the body already includes.
         """
         _check_axles(self, own_rear=rear is not None)
         _check_road_load(self)

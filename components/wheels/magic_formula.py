@@ -42,13 +42,14 @@ class MagicFormulaWheel(SlippingWheel):
     steady: f = D sin(C atan(B kappa - E (B kappa - atan(B kappa)))),  kappa = v_slip/|v|
     C = pCx1,  E = pEx1,  D = mu (pDx1 + pDx2 dfz) Fz,  B C D = K = (pKx1 + pKx2 dfz) exp(pKx3 dfz) Fz,  dfz = Fz/Fz0 - 1
 
-    Up to the peak the tyre creeps at the slip for its force on the formula's rising branch: v_creep = |v| kappa(f). It slides if f reaches
-    the limit of friction, which is the formula at the slip kappa_c, but at least at the peak: sigma_c der(kappa_c) = v_c - max(|v|, v_low -
-    |v_c|) kappa_c,  v_c = v_creep + v_slide,  v_low = 3 m/s So kappa_c approaches v_c/|v|, the formula's slip; less if the wheel neither
-    rolls nor slides faster than walking pace. Friction therefore falls with the sliding speed, and a locked wheel that comes to rest
-    regains its full grip. The tyre's spring c makes the force follow slip over the relaxation length K/c. The contact load follows the
-    wheel's with the time constant T: T der(Fz) = fn - Fz. Deflection is stored energy, c u^2/2; the secant of the rising branch is taken at
-    the spring's force, so no loss is negative in transients; the load does no work. C <= 2 prevents the force from reversing at large slip.
+    Up to the peak the tyre creeps at the slip for its force on the formula's rising branch: v_creep = |v| kappa(f). It slides if f
+    reaches the limit of friction, which is the formula at the slip kappa_c, but at least at the peak:
+    sigma_c der(kappa_c) = v_c - max(|v|, v_low - |v_c|) kappa_c,  v_c = v_creep + v_slide,  v_low = 3 m/s
+    So kappa_c approaches v_c/|v|, the formula's slip; less if the wheel neither rolls nor slides faster than walking pace. Friction
+    therefore falls with the sliding speed, and a locked wheel that comes to rest regains its full grip.
+    The tyre's spring c makes the force follow slip over the relaxation length K/c. The contact load follows the wheel's in the time T:
+    T der(Fz) = fn - Fz. Deflection is stored energy, c u^2/2; the secant of the rising branch is taken at the spring's force, so
+    no loss is negative in transients; the load does no work. C <= 2 prevents the force from reversing at large slip.
 
     Sources: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 4 (names, formula without shifts), ch. 7 (carcass spring and
     contact patch). The defaults are typical values for a car tyre, not a measured tyre.
