@@ -65,7 +65,7 @@ class ElastoBacklash2(_Play):
     """Backlash in series with a spring and damper; the torque jumps at contact and never pulls.
 
     x = phi_rel - phi_rel0,  tau_c = c (x - b/2) for x > b/2,  c (x + b/2) for x < -b/2,  else 0
-    tau = tau_c + d w_rel if that pushes in the direction of tau_c, else 0;  lossPower = (tau - tau_c) w_rel
+    tau = tau_c + d w_rel, or 0 if this opposes tau_c;  lossPower = (tau - tau_c) w_rel
 
     Up to b = 1e-10 rad the element is a SpringDamper.
     """

@@ -46,8 +46,9 @@ class UniversalJoint(_Joint):
     tan(phi_b) = cos(beta) tan(phi_a),  flange_a.tau + k flange_b.tau = 0,  k = w_b/w_a = cos(beta)/(1 - sin(beta)^2 sin(phi_a)^2)
 
     k varies between cos(beta) and 1/cos(beta) twice per revolution. The angles are continuous over several revolutions, in the form
-    phi_b = phi_a - atan((1 - cos(beta)) sin(phi_a) cos(phi_a)/(cos(phi_a)^2 + cos(beta) sin(phi_a)^2)). At phi_a = 0 the pin
-    in the fork of flange_a is normal to the plane of the two shafts. The support takes the difference of the torques.
+    phi_b = phi_a - atan((1 - cos(beta)) sin(phi_a) cos(phi_a)/(cos(phi_a)^2 + cos(beta) sin(phi_a)^2)).
+    At phi_a = 0 the pin in the fork of flange_a is normal to the plane of the two shafts. The support takes the difference of the
+    torques.
     """
 
     beta: Parameter = parameter("rad", "Angle between the shafts", min=-1.5, max=1.5)
