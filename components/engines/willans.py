@@ -39,7 +39,7 @@ class WillansEngine(Engine):
     curve: Map | None = None
 
     def check(self) -> Equations:
-        """The points of the full-load curve must be in order."""
+        """The points of the full-load curve in their order."""
         if self.curve is None:
             yield self.w_low < self.w_tau
             yield self.w_tau < self.w_P

@@ -118,8 +118,8 @@ def _check_teeth(where: str, suns: tuple[int, ...], ring: int) -> None:
 class GearScheme:
     """A gearset: levers on named shafts, shift elements between shafts, and the elements that each gear engages.
 
-    ``gears`` are the forward gears, lowest first, and the reverse gears. Adjacent forward gears differ in one element
-    that opens and one that closes. Shafts in ``joints`` are joined in every gear. ``of`` reads a scheme as drawn and tabulated:
+    ``gears`` are the forward gears, lowest first, and those that turn the output backward. Adjacent forward gears differ in one element
+    that opens and one that closes. Shafts of ``joints`` are joined in every gear. ``of`` reads a scheme as it is drawn and tabulated:
 
     >>> simpson = GearScheme.of(
     ...     planetary("front", "suns", "ring", "out", teeth=(33, 72)),
@@ -173,7 +173,7 @@ class GearScheme:
         elements : mapping of str to str
             Name of each shift element, and the shafts that it connects: ``"shaft-shaft"``, or ``"shaft-housing"`` for a brake.
         gears : mapping of str to str
-            Name of each gear, and the elements engaged in it, separated by spaces.
+            Name of each gear, and the elements that are engaged in it, separated by spaces.
         input, output : str
             Names of the input and the output shaft.
 
