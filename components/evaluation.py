@@ -1,4 +1,4 @@
-"""Laws of symbols at numbers."""
+"""Evaluates symbolic laws at numbers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from powertrain import Symbol
 def numbers(law: Callable[..., Symbol], *values: ArrayLike | Symbol) -> Any:
     """A law at arrays of numbers, broadcast; a number for numbers, an expression for symbols.
 
-    At numbers the law is read in a context of its own: it says nothing to a model whose text may be read meanwhile.
+    Numbers are evaluated in a separate context, so the law does not affect a model that is being read.
     """
     if any(isinstance(v, ca.SX) for v in values):
         return law(*values)

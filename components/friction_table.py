@@ -1,4 +1,4 @@
-"""Friction characteristics given by tables over speed."""
+"""Friction characteristics from tables over speed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import casadi as ca
 from powertrain import Component, Map, ParameterError, Symbol, within
 
 Table: TypeAlias = tuple[tuple[float, ...], ...]
-"""Rows (speed from 0 on, value, ...)."""
+"""Rows (speed from 0 up, value, ...)."""
 
 
 NOT_NEGATIVE = (0.0, math.inf)
@@ -24,10 +24,10 @@ def at_speed(
     column: int = 1,
     allowed: tuple[float, float] = NOT_NEGATIVE,
 ) -> Symbol:
-    """A column of the table ``name`` of ``part`` at |w|: linear between the rows and continued by the last two; one row is a constant.
+    """A column of the table ``name`` of ``part`` at |w|: linear between rows, extrapolated by the last two; a single row is a constant.
 
-    ``units``: of speed and value. Errors: ParameterError where the rows are no table of ``allowed`` values; a simulation ends where what
-    continues the table is not allowed.
+    ``units``: of speed and value. Errors: ParameterError if the rows are not a table of ``allowed`` values; a simulation ends if the
+    extrapolated value is not allowed.
     """
     table, said = getattr(part, name), f"{part._path}.{name}".lstrip(".")
     try:

@@ -1,4 +1,4 @@
-"""Names of a package that are imported when they are first asked for; its stub file (.pyi) lists them, for type checkers too (SPEC 1)."""
+"""Names of a package imported on first access; its stub file (.pyi) lists them, also for type checkers (SPEC 1)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 @cache
 def modules_of(stub: str) -> dict[str, str]:
-    """The module of every name in a stub file of lines ``from module import (Name as Name, ...)``."""
+    """The module of every name in a stub file with lines ``from module import (Name as Name, ...)``."""
     import ast
 
     tree = ast.parse(Path(stub).read_text(encoding="utf-8"))
@@ -19,7 +19,7 @@ def modules_of(stub: str) -> dict[str, str]:
 
 
 def attribute(package: str, file: str, name: str) -> Any:
-    """What ``package.name`` is. AttributeError for a name that the stub beside ``file`` does not list."""
+    """The value of ``package.name``. AttributeError for a name that the stub beside ``file`` does not list."""
     if name == "__all__":
         return listed(file)
     modules = modules_of(str(Path(file).with_suffix(".pyi"))) if not name.startswith("_") else {}

@@ -1,4 +1,4 @@
-"""Values that are held within limits."""
+"""Values limited to a range."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ from powertrain import Symbol
 
 
 def limited(value: Symbol, low: Symbol | float = 0.0, high: Symbol | float = 1.0) -> Symbol:
-    """``value`` where it lies from ``low`` to ``high``, else the limit that it has passed; all in the unit of ``value``."""
+    """``value`` within ``low`` to ``high``, else the limit that it exceeds; all in the unit of ``value``."""
     return ca.fmin(ca.fmax(value, low), high)

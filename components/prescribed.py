@@ -1,4 +1,4 @@
-"""Motions that follow a signal, of shafts and of rods: exactly, or behind a filter that makes them smooth enough."""
+"""Motions that follow a signal, of shafts and of rods: exactly, or through a filter that makes them sufficiently smooth."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 from powertrain import Equations, Symbol, der
 
 BESSEL = (1.3617, 0.6180)
-"""Coefficients of s and s^2 of a second-order Bessel filter of critical frequency 1 rad/s."""
+"""Coefficients of s and s^2 of a second-order Bessel filter with a critical frequency of 1 rad/s."""
 
 
 def following_position(x: Symbol, v: Symbol, reference: Symbol, exact: bool, f_crit: Symbol) -> Equations:

@@ -52,7 +52,7 @@ class HeatPort(Connector):
     Q_flow: Variable = flow("W", "Heat flow into the component")
 
     def power(self) -> Symbol:
-        """Zero: the heat is the loss of the part it comes from, and is counted there."""
+        """Zero: the heat is the loss of the component from which it comes, and is counted there."""
         return Symbol(0)
 
 
@@ -84,7 +84,7 @@ class HeatCapacitor(Component):
 
 
 class _TwoHeatPorts(Component):
-    """Partial: heat flows through from port_a to port_b."""
+    """Partial: heat flows from port_a to port_b."""
 
     port_a: HeatPort = port(HeatPort)
     port_b: HeatPort = port(HeatPort)
@@ -174,7 +174,7 @@ class FixedHeatFlow(Component):
     port: HeatPort = port(HeatPort)
 
     def equations(self) -> Equations:
-        """A constant, but for its temperature coefficient."""
+        """Constant, except for its temperature coefficient."""
         yield self.port.Q_flow == -self.Q_flow * (1 + self.alpha * (self.port.T - self.T_ref))
 
 
@@ -191,7 +191,7 @@ class PrescribedHeatFlow(Component):
     port: HeatPort = port(HeatPort)
 
     def equations(self) -> Equations:
-        """The signal, but for its temperature coefficient."""
+        """The signal, with its temperature coefficient."""
         yield self.port.Q_flow == -self.Q_flow.value * (1 + self.alpha * (self.port.T - self.T_ref))
 
 
@@ -202,6 +202,6 @@ class TemperatureSensor(Component):
     port: HeatPort = port(HeatPort)
 
     def equations(self) -> Equations:
-        """The reading; it takes no heat."""
+        """The reading; the sensor takes no heat."""
         yield self.T.value == self.port.T
         yield self.port.Q_flow == 0

@@ -1,6 +1,6 @@
-"""Assembled vehicles, a page each, built from ``powertrain.components``: ``from powertrain.vehicles import ManualCar``.
+"""Complete vehicles, one file each, built from ``powertrain.components``: ``from powertrain.vehicles import ManualCar``.
 
-``load`` gives a vehicle by its name or from a parameter file, ``save`` writes one, ``names`` lists what there is.
+``load`` returns a vehicle by its name or from a parameter file, ``save`` writes one, ``names`` lists them.
 """
 
 from __future__ import annotations

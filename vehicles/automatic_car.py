@@ -22,12 +22,12 @@ SPEEDS = ((4.0, 2.5), (7.0, 4.5), (9.5, 6.5), (12.0, 9.0), (15.0, 11.5), (18.0, 
 
 
 class AutomaticCar(GearedCar):
-    """A front-wheel-drive car of 1,500 kg: engine, torque converter, gearbox of eight gears that shifts under load, final drive, wheels.
+    """A front-wheel-drive car of 1,500 kg: engine, torque converter, eight-speed gearbox that shifts under load, final drive, wheels.
 
-    The driver follows ``cycle``; the schedule shifts by the vehicle's speed and the accelerator. ``gearbox`` knows ratios and losses only;
-    ``AutomaticCar.with_gearset(Automatic.eight_speed())`` has planetary sets and shift elements, so that shifts have their torque and
-    inertia phases. ``start`` takes a ``StartingClutch`` instead of the converter. ``start_stop`` says whether the engine runs.
-    The numbers are made up for a compact car with an engine of 1.6 l.
+    The driver follows ``cycle``; the schedule shifts depending on vehicle speed and accelerator. ``gearbox`` has only ratios and losses;
+    ``AutomaticCar.with_gearset(Automatic.eight_speed())`` has planetary sets and shift elements, and its shifts have torque and
+    inertia phases. ``start`` also accepts a ``StartingClutch`` instead of the converter. ``start_stop`` decides whether the engine runs.
+    The numbers are invented, for a compact car with a 1.6 l engine.
     ``front`` and ``rear`` take axles, see ``Car``.
     """
 
@@ -42,10 +42,10 @@ class AutomaticCar(GearedCar):
     def with_gearset(
         cls, gearbox: Automatic, *, w_up: float = 150.0, w_full: float = 560.0, ratio: float = 3.2, **parts: Any
     ) -> Self:
-        """The car with an automatic gearset, a final drive of ``ratio``, and shift speeds for it.
+        """The car with an automatic gearset, a final drive of ``ratio``, and matching shift speeds.
 
         With the accelerator released it shifts up where the next gear gives the input the speed ``w_up`` [rad/s], with the accelerator
-        fully pressed up to ``w_full``.
+        fully pressed at up to ``w_full``.
         """
         axle = LumpedAxle(final_drive=CrownGear(ratio=ratio, eta_ab=0.97, eta_ba=0.97))
         ratios = [gearbox.scheme.ratio(gear.name) for gear in gearbox.scheme.forward]

@@ -1,4 +1,4 @@
-"""What the bus of a vehicle leaves to a machine, for its control."""
+"""The power on a vehicle's bus that is available to a machine, as an input of its control."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from powertrain.components.electric import ElectricMachine
 
 
 def known_machine(control: BlendedBraking | PowerSplit, machine: ElectricMachine, left: Symbol) -> Equations:
-    """The control knows the machine's largest torque and losses; ``left`` is the power [W] that it may draw with its losses."""
+    """Tell the control the machine's largest torque and losses; ``left`` is the power [W] that it may draw, including losses."""
     idle = machine.loss_at(Symbol(0.0))
     most = machine.limit(machine.w, machine.bus.v)
     yield control.limit.value == most

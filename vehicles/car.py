@@ -1,4 +1,4 @@
-"""What cars have in common: the driver on a cycle, the gears by a schedule, and the way from the transmission to the road."""
+"""The common part of cars: the driver on a cycle, the gear schedule, and the connection from the transmission to the road."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ from powertrain.vehicles.wheels import wheels_of
 class Car(Component):
     """Partial: a vehicle on two axles whose driver follows a cycle.
 
-    A ``PoweredAxle`` in ``front`` or ``rear`` is driven: ``LumpedAxle``, or ``DrivenAxle`` with its differential. ``RollingAxle`` is not.
-    ``transfer`` shares the torque of the transmission between two driven axles.
+    A ``PoweredAxle`` in ``front`` or ``rear`` is driven: ``LumpedAxle``, or ``DrivenAxle`` with its differential. A ``RollingAxle`` is not.
+    ``transfer`` distributes the torque of the transmission between two driven axles.
     """
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
@@ -53,10 +53,10 @@ class Car(Component):
     def _to_the_road(self, shaft: Flange, demand: Output, rear: Flange | None = None) -> Equations:
         """``shaft`` turns the driven axles, ``demand`` brakes both; they push the body, which loads them, on the slope of its road.
 
-        A shaft ``rear`` of its own turns the rear axle in place of the transfer case.
+        A separate shaft ``rear`` turns the rear axle instead of the transfer case.
         The curvature is that of the rear axle's path; the steered front wheels run on larger circles.
-        Errors: ModelError where no axle is driven, a centre differential has one axle only, or two axles are rigidly coupled to the road;
-        ParameterError where the wheels have a rolling resistance that the road load of the body holds already.
+        Errors: ModelError if no axle is driven, if a centre differential has only one axle, or if two axles are rigidly coupled to the
+        road; ParameterError if the wheels have a rolling resistance that the road load of the body already includes.
         """
         _check_axles(self, own_rear=rear is not None)
         _check_road_load(self)
@@ -77,20 +77,20 @@ class Car(Component):
         yield connect(self.road.grade, self.body.grade)
 
     def _on_the_cycle(self) -> Equations:
-        """The driver knows the speed to drive, the acceleration to come, and the speed."""
+        """The driver receives the reference speed, the acceleration ahead, and the vehicle speed."""
         yield connect(self.cycle.v_ref, self.driver.v_ref)
         yield connect(self.cycle.a_ref, self.driver.a_ref)
         yield connect(self.body.v, self.driver.v)
 
     def _cooled(self, engine: Engine, cooling: EngineCooling) -> Equations:
-        """``engine`` heats ``cooling``, whose temperature determines its friction; the radiator is in the wind of the car."""
+        """``engine`` heats ``cooling``, whose temperature determines its friction; the airstream of the car cools the radiator."""
         yield connect(engine.heat_port, cooling.engine)
         yield connect(cooling.warmth, engine.warmth)
         yield connect(self.body.v, cooling.v)
 
 
 class GearedCar(Car):
-    """Partial: a car with one engine whose schedule shifts a gearbox and moves throttle and clutch; the engine idles at the start.
+    """Partial: a car with one engine; a schedule shifts the gearbox and operates throttle and clutch. The engine idles at the start.
 
     ``cooling`` is ``WarmEngine()``, or ``CoolantCircuit()`` for a cold start.
     """
@@ -103,7 +103,7 @@ class GearedCar(Car):
     gearbox: Shiftable = ManualGearbox()
 
     def _by_schedule(self, clutch: Input) -> Equations:
-        """The schedule moves lever, throttle and ``clutch``; the engine runs when ``start_stop`` says so."""
+        """The schedule operates lever, throttle and ``clutch``; ``start_stop`` decides whether the engine runs."""
         check_gears(self, self.schedule, self.gearbox)
         yield from self._on_the_cycle()
         yield connect(self.body.v, self.schedule.v, self.start_stop.v)
@@ -116,7 +116,7 @@ class GearedCar(Car):
         yield from self._cooled(self.engine, self.cooling)
 
     def initial(self) -> Equations:
-        """At rest, with the engine idling and the first gear in."""
+        """At rest, with the engine idling and the first gear engaged."""
         yield self.engine.w == self.engine.w_idle
 
 
@@ -163,7 +163,7 @@ def _check_road_load(car: Car) -> None:
 
 
 def check_gears(car: Car, schedule: Shifting, gearbox: Shiftable) -> None:
-    """ModelError where the schedule of a car has more or fewer gears than its gearbox."""
+    """ModelError if the numbers of gears in a car's schedule and gearbox differ."""
     if isinstance(schedule, (GearSchedule, PowerShiftSchedule)) and len(schedule.speeds) + 1 != gearbox.gear_count:
         raise ModelError(
             f"{type(car).__name__}.schedule has {len(schedule.speeds)} rows of shift speeds, for {len(schedule.speeds) + 1} gears, "

@@ -14,11 +14,11 @@ SPEEDS = ((5.0, 3.0), (9.0, 6.5), (12.5, 10.0), (16.5, 13.5), (21.0, 17.5))
 
 
 class DualClutchCar(GearedCar):
-    """A front-wheel-drive car of 1,400 kg: engine, dual-clutch gearbox of six gears, final drive, wheels.
+    """A front-wheel-drive car of 1,400 kg: engine, six-speed dual-clutch gearbox, final drive, wheels.
 
-    The clutch of the first gear starts the car, as the schedule presses it with the speed of the engine. Shifts hand over from one clutch
-    to the other, with their torque and inertia phases, to a gear that its synchroniser has preselected. The loss of the meshes counts in
-    the final drive. The numbers are made up for a compact car with an engine of 1.6 l. ``front`` and ``rear`` take axles, see ``Car``.
+    The clutch of the first gear starts the car; the schedule presses it depending on engine speed. During shifts one clutch takes over from
+    the other, with torque and inertia phases; the synchroniser has preselected the gear. The loss of the meshes is included in
+    the final drive. The numbers are invented, for a compact car with a 1.6 l engine. ``front`` and ``rear`` accept axles, see ``Car``.
     """
 
     driver: Pedals = Driver(k_a=1400 / 6000)

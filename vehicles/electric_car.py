@@ -15,7 +15,7 @@ from powertrain.vehicles.car import Car, check_gears
 BATTERY = PolarizedBattery(
     ocv=cells_in_series(96), Q=150 * 3600, R=0.06, i_discharge=600, i_charge=400, soc_min=0.03, soc_max=0.98, band=0.02
 )
-"""96 cells of 150 A.h in a row: 54 kW.h."""
+"""96 cells of 150 A.h in series: 54 kW.h."""
 
 
 OIL = ChurningLoss(d=8e-4)
@@ -23,11 +23,11 @@ OIL = ChurningLoss(d=8e-4)
 
 
 class ElectricCar(Car):
-    """A front-wheel-drive car of 1,700 kg with a machine of 150 kW, a fixed reduction and a battery of 54 kW.h.
+    """A front-wheel-drive car of 1,700 kg with a 150 kW machine, a fixed reduction gear and a 54 kW.h battery.
 
-    The control blends recovery and friction brakes. ``gearbox`` takes one gear, or ``ElectricCar.two_speed()``'s: two that shift under
-    load by a ``PowerShiftSchedule``. ``CycleRun`` tells W.h/km, range and miles per gallon of gasoline equivalent.
-    ``front`` and ``rear`` take axles, see ``Car``. The numbers are made up for a compact car.
+    The control blends regenerative and friction braking. ``gearbox`` accepts one gear, or that of ``ElectricCar.two_speed()``: two gears,
+    shifted under load by a ``PowerShiftSchedule``. ``CycleRun`` gives W.h/km, range and miles per gallon of gasoline equivalent.
+    ``front`` and ``rear`` accept axles, see ``Car``. The numbers are invented, for a compact car.
     """
 
     driver: Pedals = Driver(k_a=1700 / 7500)
@@ -44,7 +44,7 @@ class ElectricCar(Car):
 
     @classmethod
     def two_speed(cls) -> ElectricCar:
-        """The same car with two gears, the second from 17 m/s on, and a smaller machine."""
+        """The same car with two gears, the second from 17 m/s, and a smaller machine."""
         return cls(
             gearbox=PowerShiftGearbox(ratios=(3.4, 1.9), churning=OIL),
             schedule=PowerShiftSchedule(speeds=((17.0, 13.0),), eager=0.6),
@@ -54,7 +54,7 @@ class ElectricCar(Car):
         )
 
     def equations(self) -> Equations:
-        """The bus, and the way to the road."""
+        """The bus, and the connection to the road."""
         yield connect(self.battery.bus, self.machine.bus, self.accessories.bus)
         yield connect(self.machine.shaft, self.gearbox.flange_a)
         yield from self._to_the_road(self.gearbox.flange_b, self.control.friction)

@@ -14,13 +14,13 @@ from powertrain.vehicles.electric_car import BATTERY
 
 
 class ElectricFourWheelDriveCar(Car):
-    """A battery-electric car of 2,000 kg with a machine of 90 kW at the front axle and one of 150 kW at the rear axle.
+    """A battery-electric car of 2,000 kg with a 90 kW machine at the front axle and a 150 kW machine at the rear axle.
 
     front torque = (1 - share) tau,  rear torque = share tau,  |tau| at most min(front limit/(1 - share), rear limit/share)
 
-    The control reckons with both machines as one of the torque tau and the speed (1 - share) w_front + share w_rear, which has their power;
-    so the final drives may differ. Both recover. ``front`` and ``rear`` take axles, see ``Car``. The numbers are made up for a car of the
-    middle class.
+    The control treats both machines as one with the torque tau and the speed (1 - share) w_front + share w_rear, which has their total
+    power, so the final drives may differ. Both recover. ``front`` and ``rear`` accept axles, see ``Car``. The numbers are invented, for a
+    mid-size car.
     """
 
     share: Parameter = parameter(

@@ -18,18 +18,18 @@ from powertrain.vehicles.split_path_car import BASIC_RATIO, LAYOUT, TRANSMISSION
 
 V_MIN, V_MAX = (unit_ratio(LAYOUT, BASIC_RATIO, r) for r in (0.15, 2.0))
 W_START = 370.0
-"""Speed of the flywheel's shaft at the start [rad/s]."""
+"""Initial speed of the flywheel's shaft [rad/s]."""
 
 
 class FlywheelHybrid(Car):
-    """A car of 1,400 kg that a flywheel drives: the transmission's ratio accelerates it and brings its energy back when it brakes.
+    """A car of 1,400 kg driven by a flywheel: the transmission's ratio accelerates the car, and returns its energy during braking.
 
-    The flywheel (1.1 kg.m2, a steel disk of 35 kg and half a metre) turns three times as fast as the shaft of the transmission, at
-    most 1,700 rad/s, where it holds 1.6 MJ; the car at 130 km/h has 0.9 MJ. The engine charges it at a good load, or stands still.
+    The flywheel (1.1 kg.m2, a steel disk of 35 kg and half a metre) turns three times as fast as the transmission's input shaft, at
+    most at 1,700 rad/s, where it stores 1.6 MJ; the car at 130 km/h has 0.9 MJ. The engine charges it at an efficient load, or is stopped.
     The transmission is that of the split-path car with a wider range, r from 0.15 to 2; below it the clutch at its output slips.
-    With ``drive.recovery`` = 0 it leaves all braking to the friction brakes.
-    ``front`` and ``rear`` take axles, see ``Car``.
-    Source of the concept: D. Yu, N. Beachley, Gear Technology, July/August 1986, p. 9 and 16; the numbers are made up.
+    With ``drive.recovery`` = 0 the friction brakes do all the braking.
+    ``front`` and ``rear`` accept axles, see ``Car``.
+    Source of the concept: D. Yu, N. Beachley, Gear Technology, July/August 1986, p. 9 and 16; the numbers are invented.
     """
 
     stores: ClassVar[tuple[str, ...]] = ("flywheel",)
@@ -58,7 +58,7 @@ class FlywheelHybrid(Car):
     body: Body = VehicleBody(m=1400, A=2.1)
 
     def equations(self) -> Equations:
-        """Engine and flywheel on one shaft, from there to the road."""
+        """Engine and flywheel on one shaft, and the connection to the road."""
         yield connect(self.engine.crank, self.engine_clutch.flange_a)
         yield connect(self.engine_clutch.flange_b, self.step_up.flange_a, self.transmission.flange_a, self.input.flange)
         yield connect(self.step_up.flange_b, self.flywheel.flange_a)

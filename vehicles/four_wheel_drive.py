@@ -1,4 +1,4 @@
-"""A car with a manual gearbox, two driven axles and a centre differential, each of whose differentials can be exchanged."""
+"""A car with a manual gearbox, two driven axles and a centre differential; all differentials can be exchanged."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from powertrain.vehicles.manual_car import ManualCar
 class FourWheelDriveCar(ManualCar):
     """A two-axle 4x4 of 1,700 kg: engine, clutch, gearbox, centre differential, and two driven axles with a differential each.
 
-    ``transfer.differential`` takes any ``Differential``: its left side drives the front axle, its right side the rear axle. Each wheel
-    has its own ground: ``front.left.mu`` and so on. The curvature is that of the rear axle's path; the steered front wheels run on
-    larger circles, so that the centre differential works in every bend. The rest is as in ``ManualCar``.
+    ``transfer.differential`` accepts any ``Differential``: its left side drives the front axle, its right side the rear axle. Each wheel
+    has its own friction coefficient: ``front.left.mu`` and so on. The curvature is that of the rear axle's path; the steered front wheels
+    run on larger circles, so the centre differential works in every bend. The rest is as in ``ManualCar``.
     """
 
     driver: Pedals = Driver(k_a=1700 / 6000)

@@ -1,4 +1,4 @@
-"""What hybrids have in common: engine and battery, and the rules that start and stop the engine."""
+"""The common part of hybrids: engine and battery, and the rules that start and stop the engine."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from powertrain.vehicles.car import Car
 
 
 class HybridCar(Car):
-    """Partial: a car with an engine and a battery; the engine stands still at the start."""
+    """Partial: a car with an engine and a battery; the engine is stopped at the start."""
 
     stores: ClassVar[tuple[str, ...]] = ("battery",)
     engine: Engine = WillansEngine()
@@ -21,13 +21,13 @@ class HybridCar(Car):
     cooling: EngineCooling = WarmEngine()
 
     def _engine_by(self, control: HybridSupervisor) -> Equations:
-        """The control knows vehicle, charge and engine, and moves the engine's throttle and switch."""
+        """The control receives the data of vehicle, charge and engine, and sets the engine's throttle and switch."""
         yield connect(self.body.v, control.v)
         yield connect(self.engine.speed, control.w)
         yield connect(self.battery.state_of_charge, control.soc)
         yield control.tau_open.value == self.engine.full_load(self.engine.w)
         throttle = throttle_table(self.engine, speeds=21, torques=31)
-        firing = throttle.axes[0].clipped(self.engine.w)  # where the engine stands nothing is asked for
+        firing = throttle.axes[0].clipped(self.engine.w)  # a stopped engine receives no demand
         yield control.opening.value == throttle(firing, control.torque.value)
         yield connect(control.on, self.engine.on)
         yield from self._cooled(self.engine, self.cooling)

@@ -13,16 +13,16 @@ from powertrain.components.transmissions import ManualGearbox, Shiftable, Single
 from powertrain.vehicles.car import GearedCar
 
 W_OPEN, W_CLOSED = 90.0, 120.0
-"""Speeds of the engine [rad/s] between which the clutch closes in a car with one gear."""
+"""Engine speeds [rad/s] between which the clutch closes in a car with one gear."""
 
 
 class ManualCar(GearedCar):
-    """A front-wheel-drive car of 1,300 kg: engine, clutch, gearbox of six gears, final drive, wheels.
+    """A front-wheel-drive car of 1,300 kg: engine, clutch, six-speed gearbox, final drive, wheels.
 
-    The driver follows ``cycle``; the schedule shifts by the vehicle's speed, with a real clutch and real synchronisers. ``start_stop``
-    says whether the engine runs: ``AlwaysOn()``, or ``StartStop()``, which stops it at rest. The loss of the gearbox counts in the final
-    drive. The numbers are made up for a compact car with an engine of 1.6 l.
-    ``front`` and ``rear`` take axles, see ``Car``: ``DrivenAxle`` has a differential of choice, half shafts and two tyres.
+    The driver follows ``cycle``; the schedule shifts depending on vehicle speed, with a real clutch and real synchronisers. ``start_stop``
+    decides whether the engine runs: ``AlwaysOn()``, or ``StartStop()``, which stops it at rest. The loss of the gearbox is included in the
+    final drive. The numbers are invented, for a compact car with a 1.6 l engine.
+    ``front`` and ``rear`` accept axles, see ``Car``: ``DrivenAxle`` has a selectable differential, half shafts and two tyres.
     """
 
     driver: Pedals = Driver(k_a=1300 / 6000)
@@ -34,7 +34,7 @@ class ManualCar(GearedCar):
 
     @classmethod
     def in_one_gear(cls, ratio: float = 3.5, **parts: Any) -> Self:
-        """The car with one gear that is always in and ``OpenPedals``: for measurements of its axles. ``parts`` are its other fields."""
+        """The car with one permanently engaged gear and ``OpenPedals``, for measurements of its axles. ``parts`` are its other fields."""
         bench = {
             "driver": OpenPedals(),
             "schedule": FixedGear(w_open=W_OPEN, w_closed=W_CLOSED),

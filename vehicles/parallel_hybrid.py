@@ -1,4 +1,4 @@
-"""Parallel hybrids P0 to P4: an engine, a gearbox, and a machine at one of five places."""
+"""Parallel hybrids P0 to P4: an engine, a gearbox, and a machine at one of five positions."""
 
 from __future__ import annotations
 
@@ -18,31 +18,31 @@ from powertrain.vehicles.car import check_gears
 from powertrain.vehicles.hybrid import HybridCar
 
 Position = Literal["P0", "P1", "P2", "P3", "P4"]
-"""At the belt of the engine, at its crank, at the input of the gearbox, at its output, at the other axle."""
+"""At the engine's belt, at its crankshaft, at the gearbox input, at the gearbox output, at the other axle."""
 SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
 """Shifts of a six-speed gearbox in m/s, with the accelerator released."""
 RATIOS = {"P0": 2.7, "P1": 1.0, "P2": 1.0, "P3": 2.2, "P4": 1.0}
-"""Speed of the machine over that of the shaft at which it is; on its own axle the final drive reduces it."""
+"""Speed of the machine over that of its shaft; on its own axle the final drive reduces it."""
 SMALL = ElectricMachine(J=0.005, tau_max=55, P_max=12e3, w_max=1900, P_0=40, copper=0.5, iron=0.4, windage=2e-4)
 LARGE = ElectricMachine(J=0.03, tau_max=220, P_max=60e3, w_max=1500, P_0=70, copper=0.06, iron=0.8, windage=3e-4)
 CRANK = ElectricMachine(J=0.04, tau_max=160, P_max=20e3, w_max=800, P_0=50, copper=0.08, iron=0.8, windage=3e-4)
 MACHINES = {"P0": SMALL, "P1": CRANK, "P2": LARGE, "P3": LARGE, "P4": LARGE}
 ALWAYS = -1e9
-"""Power demand that is always exceeded: the engine runs."""
+"""Power demand that is always exceeded, so the engine runs."""
 PLUG_IN = PolarizedBattery(
     ocv=cells_in_series(96), Q=37 * 3600, R=0.12, i_discharge=300, i_charge=150, soc_min=0.1, soc_max=0.98, band=0.03
 )
-"""96 cells of 37 A.h in a row: 13 kW.h."""
+"""96 cells of 37 A.h in series: 13 kW.h."""
 
 
 class ParallelHybrid(HybridCar):
     """A car of 1,500 kg whose engine drives through a clutch and a gearbox, with a machine at ``position``.
 
-    P0 at the crank over a belt, P1 at the crank, P2 at the input of the gearbox, P3 at its output, P4 at the rear axle. ``coupling`` is the
-    gear between the machine and that shaft. With P2 to P4 the car drives and recovers with the engine stopped and its clutch open; a
-    machine at the crank is coupled to the wheels only while the clutch is closed, and its engine runs. ``ParallelHybrid.at("P4")``
-    makes the car with a machine that fits the place, ``ParallelHybrid.plug_in()`` has a battery of 13 kWh, which it empties first. The
-    rules are those of ``ParallelControl``. ``front`` and ``rear`` take axles, see ``Car``. The numbers are made up for a compact car.
+    P0 at the crankshaft through a belt, P1 at the crankshaft, P2 at the gearbox input, P3 at its output, P4 at the rear axle. ``coupling``
+    is the gear between the machine and that shaft. With P2 to P4 the car drives and recovers with the engine stopped and its clutch open. A
+    machine at the crankshaft is coupled to the wheels only while the clutch is closed, and its engine runs. ``ParallelHybrid.at("P4")``
+    makes the car with a machine that suits the position; ``ParallelHybrid.plug_in()`` has a 13 kWh battery, which it discharges first. The
+    rules are those of ``ParallelControl``. ``front`` and ``rear`` accept axles, see ``Car``. The numbers are invented, for a compact car.
     """
 
     position: Position = "P2"
@@ -59,7 +59,7 @@ class ParallelHybrid(HybridCar):
 
     @classmethod
     def at(cls, position: Position, **parts: Any) -> Self:
-        """The car with a machine and a coupling that fit the position. Errors: ParameterError for another position."""
+        """The car with a machine and a coupling that suit the position. Errors: ParameterError for another position."""
         if position not in RATIOS:
             raise ParameterError(f"unknown position {position!r}; choose from {', '.join(RATIOS)}")
         made: dict[str, Any] = {
@@ -75,12 +75,12 @@ class ParallelHybrid(HybridCar):
 
     @classmethod
     def plug_in(cls, **parts: Any) -> Self:
-        """The P2 hybrid with a battery of 13 kWh, whose charge it sustains at 20 %: start it with ``{"battery.soc": 0.95}``."""
+        """The P2 hybrid with a 13 kWh battery, whose charge it sustains at 20 %: start it with ``{"battery.soc": 0.95}``."""
         control = ParallelControl(v_on=36.0, v_off=33.0, soc_0=0.2, k_soc=150e3)
         return cls(**({"battery": PLUG_IN, "control": control} | parts))
 
     def equations(self) -> Equations:
-        """Engine to road, and the machine where it is."""
+        """Engine to road, and the machine at its position."""
         if self.position not in get_args(Position):
             raise ParameterError(f"{self._path or 'ParallelHybrid'}.position = {self.position!r}; choose from P0 to P4")
         yield connect(self.engine.crank, self.clutch.flange_a)

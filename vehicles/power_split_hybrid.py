@@ -16,17 +16,17 @@ ENGINE = WillansEngine(
     e=0.4, tau_0=15, tau_max=115, w_tau=420, P_max=55e3, w_P=520, tau_low=85, w_low=100, tau_starter=0, J=0.13
 )
 SHARE = 0.9
-"""Of the full-load torque on the engine's line."""
+"""Share of the full-load torque on the engine's operating line."""
 
 
 class PowerSplitHybrid(HybridCar):
     """A car of 1,450 kg with a planetary gear between the engine (carrier), machine 1 (sun) and machine 2 with the wheels (ring).
 
-    What the engine gives is split by the gear: 2.6/3.6 of its torque go to the ring, 1/3.6 to machine 1, whose power drives machine 2
-    or charges the battery. So machine 1 chooses the engine's speed at every speed of the car. The engine stands still at low power and
-    is started by machine 1. The rules are those of ``PowerSplitControl``; what they know of the engine comes from the engine in the slot.
-    ``front`` and ``rear`` take axles, see ``Car``.
-    The layout is that of the Toyota Prius (2004): gear 78/30, final drive 3.93, a battery of 1.3 kWh; all data of parts are made up.
+    The gear splits the engine's torque: 2.6/3.6 of it goes to the ring, 1/3.6 to machine 1, whose power drives machine 2
+    or charges the battery. So machine 1 determines the engine's speed at every speed of the car. The engine is stopped at low power;
+    machine 1 starts it. The rules are those of ``PowerSplitControl``; their data of the engine come from the engine in the slot.
+    ``front`` and ``rear`` accept axles, see ``Car``.
+    The layout is that of the Toyota Prius (2004): gear 78/30, final drive 3.93, a 1.3 kWh battery; all component data are invented.
     """
 
     driver: Pedals = Driver(k_a=1 / 4)
@@ -40,7 +40,7 @@ class PowerSplitHybrid(HybridCar):
     body: Body = VehicleBody(m=1450, A=2.2, Cd=0.27)
 
     def equations(self) -> Equations:
-        """The gear, the bus, and the way to the road."""
+        """The gear, the bus, and the connection to the road."""
         yield connect(self.engine.crank, self.damper.flange_a)
         yield connect(self.damper.flange_b, self.gear.carrier)
         yield connect(self.machine_1.shaft, self.gear.sun)

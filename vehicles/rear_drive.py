@@ -1,4 +1,4 @@
-"""A rear-wheel-drive car with a manual gearbox, whose differential can be exchanged."""
+"""A rear-wheel-drive car with a manual gearbox and an exchangeable differential."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from powertrain.vehicles.manual_car import ManualCar
 class RearDriveCar(ManualCar):
     """A rear-wheel-drive car of 1,500 kg: engine, clutch, gearbox, final drive, differential, half shafts, tyres.
 
-    Any ``Differential`` goes into ``rear.differential``: bevel, limited-slip, circular cam, spherical cam, linkage. The friction of the
-    ground is ``rear.left.mu`` and ``rear.right.mu``; the front axle rolls along. The half shafts twist, so that a differential that
-    locks at once has something to lock against. On the path of the given curvature the driver holds the car by steering. The rest is
-    as in ``ManualCar``.
+    ``rear.differential`` accepts any ``Differential``: bevel, limited-slip, circular cam, spherical cam, linkage. The friction
+    coefficients of the road are ``rear.left.mu`` and ``rear.right.mu``; the front axle is not driven. The half shafts are elastic, so a
+    differential that locks at once has something to lock against. The driver steers the car along the path of the given curvature. The
+    rest is as in ``ManualCar``.
     """
 
     driver: Pedals = Driver(k_a=1500 / 6000)

@@ -1,4 +1,4 @@
-"""A series hybrid: an engine with a generator, a battery, and a machine that drives."""
+"""A series hybrid: an engine with a generator, a battery, and a drive machine."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from powertrain.vehicles.electric_car import OIL
 from powertrain.vehicles.hybrid import HybridCar
 
 SHARE = 0.9
-"""Of the full-load torque on the engine's line."""
+"""Share of the full-load torque on the engine's operating line."""
 
 
 class SeriesHybrid(HybridCar):
-    """A car of 1,550 kg that a machine drives alone; an engine with a generator supplies the mean power, a battery the rest.
+    """A car of 1,550 kg driven by a machine alone; an engine with a generator supplies the mean power, a battery the rest.
 
-    The engine runs on its line of least fuel, whatever the speed of the car, and stands at low power. The rules are those of
-    ``GensetControl`` for engine and generator, and of ``ElectricDriveControl`` for the machine, with blended regenerative braking.
-    ``front`` and ``rear`` take axles, see ``Car``. The numbers are made up for a compact car.
+    The engine runs on its line of lowest fuel consumption, independently of vehicle speed, and is stopped at low power. The rules are those
+    of ``GensetControl`` for engine and generator, and of ``ElectricDriveControl`` for the machine, with blended regenerative braking.
+    ``front`` and ``rear`` accept axles, see ``Car``. The numbers are invented, for a compact car.
     """
 
     driver: Pedals = Driver(k_a=1550 / 6500)

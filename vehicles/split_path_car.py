@@ -1,4 +1,4 @@
-"""Yu & Beachley's split-path CVT in a car: the engine on its line of least fuel."""
+"""Yu & Beachley's split-path CVT in a car: the engine runs on its line of lowest fuel consumption."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ TRANSMISSION = SplitPathTransmission(
 )
 """Type 4 of the paper, Figs. 8 and 11, curve 4, which it calls attractive: high efficiency, little power through the unit."""
 SHARE = 0.85
-"""Of the full-load torque: a sixth stays in hand for the acceleration of the engine itself."""
+"""Share of the full-load torque: a sixth remains for the acceleration of the engine itself."""
 
 
 def shared_ratio(unit: RatioOfUnit, transmission: VariableTransmission) -> Equations:
-    """The control knows the differential that is built in: its basic ratio is no parameter of its own."""
+    """Give the control the installed differential's basic ratio, so it is not a separate parameter."""
     if isinstance(unit, UnitRatio) and isinstance(transmission, SplitPathTransmission):
         built_in = transmission.differential
         if isinstance(built_in, FundamentalDifferential):
@@ -41,13 +41,13 @@ def shared_ratio(unit: RatioOfUnit, transmission: VariableTransmission) -> Equat
 class SplitPathCar(Car):
     """A front-wheel-drive car of 1,300 kg: engine, start clutch, split-path CVT, final drive, wheels.
 
-    The transmission has the paper's differential (R_o = -1.7, 95 %) in the layout a, b, H (its type 4) and a unit of 90 % whose ratio V
-    passes zero, as that of a hydrostatic or electric one does: with V from -0.27 to 2.59 the ratio r goes from 0.2 to 2. Above r = 0.37 the
-    power splits, below it a part comes back through the unit. Any other transmission with a variable unit fits the slots ``transmission``
-    and ``unit_ratio``, as one of the design program: ``NetworkTransmission.of(network)`` and ``NetworkRatio(network=network)``. The
-    driver follows ``cycle``; the control gives the engine the speed of least fuel for the demanded power. Below r = 0.2, so below walking
-    pace, the start clutch slips.
-    ``front`` and ``rear`` take axles, see ``Car``: ``DrivenAxle`` has a differential of choice, half shafts and two tyres.
+    The transmission has the paper's differential (R_o = -1.7, 95 %) in the layout a, b, H (its type 4) and a variable unit with an
+    efficiency of 90 % whose ratio V passes zero, like that of a hydrostatic or electric unit. With V from -0.27 to 2.59 the ratio r ranges
+    from 0.2 to 2. Above r = 0.37 the power splits; below it a part recirculates through the unit. The slots ``transmission``
+    and ``unit_ratio`` accept any other transmission with a variable unit, such as one of the design program:
+    ``NetworkTransmission.of(network)`` and ``NetworkRatio(network=network)``. The driver follows ``cycle``; the control gives the engine
+    the speed of lowest fuel consumption for the demanded power. Below r = 0.2, i.e. below walking pace, the start clutch slips.
+    ``front`` and ``rear`` accept axles, see ``Car``: ``DrivenAxle`` has a selectable differential, half shafts and two tyres.
     Source of the transmission: D. Yu, N. Beachley, Gear Technology, July/August 1986, Figs. 8 and 11, curve 4.
     """
 

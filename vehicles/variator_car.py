@@ -25,13 +25,13 @@ from powertrain.vehicles.car import Car
 class VariatorCar(Car):
     """A front-wheel-drive car of 1,300 kg: engine, torque converter, belt variator, final drive, wheels.
 
-    The control gives the engine the speed of least fuel for the demanded power, but not less than ``w_least``, where engine and lock-up
-    still run smoothly, and torques up to ``share`` of full load: the rest stays in hand for the acceleration of the engine itself.
-    The variator's ratio V = w_b/w_a goes from 0.4 to 2.6; its drag stands for belt, pump and bearings, and the loss of the final drive
-    counts in its efficiency.
-    The driver follows ``cycle``; ``start_stop`` says whether the engine runs. The numbers are made up for a compact car with an engine of
-    1.6 l. ``front`` and ``rear`` take axles, see ``Car``; with a ``DrivenAxle``, which has a differential and two tyres, it also drives in
-    bends.
+    The control gives the engine the speed of lowest fuel consumption for the demanded power, but at least ``w_least``, where engine and
+    lock-up still run smoothly, with torques up to ``share`` of full load: the rest remains for the acceleration of the engine itself.
+    The variator's ratio V = w_b/w_a ranges from 0.4 to 2.6; its drag includes belt, pump and bearings, and its efficiency the loss of the
+    final drive.
+    The driver follows ``cycle``; ``start_stop`` decides whether the engine runs. The numbers are invented, for a compact car with a
+    1.6 l engine. ``front`` and ``rear`` accept axles, see ``Car``; with a ``DrivenAxle``, which has a differential and two tyres, it also
+    drives in bends.
     """
 
     share: float = 0.85

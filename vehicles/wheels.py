@@ -10,7 +10,7 @@ from powertrain.language.component import children
 
 
 def wheels_of(part: Component, path: str = "") -> Iterator[tuple[str, Wheel]]:
-    """All wheels in a part with their paths, which begin with that of the part."""
+    """All wheels in a part with their paths, which start with that of the part."""
     for name, child in children(part):
         here = f"{path}.{name}".lstrip(".")
         if isinstance(child, Wheel):

@@ -49,8 +49,9 @@ class Engine(Component):
     The firing torque is the torque of combustion in addition to the motoring drag. It is zero with a closed throttle: no fuel
     flows in overrun. The throttle u and the starter, with throttle and on limited to 0..1, are
 
-    u = on started limited min(throttle + idle, 1),  starter = on (1 - started) tau_starter,  started = w/w_fire within 0..1 limited =
-    (w_limit - w)/band_limit within 0..1 (rev limiter),  idle = x + k_idle (w_idle - w) within 0..1,  der(x) = (on idle - x)/T_idle
+    u = on started limited min(throttle + idle, 1),  starter = on (1 - started) tau_starter,  started = w/w_fire within 0..1
+    limited = (w_limit - w)/band_limit within 0..1 (rev limiter)
+    idle = x + k_idle (w_idle - w) within 0..1,  der(x) = (on idle - x)/T_idle
 
     The idle controller is proportional-integral without windup; it starts with the throttle required for idling.
 

@@ -21,18 +21,18 @@ from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSuppo
 
 
 class Starter(OneFlangeAndSupport, Lossy):
-    """A starter: a direct-current motor that turns the ring gear (flange) by a pinion with a roller freewheel.
+    """A starter: a direct-current motor that turns the ring gear (flange) through a pinion with a roller freewheel.
 
     J der(w_m) = k i - tau/ratio - d w_m,  bus.v = R i + k w_m while on > 1/2, else i = 0,  flange.tau = -tau
     w_rel = der(phi) - w_m/ratio;  on > 1/2 and w_rel = 0: 0 <= tau <= tau_max,  on > 1/2 and w_rel < 0: tau = tau_max;  else tau = 0
 
-    The solenoid draws the pinion out as soon as ``on`` falls to 1/2. The engine that has started overruns the motor, which then
-    turns at its idle speed bus.v/k. The torque at the ring gear falls in proportion to its speed from ratio k bus.v/R, and with the
-    voltage: a battery with inner resistance sags under the starter. Where the motor is faster than the ring gear when it is switched on,
-    because it still turns from the last start or the engine rocks back, the rollers slip with the torque tau_max until both have one
-    speed; their heat is part of lossPower. In a start tau_max must exceed the torque that the motor and the armature's inertia
-    give. The numbers are invented, for an engine of 1.6 l: 90 N.m at rest at 12 V, idling at 35 rad/s. Source: Bosch Automotive
-    Handbook, chapter Starting systems.
+    The solenoid retracts the pinion as soon as ``on`` falls to 1/2. Once the engine has started it overruns the motor, which then turns at
+    its idle speed bus.v/k. From ratio k bus.v/R at rest, the torque at the ring gear falls linearly with its speed, and with the voltage:
+    that of a battery with internal resistance drops during a start. If the motor is faster than the ring gear when it is switched on,
+    because it still turns from the last start or the engine rocks back, the rollers slip with the torque tau_max until their speeds are
+    equal; this heat is part of lossPower. For a start tau_max must exceed the torque of the motor and of the armature's inertia. The
+    defaults are invented, for a 1.6 l engine: 90 N.m at rest at 12 V, idling at 35 rad/s. Source: Bosch Automotive Handbook, chapter
+    Starting systems.
     """
 
     on: Input = signal_input("1", "1: pinion in and motor on, 0: off")
@@ -67,5 +67,5 @@ class Starter(OneFlangeAndSupport, Lossy):
         return self.J * self.w_m**2 / 2
 
     def loss(self) -> Symbol:
-        """Heat of the current, drag, and slip of the freewheel."""
+        """Heat of the current, of drag, and of slip in the freewheel."""
         return self.R * self.i**2 + self.d * self.w_m**2 - self.tau * self.w_rel

@@ -1,6 +1,6 @@
 """Synthetic engines: torque and fuel over the operating range from formulas, as tables for ``MappedEngine``.
 
-The CSV files in ``data`` are written by ``write_tables``; no number in them was measured.
+``write_tables`` writes the CSV files in ``data``; no number in them is measured.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 ENRICHED = 6
-"""Power of the load with which the efficiency falls near full load."""
+"""Exponent of the load with which the efficiency falls near full load."""
 
 
 @dataclass(frozen=True)
 class SyntheticEngine:
-    """A four-stroke engine by mean effective pressures, torque = V p/(4 pi).
+    """A four-stroke engine in terms of mean effective pressures, torque = V p/(4 pi).
 
     motoring: p_0 + p_2 (w/w_ref)^2
     full load: p_max (1 - k (w/w_tau - 1)^2), k = k_slow below w_tau, k_fast above
@@ -63,7 +63,7 @@ class SyntheticEngine:
         return np.asarray(share * (self.full_load(w) + self.motoring(w)) - self.motoring(w))
 
     def fuel_rate(self, w: ArrayLike, tau: ArrayLike) -> Array:
-        """Fuel flow [kg/s] at speed w [rad/s] and torque tau [N.m]; above full load it goes on in a straight line."""
+        """Fuel flow [kg/s] at speed w [rad/s] and torque tau [N.m]; extrapolated linearly above full load."""
         w = np.asarray(w, float)
         full = self.full_load(w) + self.motoring(w)
         load = (np.asarray(tau, float) + self.motoring(w)) / full
@@ -122,7 +122,7 @@ DIESEL = SyntheticEngine(
 
 
 def write_tables(engine: SyntheticEngine, folder: Path) -> None:
-    """Writes ``<name>_torque.csv`` and ``<name>_fuel.csv``."""
+    """Write ``<name>_torque.csv`` and ``<name>_fuel.csv``."""
     note = f"# Synthetic: computed by powertrain.components.engines.synthetic, {engine.name}; no measured engine.\n"
     torque = [(w, u, float(engine.torque(w, u))) for w in engine.speeds for u in engine.throttles]
     fuel = [(w, tau, 1e3 * float(engine.fuel_rate(w, tau))) for w in engine.speeds for tau in engine.torques]

@@ -1,4 +1,4 @@
-"""What the tables of a ``MappedEngine`` must be: their axes, units and edges."""
+"""Requirements on the tables of a ``MappedEngine``: axes, units and edges."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from powertrain import Map, ParameterError
 RATES = {"kg/s": 1.0, "g/s": 1e-3}
 SPECIFIC = {"kg/J": 1.0, "g/kWh": 1 / 3.6e9}
 ROUND = 1e-9
-"""How far a table's edges may be from where they have to be."""
+"""Allowed deviation of a table's edges."""
 
 
 def check_torque(table: Map) -> None:
@@ -32,7 +32,7 @@ def check_torque(table: Map) -> None:
 
 
 def check_fuel(table: Map) -> None:
-    """Fuel over speed and torque, not negative; a specific consumption only where there is power. Errors: ParameterError."""
+    """Fuel over speed and torque, not negative; a specific consumption only at positive power. Errors: ParameterError."""
     _check(table, "fuel", ("rad/s", "N.m"), {**RATES, **SPECIFIC})
     if table.values.min() < 0:
         raise ParameterError(

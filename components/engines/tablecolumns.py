@@ -1,4 +1,4 @@
-"""Which column of an engine's table is what, by its name and its unit."""
+"""Identifies the columns of an engine's table by their names and units."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ UNITS = {
     "throttle": {"1": 1.0, "": 1.0, "%": 0.01},
 }
 UNITS |= {"full load": UNITS["torque"], "motored": UNITS["torque"]}
-"""Units by what they measure, without dots, hyphens and brackets, in rad/s, N.m, Pa, W, g/s, g/kWh and 1."""
+"""Units by quantity, without dots, hyphens and brackets, in rad/s, N.m, Pa, W, g/s, g/kWh and 1."""
 SHOWN = {
     "speed": "rpm, 1/min, rad/s",
     "torque": "N.m, lbf.ft",
@@ -65,7 +65,7 @@ _MARKS = re.compile(r"[\s.()*·⋅^_−-]")
 
 
 class Column(NamedTuple):
-    """A column of a table: what it measures, and the size of its unit."""
+    """A column of a table: its quantity, and its unit as a factor."""
 
     place: int
     kind: str
@@ -73,9 +73,9 @@ class Column(NamedTuple):
 
 
 def column(sheet: TextTable, role: str, kinds: Sequence[str], asked: str | None) -> Column:
-    """The column that is asked for by its name, or else the one whose name and unit are of the first kind that the table has.
+    """The column requested by name, or else the one whose name and unit match the first kind that the table contains.
 
-    Errors: ParameterError where none is, or several are.
+    Errors: ParameterError if there is none, or if there are several.
     """
     if asked is not None:
         return _asked(sheet, role, kinds, Heading.of(asked))
@@ -130,7 +130,7 @@ def _listed(sheet: TextTable) -> str:
 
 
 def unit_of(heading: Heading) -> str | None:
-    """The unit of a heading as in ``UNITS``: in brackets, or the end of its name, as in ``speed_rpm`` and ``RPM``; None without one."""
+    """The unit of a heading as in ``UNITS``: in brackets, or at the end of its name, as in ``speed_rpm`` and ``RPM``; otherwise None."""
     if heading.unit:
         plain = normalize("NFKC", heading.unit)  # min⁻¹ is min−1
         return _MARKS.sub("", plain.lower()) if plain != "-" else "1"
@@ -141,5 +141,5 @@ def unit_of(heading: Heading) -> str | None:
 
 
 def words(name: str) -> set[str]:
-    """The words of a name, also of ``engineSpeed`` and ``eng_speed``."""
+    """The words of a name, also for ``engineSpeed`` and ``eng_speed``."""
     return {word.lower() for word in _WORD.findall(name)}

@@ -1,4 +1,4 @@
-"""Tables of engines from files in the layouts of test benches and of other programs."""
+"""Tables of engines from files in the formats of test benches and other programs."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from powertrain.components.engines.widetables import Asked, Roles, long_table
 FUEL_ROLES = {"speed": ("speed",), "load": ("torque", "bmep", "power"), "fuel": ("flow", "specific")}
 TORQUE_ROLES = {"speed": ("speed",), "throttle": ("throttle",), "torque": ("torque",)}
 THROTTLES = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Throttles of a table between two curves, as many as smooth interpolation needs."""
+"""Throttles of a table between two curves, as required for smooth interpolation."""
 LARGEST = 0.1
-"""The largest displacement [m3] that is believed: more is likely to be in litres."""
+"""Largest plausible displacement [m3]; larger values are probably in litres."""
 Outside = Literal["error", "clip"]
 Method = Literal["linear", "smooth"]
 
@@ -41,25 +41,25 @@ def read_fuel_map(
 
     torque = bmep displacement/(pi strokes),  torque = power/speed
 
-    The columns are found by their names and units, in any order; others are left out. The load is a torque, a brake mean effective
+    The columns are recognised by their names and units, in any order; others are ignored. The load is a torque, a brake mean effective
     pressure (BMEP) or a power, the fuel a flow or a specific consumption; if a table has several of these, the first in this order is
-    read. A wide table has the speeds in its first column and the loads in its first line. Empty cells are points without a value.
+    used. A wide table has the speeds in its first column and the loads in its first line. Empty cells are points without a value.
 
     Parameters
     ----------
     path : path
         The file, see ``pt.TextTable``.
     speed, load, fuel : str, optional
-        Names of columns that are not found by themselves: ``"Nmot"``, or ``"Nmot [rpm]"`` where the file gives no unit.
+        Names of columns that are not recognised: ``"Nmot"``, or ``"Nmot [rpm]"`` if the file gives no unit.
     displacement : float, optional
-        Displacement of the engine [m3], needed for loads as BMEP.
+        Displacement of the engine [m3], required for loads as BMEP.
     strokes : {4, 2}
-        Strokes of a cycle.
+        Strokes per cycle.
     fill : bool
-        Accept speeds with torques of their own, such as those up to full load. At each speed the fuel flow is interpolated linearly to
-        the torques of all speeds, and beyond its own torques continued in a straight line, not below zero.
+        Accept speeds with individual torques, such as those up to full load. At each speed the fuel flow is interpolated linearly to
+        the torques of all speeds; beyond its own torques it is extrapolated linearly, not below zero.
     outside : {"clip", "error"}
-        Beyond the speeds and torques of the table its edge holds and the steps are counted, or the simulation ends.
+        Beyond the speeds and torques of the table, its edge value is used and the steps are counted, or the simulation ends.
     method : {"linear", "smooth"}
         Interpolation.
 
@@ -71,8 +71,8 @@ def read_fuel_map(
     Raises
     ------
     ParameterError
-        With the file, for columns that are not found or not unique, points that do not fill the grid, a negative flow, and a specific
-        consumption where there is no power.
+        For columns that are not found or not unique, points that do not fill the grid, a negative flow, and a specific
+        consumption at zero power; the message names the file.
     """
     sheet, columns = _columns(TextTable.read(path), FUEL_ROLES, {"speed": speed, "load": load, "fuel": fuel})
     points = _over_torque(Points.of(sheet, columns), columns[1].kind, displacement, strokes)
@@ -94,21 +94,21 @@ def read_torque_map(
     outside: Outside = "clip",
     method: Method = "linear",
 ) -> Map:
-    """The torque map of an engine from a table over speed and throttle, or of two curves over speed, in a text file.
+    """The torque map of an engine from a table over speed and throttle, or from two curves over speed, in a text file.
 
-    torque = motored + throttle (full load - motored) where there are two curves, the motored torque not above zero
+    torque = motored + throttle (full load - motored) for two curves; the motored torque must not be above zero
 
-    The columns are found as in ``read_fuel_map``. A wide table has the speeds in its first column and the throttles in its first line.
-    The curves are read where no column gives a throttle and one a torque at full load.
+    The columns are recognised as in ``read_fuel_map``. A wide table has the speeds in its first column and the throttles in its first
+    line. The curves are used if no column gives a throttle and one gives a torque at full load.
 
     Parameters
     ----------
     path : path
         The file, see ``pt.TextTable``.
     speed, throttle, torque, full_load, motored : str, optional
-        Names of columns that are not found by themselves, with their unit where the file gives none: ``"alpha [%]"``.
+        Names of columns that are not recognised, with their unit if the file gives none: ``"alpha [%]"``.
     outside : {"clip", "error"}
-        Beyond the speeds of the table its edge holds and the steps are counted, or the simulation ends.
+        Beyond the speeds of the table, its edge value is used and the steps are counted, or the simulation ends.
     method : {"linear", "smooth"}
         Interpolation.
 
@@ -120,8 +120,8 @@ def read_torque_map(
     Raises
     ------
     ParameterError
-        With the file, for columns that are not found or not unique, points that do not fill the grid, throttles that do not range from 0
-        to 1, and an engine that drives with closed throttle.
+        For columns that are not found or not unique, points that do not fill the grid, throttles that do not range from 0
+        to 1, and an engine that drives with closed throttle; the message names the file.
     """
     sheet = TextTable.read(path)
     if throttle is None and (full_load or (candidates(sheet, "full load") and not candidates(sheet, "throttle"))):
@@ -132,7 +132,7 @@ def read_torque_map(
 
 
 def _between(sheet: TextTable, speed: str | None, full_load: str | None, motored: str | None) -> Points:
-    """Torques at throttles between the motored curve and that of full load."""
+    """Torques at throttles between the motored and the full-load curve."""
     at = column(sheet, "speed", ["speed"], speed)
     full = Points.of(sheet, (at, at, column(sheet, "full load", ["full load"], full_load)))
     closed = Points.of(sheet, (at, at, column(sheet, "motored", ["motored"], motored)))

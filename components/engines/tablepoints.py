@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Points:
-    """Values at speeds w [rad/s] and at x, in a unit of its own; the lines of the file that they are from."""
+    """Values at speeds w [rad/s] and at x, in its own unit, with their lines in the file."""
 
     sheet: TextTable
     lines: tuple[int, ...]
@@ -28,7 +28,7 @@ class Points:
 
     @classmethod
     def of(cls, sheet: TextTable, columns: Sequence[Column]) -> Points:
-        """The rows with a value, in the units of the columns' kinds. Errors: ParameterError for a value without a place."""
+        """The rows with a value, in the units of the columns' kinds. Errors: ParameterError for a value without coordinates."""
         lines = [row.line for row in sheet.rows]
         table = np.array([[sheet.number(row, c.place) * c.size for c in columns] for row in sheet.rows])
         known = ~np.isnan(table)
@@ -42,14 +42,14 @@ class Points:
         return cls(sheet, tuple(lines[k] for k in used), w, x, values)
 
     def at(self, k: int) -> str:
-        """Where a point lies."""
+        """The coordinates of a point."""
         return self._place(self.w[k], self.x[k])
 
     def _place(self, w: float, x: float) -> str:
         return f"{w / RPM:g} rpm and {self.x_name} {x:g}{self.x_unit}"
 
     def grid(self, advice: str = "") -> tuple[Array, Array, Array]:
-        """Speeds, places along x and the values over both. Errors: ParameterError for a hole and for a point that is there twice."""
+        """Speeds, coordinates along x and the values over both. Errors: ParameterError for missing and duplicate points."""
         w, i = np.unique(self.w, return_inverse=True)
         x, k = np.unique(self.x, return_inverse=True)
         number = np.zeros((w.size, x.size), int)
@@ -69,7 +69,7 @@ class Points:
         return w, x, values
 
     def filled(self) -> Points:
-        """The points at every speed over the x of all: between its own points and beyond them in straight lines, not below zero."""
+        """The points at every speed over the x of all speeds: interpolated and extrapolated linearly, not below zero."""
         speeds, x = np.unique(self.w), np.unique(self.x)
         rows = [self._along(w)(x) for w in speeds]
         return replace(

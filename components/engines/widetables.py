@@ -1,4 +1,4 @@
-"""Wide tables, with one axis in the first line and another in the first column, as long ones with a row per point."""
+"""Converts wide tables, with one axis in the first line and another in the first column, to long ones with a row per point."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from powertrain import Heading, ParameterError, TextTable
 from powertrain.components.engines.tablecolumns import CALL, UNITS, unit_of
 
 Roles = Mapping[str, Sequence[str]]
-"""What a table gives, the value last, and the kinds of units that each may have."""
+"""The quantities of a table, the value last, and the kinds of units that each may have."""
 
 
 Asked = Mapping[str, str | None]
-"""The headings that the call names."""
+"""The headings named in the call."""
 
 
 def long_table(sheet: TextTable, roles: Roles, asked: Asked) -> tuple[TextTable, Asked]:
     r"""The table itself, or a wide one with a column for every role, and the headings of these.
 
-    The corner may say what the first column is, or that and the first line, ``speed [rpm] \ torque [N.m]``, or what the values are. The
-    call names the rest. The first column holds the speeds unless the corner says otherwise.
-    Errors: ParameterError where something is not named.
+    The corner may name the first column, or both the first column and the first line, ``speed [rpm] \ torque [N.m]``, or the values. The
+    call names the rest. The first column contains the speeds unless the corner says otherwise.
+    Errors: ParameterError if something is not named.
     """
     if not sheet.is_wide:
         return sheet, asked
@@ -41,7 +41,7 @@ def long_table(sheet: TextTable, roles: Roles, asked: Asked) -> tuple[TextTable,
 
 
 def _corner(sheet: TextTable, roles: Roles) -> dict[str, Heading]:
-    """The roles that the first cell names, by their units."""
+    """The roles that the corner cell names, by their units."""
     headings = [Heading.of(part) for part in str(sheet.headings[0]).split("\\") if part.strip()]
     return {
         role: heading

@@ -1,4 +1,4 @@
-"""An engine described by a Willans line and the numbers of a data sheet."""
+"""An engine described by a Willans line and data-sheet values."""
 
 from __future__ import annotations
 
@@ -19,15 +19,13 @@ class WillansEngine(Engine):
     motoring = tau_0 + tau_2 w^2,  tau = u (full load + motoring) - motoring
 
     In mean effective pressures p = 4 pi tau/V this is p_me = e p_mf - p_me0: e is the indicated efficiency, p_me0 the friction. P_heat
-    is the load-independent heat loss to the cylinder walls, fully developed from the combustion torque tau_heat on; in overrun it is
-    zero. The full-load torque is a curve through the data sheet: a parabola from tau_low at w_low to the largest torque tau_max at
-    w_tau (below w_low it falls no faster than in proportion to speed), and from there to the largest power P_max at w_P the cubic that
-    has the slope of a largest power there, -P_max/w_P^2 (held at tau_max where it would exceed that); or ``curve``, a map from speed
-    [rad/s] to torque [N.m].
+    is the load-independent heat loss to the cylinder walls, fully developed above the combustion torque tau_heat; in overrun it is
+    zero. The full-load torque is a curve through the data-sheet points: a parabola from tau_low at w_low to the largest torque tau_max at
+    w_tau (below w_low it falls at most in proportion to speed), and from there to the largest power P_max at w_P the cubic with the slope
+    of a power maximum, -P_max/w_P^2 (limited to tau_max). Alternatively it is ``curve``, a map from speed [rad/s] to torque [N.m].
 
-    Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 3.1. The numbers are invented, for a
-    gasoline engine of 1.6 l. Errors: ParameterError for a curve with other axes, or of
-    another unit.
+    Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 3.1. The defaults are invented, for a
+    1.6 l gasoline engine. Errors: ParameterError for a curve with other axes or another unit.
     """
 
     e: Parameter = parameter("1", "Indicated efficiency", default=0.38, above=0, max=1)
@@ -53,7 +51,7 @@ class WillansEngine(Engine):
             yield self.P_max <= (1 + ROUNDED) * self.tau_max * self.w_P
 
     def equations(self) -> Equations:
-        """What holds for every engine, with these laws."""
+        """The equations of every engine, with these laws."""
         if self.curve is not None:
             _checked_curve(self.curve, f"{self._path}.curve")
         yield from self._run()
@@ -69,7 +67,7 @@ class WillansEngine(Engine):
         slow = ca.fmin(w - self.w_tau, 0) / (self.w_tau - self.w_low)
         fast = ca.fmax(w - self.w_tau, 0) / span
         rise = (self.tau_low - self.tau_max) * slow**2
-        # A parabola through two near points falls steeply below them: an engine with full torque from 1,500 rpm could not move off.
+        # A parabola through two close points falls steeply below them; an engine with full torque from 1,500 rpm could then not move off.
         rise = ca.fmax(rise, ca.fmin(self.tau_low * ca.fmin(w / self.w_low, 1) - self.tau_max, 0))
         fall = (3 * drop - slope) * fast**2 + (slope - 2 * drop) * fast**3
         return ca.fmax(self.tau_max + rise + ca.fmin(fall, 0), 0)

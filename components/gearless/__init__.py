@@ -1,4 +1,4 @@
-"""Gearless differentials: circular-arc cam, spherical cam and spatial linkage; what their parts carry in a run."""
+"""Gearless differentials: circular-arc cam, spherical cam and spatial linkage; the loads of their parts in a run."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What the parts of a gearless differential carry in a simulated run: forces, contact pressures, what shakes the housing.
+"""Loads of the parts of a gearless differential in a simulated run: forces, contact pressures, shaking forces on the housing.
 
-Forces follow from the motion, the torques and the inertia of the run. Friction in the contacts, small against what it rubs on, is left
-out of the forces, as in the sources.
+Forces follow from the motion, the torques and the inertia of the run. Friction in the contacts is small compared with the normal forces
+and is neglected in the forces, as in the sources.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Loads(Mapping[str, Array]):
-    """Time series by name: ``loads["F_ax"]`` on ``loads.time`` [s], in ``loads.units["F_ax"]``; pandas.DataFrame(loads) takes them."""
+    """Time series by name: ``loads["F_ax"]`` at ``loads.time`` [s], in ``loads.units["F_ax"]``; pandas.DataFrame(loads) accepts them."""
 
     time: Array
     values_by_name: dict[str, Array]
@@ -57,11 +57,11 @@ class Loads(Mapping[str, Array]):
 def reactions_of(result: Result[Any], design: Any = None, *, path: str = "differential") -> Loads:
     """Forces in the joints and bearings of the gearless differential at ``path``.
 
-    Circular cams (``design``: CircularCams, for the rollers' radii, where the component has no masses): forces on one active roller of
-    either track and the axial force on the disks, see ``circular_cam.Forces``. Spherical cam (``design``: CamBody): normal force of the
-    rollers of either side on the inner and the outer cam of one pair, radial and axial force of the pair on its bearing. Linkage: sizes of
-    the forces in S-pairs, C-pair and R-pairs, see ``linkage.forces.Reactions`` for the convention that makes them unique. Errors:
-    ParameterError for a path without a gearless differential, or a design that is missing.
+    Circular cams (``design``: CircularCams, for the rollers' radii if the component has no masses): forces on one active roller of each
+    track and the axial force on the disks, see ``circular_cam.Forces``. Spherical cam (``design``: CamBody): normal forces of the rollers
+    of either side on the inner and the outer cam of one pair, radial and axial force of the pair on its bearing. Linkage: magnitudes of the
+    forces in S-pairs, C-pair and R-pairs, see ``linkage.forces.Reactions`` for the convention that makes them unique. Errors:
+    ParameterError for a path without a gearless differential, or a missing design.
     """
     run = _SimulatedPart(result, path)
     return run.loads(_reactions(run.part, run, design))
@@ -70,7 +70,7 @@ def reactions_of(result: Result[Any], design: Any = None, *, path: str = "differ
 def contact_of(result: Result[Any], design: Any = None, *, path: str = "differential") -> Loads:
     """Contact pressures [Pa]; ``design`` and errors as for ``reactions_of``.
 
-    Cams: Hertz's greatest pressure. Linkage: force over projected area of pins, balls and rod.
+    Cams: Hertz's maximum pressure. Linkage: force over projected area of pins, balls and rod.
     """
     run = _SimulatedPart(result, path)
     return run.loads(_contact(run.part, run, design))
@@ -79,15 +79,15 @@ def contact_of(result: Result[Any], design: Any = None, *, path: str = "differen
 def shaking_of(result: Result[Any], design: Any = None, *, path: str = "differential") -> Loads:
     """Forces [N] and moments [N.m] that the moving parts exert on the cage's bearings, in axes of the cage, x along the shafts.
 
-    Circular cams are balanced for four rollers and more, pairs of spherical cams against each other: what a single roller or pair exerts
-    is given beside the sum. ``design`` and errors as for ``reactions_of``; cams without ``masses`` shake nothing.
+    Circular cams with four or more rollers are balanced, and so are pairs of spherical cams; the effect of a single roller or pair
+    is given beside the sum. ``design`` and errors as for ``reactions_of``; cams without ``masses`` cause no shaking.
     """
     run = _SimulatedPart(result, path)
     return run.loads(_shaking(run.part, run, design))
 
 
 class _SimulatedPart:
-    """A differential's signals and numbers in a result."""
+    """A differential's signals and parameters in a result."""
 
     def __init__(self, result: Result[Any], path: str) -> None:
         self.result, self.path = result, path
@@ -140,7 +140,7 @@ def _shaking(part: Component, run: _SimulatedPart, design: Any) -> dict[str, tup
 
 
 def _cams(part: CircularCamDifferential, run: _SimulatedPart, design: Any) -> CircularCams:
-    """The design of the run's numbers."""
+    """The design with the parameters of the run."""
     if part.masses is None:
         given = run.needs(design, CircularCams)
         r_out, r_in = given.outer.r, given.inner.r
@@ -199,8 +199,8 @@ def _(part: CircularCamDifferential, run: _SimulatedPart, design: Any) -> dict[s
 def _sides(run: _SimulatedPart) -> Iterator[tuple[str, Array, Array, float]]:
     """Name, cam angle from the middle of a stroke, torque of both side wheels [N.m], and the side.
 
-    A torque ahead is carried by the rollers after the middle of their stroke on the left side, by those before it on the right side; a
-    torque back the other way round. Mirroring y exchanges the flanks, half a turn about z the sides.
+    On the left side the rollers after the middle of their stroke carry a forward torque, on the right side those before it; a
+    backward torque is the reverse. Mirroring y exchanges the flanks, half a turn about z the sides.
     """
     for name, side in (("left", 1.0), ("right", -1.0)):
         torque = -run[f"{name}.tau"]

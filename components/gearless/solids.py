@@ -1,4 +1,4 @@
-"""Geometry for the workshop: closed surfaces of triangles as STL, plane curves as DXF, both in millimetres; lengths here are in metres."""
+"""Geometry for manufacture: closed triangle surfaces as STL and plane curves as DXF, both in millimetres; lengths here are in metres."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ LAMP = np.array([0.35, -0.75, 0.6]) / np.linalg.norm([0.35, -0.75, 0.6])
 
 
 def write_stl(path: str | PathLike[str], triangles: Array) -> Path:
-    """Writes a closed surface as binary STL in millimetres; ``triangles`` (n, 3, 3) [m], their corners in right-handed order from outside.
+    """Write a closed surface as binary STL in millimetres; ``triangles`` (n, 3, 3) [m], with corners counterclockwise from outside.
 
-    By trimesh, ``pip install 'powertrain[cad]'``. Errors: ParameterError where the surface is not closed, so that it bounds no body, and
-    where trimesh is not installed.
+    By trimesh, ``pip install 'powertrain[cad]'``. Errors: ParameterError if the surface is not closed, and
+    if trimesh is not installed.
     """
     if (gaps := open_edges(triangles)) > 0:
         raise ParameterError(f"write_stl: {gaps} edges have a triangle on one side only: the surface is not closed")
@@ -32,9 +32,9 @@ def write_stl(path: str | PathLike[str], triangles: Array) -> Path:
 
 
 def write_dxf(path: str | PathLike[str], curves: dict[str, Array], *, closed: bool = True) -> Path:
-    """Writes plane curves as DXF in millimetres, each a polyline on a layer of its name; points (n, 2) [m].
+    """Write plane curves as DXF in millimetres, each a polyline on a layer of its name; points (n, 2) [m].
 
-    By ezdxf, ``pip install 'powertrain[cad]'``. Errors: ParameterError where it is not installed.
+    By ezdxf, ``pip install 'powertrain[cad]'``. Errors: ParameterError if it is not installed.
     """
     ezdxf = _library("ezdxf", "write_dxf")
     drawing = ezdxf.new("R2000", units=ezdxf.units.MM)
@@ -54,13 +54,13 @@ def _library(name: str, what: str) -> Any:
 
 
 def volume(triangles: Array) -> float:
-    """What a closed surface contains [m3]."""
+    """Volume of a closed surface [m3]."""
     a, b, c = np.moveaxis(np.asarray(triangles, float), 1, 0)
     return float((a * np.cross(b, c)).sum() / 6)
 
 
 def open_edges(triangles: Array) -> int:
-    """Edges that do not belong to exactly two triangles, run through in opposite senses."""
+    """Edges that do not belong to exactly two triangles with opposite directions."""
     corners = np.asarray(triangles, float)
     scale = max(float(np.abs(corners).max()), 1e-300)
     _, index = np.unique(np.round(corners.reshape(-1, 3) / scale, 9), axis=0, return_inverse=True)
@@ -73,7 +73,7 @@ def open_edges(triangles: Array) -> int:
 
 
 def shell(rings: Array) -> Array:
-    """Triangles of a closed tube: ``rings`` (m, n, 3), every ring a closed polygon, the last one joined to the first one."""
+    """Triangles of a closed tube: ``rings`` (m, n, 3), every ring a closed polygon, the last joined to the first."""
     a, b = rings, np.roll(rings, -1, axis=0)
     c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
     lower, upper = np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)
@@ -81,7 +81,7 @@ def shell(rings: Array) -> Array:
 
 
 def shaded(triangles: Array, colors: Array) -> Array:
-    """Colours (n, 3) of triangles in the light of a lamp over the spectator's shoulder."""
+    """Colours (n, 3) of triangles lit from behind the viewer's shoulder."""
     normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     length = np.linalg.norm(normal, axis=1)
     light = np.divide(normal @ LAMP, length, out=np.zeros_like(length), where=length > 0)
@@ -91,7 +91,7 @@ def shaded(triangles: Array, colors: Array) -> Array:
 def revolved(profile: Array, points: int = 48) -> Array:
     """Triangles of a body of revolution about z.
 
-    ``profile`` (n, 2): heights and radii [m] along a closed line, which may run on the axis.
+    ``profile`` (n, 2): heights and radii [m] along a closed line, which may touch the axis.
     """
     angles = np.linspace(0, 2 * np.pi, points, endpoint=False)[:, None]
     height, radius = np.asarray(profile, float).T
@@ -103,7 +103,7 @@ def revolved(profile: Array, points: int = 48) -> Array:
 
 
 def placed(triangles: Array, foot: Array, axis: Array) -> Array:
-    """A body whose axis is z, with its origin at ``foot`` and its axis along ``axis``."""
+    """A body with axis z, moved so that its origin is at ``foot`` and its axis along ``axis``."""
     z = np.asarray(axis, float) / np.linalg.norm(axis)
     x = np.cross(z, [1.0, 0.0, 0.0] if abs(z[0]) < 0.9 else [0.0, 1.0, 0.0])
     x /= np.linalg.norm(x)

@@ -1,7 +1,7 @@
 """One-dimensional rotational mechanics: shafts, springs, friction, clutches, gears, sources and sensors.
 
 Names, signs and laws are those of Modelica.Mechanics.Rotational 4.0.0. ``Gear`` (constant efficiency) and ``Freewheel`` are additions;
-where an equation differs, the class says so. Dry friction is set-valued (Otter, Elmqvist and Mattsson: Hybrid Modeling in Modelica
+if an equation differs, the class says so. Dry friction is set-valued (Otter, Elmqvist and Mattsson: Hybrid Modeling in Modelica
 based on the Synchronous Data Flow Principle, CACSD 1999): stuck parts are exactly at rest against each other.
 """
 

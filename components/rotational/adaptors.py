@@ -11,7 +11,7 @@ from powertrain.components.rotational.interfaces import Flange
 class TorqueToAngleAdaptor(Component):
     """Outputs the motion of a flange as signals and applies a torque given by a signal.
 
-    phi = flange.phi,  w = der(phi) where use_w,  a = der(w) where use_a (else 0),  flange.tau = tau
+    phi = flange.phi,  w = der(phi) if use_w,  a = der(w) if use_a (else 0),  flange.tau = tau
     """
 
     boundary: ClassVar[bool] = True

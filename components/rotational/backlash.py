@@ -12,7 +12,7 @@ NO_PLAY = 1e-10
 
 
 class _Play(CompliantWithRelativeStates, Lossy):
-    """Partial: the spring behind a gap of width b that lies around phi_rel0."""
+    """Partial: a spring behind a gap of width b around phi_rel0."""
 
     c: Parameter = parameter("N.m/rad", "Stiffness of the contact", min=1e-60)
     d: Parameter = parameter("N.m.s/rad", "Damping of the contact", min=0)
@@ -27,7 +27,7 @@ class _Play(CompliantWithRelativeStates, Lossy):
         return switch(x > self.b / 2, self.c * (x - self.b / 2), behind, continuous=True)
 
     def _limited_damping(self) -> Symbol:
-        """Damper torque that is never stronger than the spring."""
+        """Damper torque, limited to the spring torque."""
         damping, limit = self.d * self.w_rel, ca.fabs(self.tau_c)
         above = switch(damping > limit, limit, damping, continuous=True)
         return switch(damping < -limit, -limit, above, continuous=True)
@@ -37,7 +37,7 @@ class _Play(CompliantWithRelativeStates, Lossy):
         return self.tau_c**2 / (2 * self.c)
 
     def loss(self) -> Symbol:
-        """What the torque takes up beyond the spring: (tau - tau_c) w_rel."""
+        """Power of the torque beyond the spring's: (tau - tau_c) w_rel."""
         return (self.tau - self.tau_c) * self.w_rel
 
 
@@ -48,12 +48,12 @@ class ElastoBacklash(_Play):
     tau = tau_c + tau_d with tau_d = d w_rel limited to [-|tau_c|, |tau_c|]
 
     The limit makes the damper torque grow from zero at contact and end at zero when the sides separate (the law of the Modelica
-    Standard Library 4.0.0). lossPower = tau_d w_rel; so it includes the energy of the spring that is lost if the sides separate before
-    it is relaxed, which that library leaves out. Up to b = 1e-10 rad the element is a SpringDamper.
+    Standard Library 4.0.0). lossPower = tau_d w_rel; unlike in that library, this includes the energy of the spring that is lost if the
+    sides separate before it is relaxed. Up to b = 1e-10 rad the element is a SpringDamper.
     """
 
     def equations(self) -> Equations:
-        """Spring behind the gap, and a damper that is never stronger than the spring."""
+        """Spring behind the gap, and a damper limited to the spring torque."""
         yield from self._transmit()
         yield self.tau_c == self._spring()
         damping = switch(self.b <= NO_PLAY, self.d * self.w_rel, self._limited_damping())
@@ -65,7 +65,7 @@ class ElastoBacklash2(_Play):
     """Backlash in series with a spring and damper; the torque jumps at contact and never pulls.
 
     x = phi_rel - phi_rel0,  tau_c = c (x - b/2) for x > b/2,  c (x + b/2) for x < -b/2,  else 0
-    tau = tau_c + d w_rel where that pushes in the direction of tau_c, else 0;  lossPower = (tau - tau_c) w_rel
+    tau = tau_c + d w_rel, or 0 if this opposes tau_c;  lossPower = (tau - tau_c) w_rel
 
     Up to b = 1e-10 rad the element is a SpringDamper.
     """

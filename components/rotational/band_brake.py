@@ -32,7 +32,7 @@ class BandBrake(TwoFlangesAndSupport, Lossy):
     tau: Variable = variable("N.m", "Friction torque")
 
     def equations(self) -> Equations:
-        """A shaft whose friction depends on the sense of rotation."""
+        """A shaft whose friction depends on the direction of rotation."""
         yield from self._balance()
         yield self.flange_b.phi == self.flange_a.phi
         yield self.w == der(self.flange_a.phi - self.support.phi)

@@ -23,7 +23,7 @@ class BearingFriction(TwoFlangesAndSupport, Lossy):
     tau: Variable = variable("N.m", "Friction torque")
 
     def equations(self) -> Equations:
-        """A rigid shaft that rubs on its support."""
+        """A rigid shaft with friction on its support."""
         yield from self._balance()
         yield self.phi == self.flange_a.phi - self.support.phi
         yield self.flange_b.phi == self.flange_a.phi

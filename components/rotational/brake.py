@@ -31,7 +31,7 @@ class Brake(TwoFlangesAndSupport, Lossy):
     fn: Variable = variable("N", "Normal force")
 
     def equations(self) -> Equations:
-        """A rigid shaft that is pressed to its support."""
+        """A rigid shaft pressed against its support."""
         yield from self._balance()
         yield self.phi == self.flange_a.phi - self.support.phi
         yield self.flange_b.phi == self.flange_a.phi

@@ -12,7 +12,7 @@ from powertrain.components.rotational.interfaces import CompliantWithRelativeSta
 
 
 class _Pressed(CompliantWithRelativeStates, Lossy):
-    """Partial: plates that a signal presses together."""
+    """Partial: plates pressed together by a signal."""
 
     mue_pos: Table = ((0.0, 0.5),)
     peak: Parameter = parameter("1", "Break-away coefficient of friction relative to mue_pos(0)", default=1.0, min=1)
@@ -57,7 +57,7 @@ class OneWayClutch(_Pressed):
     """A clutch with a freewheel in parallel: flange_b may run ahead of flange_a, against friction, but never fall behind.
 
     w_rel = der(flange_b.phi - flange_a.phi) >= 0,  tau = flange_b.tau = -flange_a.tau,  fn = fn_max f_normalized
-    w_rel > 0: tau = cgeo mue_pos(w_rel) fn (0 where fn <= 0);  w_rel = 0: tau <= peak cgeo mue_pos(0) fn
+    w_rel > 0: tau = cgeo mue_pos(w_rel) fn (0 if fn <= 0);  w_rel = 0: tau <= peak cgeo mue_pos(0) fn
 
     ``mue_pos``: rows (relative speed rad/s, coefficient of friction), linear between them and beyond the last.
     It is a single component because the torques of a stuck clutch and a stuck freewheel in parallel are not determined individually.

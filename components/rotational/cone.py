@@ -12,7 +12,7 @@ from powertrain.components.rotational.interfaces import CompliantWithRelativeSta
 
 
 class _Cone(Lossy):
-    """Partial: cones that an axial force from a signal presses together."""
+    """Partial: cones pressed together by an axial force from a signal."""
 
     mue_pos: Table = ((0.0, 0.1),)
     peak: Parameter = parameter("1", "Break-away coefficient of friction relative to mue_pos(0)", default=1.0, min=1)
@@ -26,11 +26,11 @@ class _Cone(Lossy):
     fn: Variable = variable("N", "Axial force")
 
     def check(self) -> Equations:
-        """The cones come apart by themselves when the force ends: tan(angle) exceeds the coefficient of friction at rest."""
+        """The cones must release by themselves when the force ends: tan(angle) exceeds the coefficient of friction at rest."""
         yield ca.sin(self.angle) > self.peak * self.mue_pos[0][1] * ca.cos(self.angle)
 
     def _limit(self, w: Symbol) -> Symbol:
-        """Torque of the cones that slide with speed w."""
+        """Torque of the cones sliding at speed w."""
         wedge = self.cones * self.radius / ca.sin(self.angle)
         return wedge * ca.fmax(self.fn, 0) * at_speed(self, "mue_pos", w, ("rad/s", "1"))
 
@@ -41,12 +41,12 @@ class ConeClutch(CompliantWithRelativeStates, _Cone):
     w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau,  fn = fn_max f_normalized
     tau_max = cones mue_pos(|w_rel|) fn radius/sin(angle);  sliding: tau = tau_max sign(w_rel);  w_rel = 0: |tau| <= peak tau_max
 
-    The cone's normal force is fn/sin(angle), so a flat cone (angle = pi/2) is a plate. A steep cone sticks: with tan(angle) <= mue it has
-    to be pulled apart, which a force that is only pressed cannot do. Such parameters are rejected. ``mue_pos``: rows (relative speed
-    rad/s, coefficient of friction), linear between them and beyond the last. Source: R. G. Budynas, J. K. Nisbett, Shigley's Mechanical
-    Engineering Design, 9th ed., McGraw-Hill 2011, sec. 16-7 (uniform wear).
+    The cone's normal force is fn/sin(angle), so a flat cone (angle = pi/2) is a plate. A steep cone sticks: with tan(angle) <= mue it must
+    be pulled apart, which a pressing force cannot do. Such parameters are rejected. ``mue_pos``: rows (relative speed rad/s, coefficient of
+    friction), linear between them and beyond the last. Source: R. G. Budynas, J. K. Nisbett, Shigley's Mechanical Engineering Design, 9th
+    ed., McGraw-Hill 2011, sec. 16-7 (uniform wear).
 
-    Errors: ParameterError where the cone would stick.
+    Errors: ParameterError if the cone would stick.
     """
 
     def equations(self) -> Equations:
@@ -68,14 +68,14 @@ class ConeBrake(TwoFlangesAndSupport, _Cone):
     w = der(flange_a.phi - support.phi),  flange_b.phi = flange_a.phi,  flange_a.tau + flange_b.tau = tau,  fn = fn_max f_normalized
     tau_max = cones mue_pos(|w|) fn radius/sin(angle);  sliding: tau = tau_max sign(w);  w = 0: |tau| <= peak tau_max
 
-    The law, its limits and its source are those of ``ConeClutch``. Errors: ParameterError where the cone would stick.
+    The law, its limits and its source are those of ``ConeClutch``. Errors: ParameterError if the cone would stick.
     """
 
     w: Variable = variable("rad/s", "Speed of the shaft against the support")
     tau: Variable = variable("N.m", "Friction torque")
 
     def equations(self) -> Equations:
-        """A rigid shaft that is pressed to its support."""
+        """A rigid shaft pressed against its support."""
         yield from self._balance()
         yield self.flange_b.phi == self.flange_a.phi
         yield self.w == der(self.flange_a.phi - self.support.phi)

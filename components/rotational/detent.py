@@ -9,7 +9,7 @@ from powertrain.components.rotational.interfaces import OneFlangeAndSupport
 
 
 class Detent(OneFlangeAndSupport):
-    """A spring-loaded ball in notches round a shaft: it holds at a notch and turns towards the nearest one.
+    """A spring-loaded ball in notches around a shaft: it holds at a notch and turns the shaft towards the nearest one.
 
     phi = flange.phi - support.phi,  flange.tau = tau_max sin(notches (phi - phi_0)),  flange.tau + support.tau = 0
 

@@ -31,9 +31,9 @@ class DogClutch(CompliantWithRelativeStates, Lossy):
     in as soon as engage > 1/2 and |w_rel| < w_in, also at the start;  out as soon as engage < 1/2 and |tau| < tau_out
     in: w_rel = 0 and |tau| <= tau_max, or tau = tau_max sign(w_rel);  out: tau = 0
 
-    On engagement the torque tau_max, beyond which the dogs shear, removes the remaining w_rel within a short but finite time, so the
-    shafts need inertia. The angle between two dogs is assumed to be small, so they engage at once. This is right for energies and ratios;
-    the torque of the impact and the play of the dogs are those of ``ElasticDogClutch``.
+    On engagement the torque tau_max, at which the dogs shear, removes the remaining w_rel within a short but finite time, so the
+    shafts need inertia. The angle between two dogs is assumed to be small, so they engage at once. This gives correct energies and ratios;
+    for the torque of the impact and the play of the dogs use ``ElasticDogClutch``.
     """
 
     w_in: Parameter = parameter("rad/s", "Speed difference below which the dogs engage", default=5.0, above=0)
@@ -43,7 +43,7 @@ class DogClutch(CompliantWithRelativeStates, Lossy):
     inside: Discrete = discrete("1", "1: engaged, 0: disengaged", start=0.0)
 
     def equations(self) -> Equations:
-        """A latch, and friction that it switches."""
+        """A latch, and the friction that it switches."""
         yield from self._transmit()
         wanted, alike = self.engage.value > 0.5, ca.fabs(self.w_rel) < self.w_in
         enters = ca.logic_and(ca.logic_and(wanted, alike), self.inside < 0.5)
@@ -55,22 +55,22 @@ class DogClutch(CompliantWithRelativeStates, Lossy):
         yield from self._dissipate()
 
     def loss(self) -> Symbol:
-        """Torque times relative speed, while the last of it is stopped."""
+        """Torque times relative speed, while the remaining speed is removed."""
         return self.tau * self.w_rel
 
 
 class ElasticDogClutch(_Play):
-    """Dogs with play and stiffness: they engage only where a dog faces a gap, and their impact is elastic.
+    """Dogs with play and stiffness: they engage only if a dog faces a gap, and their impact is elastic.
 
-    n gaps of width b lie around phi_rel0 + 2 pi k/n;  x = phi_rel - phi_rel0 - 2 pi k/n with the k of the gap the dogs went into
+    n gaps of width b lie around phi_rel0 + 2 pi k/n;  x = phi_rel - phi_rel0 - 2 pi k/n with k the gap that the dogs entered
     in as soon as engage > 1/2, |w_rel| < w_in and a dog faces a gap, |x| < b/2, also at the start
-    out as soon as engage < 1/2 and nothing bears, |x| < b/2
+    out as soon as engage < 1/2 and the dogs are unloaded, |x| < b/2
     in: tau_c = c (x - b/2) for x > b/2,  c (x + b/2) for x < -b/2,  else 0;  tau = tau_c + tau_d;  out: tau = tau_c = 0
     tau_d = d w_rel limited to [-|tau_c|, |tau_c|]
 
-    With the reduced inertia J of two free shafts, J = J_a J_b/(J_a + J_b), a difference of speed w makes an impact of the torque
+    With the reduced inertia J = J_a J_b/(J_a + J_b) of two free shafts, a speed difference w causes an impact torque of
     w sqrt(c J) without damping. At equal speeds dogs that stand on dogs stay there, and dogs under load stay in.
-    Sources: what the Dog Clutch of Simscape Driveline has with backlash; ``ElastoBacklash``.
+    Sources: the Dog Clutch with backlash of Simscape Driveline; ``ElastoBacklash``.
     """
 
     n: Parameter = parameter("1", "Number of dogs", default=6, min=1)
@@ -81,7 +81,7 @@ class ElasticDogClutch(_Play):
     gap: Discrete = discrete("1", "Number k of the gap that holds the dogs", start=0.0)
 
     def check(self) -> Equations:
-        """Dogs stand between the gaps."""
+        """There must be dogs between the gaps."""
         yield self.n * self.b < 2 * math.pi
 
     def equations(self) -> Equations:

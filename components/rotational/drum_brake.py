@@ -1,4 +1,4 @@
-"""Drum brakes with internal shoes that energise themselves."""
+"""Drum brakes with self-energising internal shoes."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ class DrumBrake(TwoFlangesAndSupport, Lossy):
     w > 0: tau = leading T_lead + (2 - leading) T_trail;  w < 0: tau = -(leading T_trail + (2 - leading) T_lead);  w = 0: between the two
 
     The pressure on the lining grows with the sine of the angle from the hinge pin. Its normal forces have the moment N about the pin, its
-    friction forces the moment mue M, which presses a leading shoe on and lifts a trailing shoe off. ``leading``: shoes that lead in
-    forward rotation: 1 (simplex, the same in both directions), 2 (duplex) or 0. A shoe with N <= mue M locks by itself without any force;
-    such parameters are rejected, and so are hinge pins outside of the drum, about which friction forces may have the opposite moment
-    (hinge >= radius). A force below 0 counts as 0, one above 1 as 1. Source: R. G. Budynas, J. K. Nisbett, Shigley's
-    Mechanical Engineering Design, 9th ed., McGraw-Hill 2011, sec. 16-2, eqs. (16-2) to (16-7).
+    friction forces the moment mue M, which presses a leading shoe on and lifts a trailing shoe off. ``leading``: number of leading shoes in
+    forward rotation: 1 (simplex, the same in both directions), 2 (duplex) or 0. A shoe with N <= mue M locks without any force; such
+    parameters are rejected, and so are hinge pins outside the drum (hinge >= radius), about which friction forces may have the opposite
+    moment. A force below 0 counts as 0, one above 1 as 1. Source: R. G. Budynas, J. K. Nisbett, Shigley's Mechanical Engineering Design,
+    9th ed., McGraw-Hill 2011, sec. 16-2, eqs. (16-2) to (16-7).
 
-    Errors: ParameterError where the leading shoe would lock itself, and for hinge pins that are not inside the drum.
+    Errors: ParameterError if the leading shoe would lock itself, and for hinge pins that are not inside the drum.
 
     >>> brake = DrumBrake(radius=0.15, hinge=0.1227, lever=0.212, theta_1=0.0, theta_2=2.2, mue=0.32, F_max=2280.0)
     >>> [round(torque) for torque in brake.torques()]
@@ -46,14 +46,14 @@ class DrumBrake(TwoFlangesAndSupport, Lossy):
     tau: Variable = variable("N.m", "Friction torque")
 
     def check(self) -> Equations:
-        """The lining has a length, the pins are in the drum (so that M > 0), and no shoe locks itself: N > mue M."""
+        """The lining must have a length, the pins be inside the drum (so that M > 0), and no shoe lock itself: N > mue M."""
         yield self.theta_1 < self.theta_2
         yield self.hinge < self.radius
         _, normal, moment = self._moments()
         yield normal > self.mue * moment
 
     def equations(self) -> Equations:
-        """A shaft whose friction depends on the sense of rotation."""
+        """A shaft whose friction depends on the direction of rotation."""
         yield from self._balance()
         yield self.flange_b.phi == self.flange_a.phi
         yield self.w == der(self.flange_a.phi - self.support.phi)

@@ -8,12 +8,12 @@ from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSuppo
 
 
 class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
-    """An eddy-current brake disc; a warm disc has its largest torque at a higher speed.
+    """An eddy-current brake disc; the hotter the disc, the higher the speed of its largest torque.
 
     tau = flange.tau = 2 tau_nominal v/(1 + v^2),  v = w/(w_nominal R(T)/R(TRef)),  w = der(phi)
     R(T)/R(TRef) = 1 + alpha (T - TRef) with T of the heat port and alpha = alpha20/(1 + alpha20 (TRef - 293.15 K))
 
-    Errors: ParameterError where R(TRef) is not positive; a simulation ends where R(T) is not: alpha20 holds near 293.15 K.
+    Errors: ParameterError if R(TRef) is not positive; a simulation ends if R(T) is not: alpha20 applies near 293.15 K.
     """
 
     tau_nominal: Parameter = parameter("N.m", "Largest torque; it brakes in both directions", min=0)
@@ -24,7 +24,7 @@ class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
     tau: Variable = variable("N.m", "Braking torque, flange.tau")
 
     def check(self) -> Equations:
-        """There is a resistance at TRef."""
+        """The resistance at TRef must be positive."""
         yield self.alpha20 * (293.15 - self.TRef) < 1
 
     def equations(self) -> Equations:

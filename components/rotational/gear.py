@@ -23,7 +23,7 @@ from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupp
 
 EFFICIENCIES, ANY = (1e-6, 1.0), (-math.inf, math.inf)
 LEAST = -1e-12
-"""eta_mf1 - 1/eta_mf2 of the least mesh loss that counts as one."""
+"""Largest value of eta_mf1 - 1/eta_mf2 that counts as a mesh loss."""
 
 
 class LossyPair(TwoFlangesAndSupport, Lossy):
@@ -49,10 +49,10 @@ class LossyPair(TwoFlangesAndSupport, Lossy):
 
 
 class Gear(LossyPair):
-    """A gear pair of constant efficiency, whichever side drives.
+    """A gear pair with a constant efficiency, whichever side drives.
 
     phi_a = ratio phi_b,  flange_b.tau = -ratio (flange_a.tau - tauLoss),  output power = efficiency input power:
-    tauLoss = (1 - efficiency) flange_a.tau where flange_a drives, (1 - 1/efficiency) flange_a.tau where flange_b drives
+    tauLoss = (1 - efficiency) flange_a.tau if flange_a drives, (1 - 1/efficiency) flange_a.tau if flange_b drives
 
     At rest the mesh holds while its torques are between the two: to start, one side must exceed the other by 1/efficiency.
     """
@@ -60,22 +60,22 @@ class Gear(LossyPair):
     efficiency: Parameter = parameter("1", "Output power over input power", default=1.0, min=1e-6, max=1)
 
     def equations(self) -> Equations:
-        """The loss opposes the motion and grows with the torque that drives."""
+        """The loss opposes the motion and grows with the driving torque."""
         yield from self._mesh()
         yield friction(self.w_a, self.tauLoss, *mesh_losses(self.flange_a.tau, self.efficiency, self.efficiency))
         yield from self._dissipate()
 
 
 class LossyGear(LossyPair):
-    """A gear pair with mesh efficiencies and bearing friction that depend on speed and on the side that drives.
+    """A gear pair with mesh efficiencies and bearing friction that depend on speed and on the driving side.
 
     phi_a = ratio phi_b,  flange_b.tau = -ratio (flange_a.tau - tauLoss)
     flange_a drives: tauLoss = (1 - eta_mf1) flange_a.tau + tau_bf1 sign(w_a)
     flange_b drives: tauLoss = (1 - 1/eta_mf2) flange_a.tau + tau_bf2 sign(w_a)
-    w_a = 0: tauLoss anywhere between what it would be forward and backward
+    w_a = 0: tauLoss anywhere between its values for forward and backward motion
 
     ``lossTable``: rows (|w_a| rad/s, eta_mf1, eta_mf2, |tau_bf1| N.m, |tau_bf2| N.m), linear between them and beyond
-    the last: mesh efficiency where flange_a and where flange_b drives, bearing friction at flange_a in either case.
+    the last: mesh efficiency if flange_a and if flange_b drives, bearing friction at flange_a in either case.
     The driving side changes where the mesh carries no torque:
     flange_a.tau = sign(w_a) (tau_bf1 - tau_bf2)/(eta_mf1 - 1/eta_mf2).
     Source: Pelchen, Schweiger and Otter: Modeling and Simulating the Efficiency of Gearboxes and of Planetary Gearboxes, Modelica
@@ -117,11 +117,11 @@ def _is_row(row: object) -> bool:
 
 
 def _bearing_at_a(eta1: Symbol, eta2: Symbol, bearing1: Symbol, bearing2: Symbol) -> Symbol:
-    """The part of the bearing friction on the side of flange_a; half of it where the mesh has no loss."""
+    """The part of the bearing friction on the side of flange_a; half of it if the mesh has no loss."""
     mesh = eta1 - 1 / eta2
     if mesh.is_constant() and abs(float(mesh)) < 1e-12:
         return bearing1 / 2
     if mesh.is_constant():
         return (bearing1 - bearing2) / mesh
-    # Without mesh loss the two bearing frictions are equal; the least loss makes that bearing1/2, without a jump.
+    # Without mesh loss the two bearing frictions are equal; LEAST makes the result bearing1/2, without a jump.
     return (bearing1 - bearing2 + LEAST * bearing1 / 2) / ca.fmin(mesh, LEAST)

@@ -20,7 +20,7 @@ class Gearbox(TwoFlangesAndSupport):
     heat_port: HeatPort = support(HeatPort)
 
     def equations(self) -> Equations:
-        """Gear and shaft in a row."""
+        """Gear and shaft in series."""
         yield connect(self.flange_a, self.lossyGear.flange_a)
         yield connect(self.lossyGear.flange_b, self.elastoBacklash.flange_a)
         yield connect(self.elastoBacklash.flange_b, self.flange_b)

@@ -1,4 +1,4 @@
-"""Hydraulically pressed clutches: a piston that has to be filled before it presses."""
+"""Hydraulically pressed clutches: a piston that must be filled before it presses."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from powertrain.components.thermal import HeatCapacitor, HeatPort, ThermalConduc
 
 
 class ClutchPiston(Component):
-    """The piston of a hydraulic clutch: from the pressure of its valve to the force on the plates, with fill, kiss point and drain.
+    """The piston of a hydraulic clutch, from the pressure at its valve to the force on the plates, with fill, kiss point and drain.
 
     der(V) = Q,  Q = Q_valve dp/sqrt(p_valve sqrt(dp^2 + p_lam^2)),  dp = p_supply - p
     0 <= V <= V_0: p = F_0/A V/V_0;  beyond: s = (V - V_0)/A,  A p = F_0 + c s + fn,  fn = c_plates (s - s_kiss) for s > s_kiss, else 0
 
-    The valve is an orifice with the flow Q_valve sqrt(dp/p_valve), laminar below p_lam. The volume V_0 (oil that seals and air take up)
-    is filled before the piston lifts off its stop at p = F_0/A. It travels against the return spring to the kiss point at
-    p = (F_0 + c s_kiss)/A, with the pressure that the spring needs and no more. From there on the plates are pressed, and the pressure
+    The valve is an orifice with the flow Q_valve sqrt(dp/p_valve), laminar below p_lam. The volume V_0 (oil taken up by seals and air)
+    is filled before the piston lifts off its stop at p = F_0/A. It then travels against the return spring to the kiss point at
+    p = (F_0 + c s_kiss)/A; until there the pressure is just that of the spring. From there on it presses the plates, and the pressure
     follows the valve.
     Output: f_normalized = fn/fn_max, for ``Clutch``, ``WetClutch`` or ``Brake`` with the same fn_max.
     """
@@ -60,7 +60,7 @@ class ClutchPiston(Component):
     fn: Variable = variable("N", "Force on the plates")
 
     def equations(self) -> Equations:
-        """Balance of the volume and of the piston's forces."""
+        """Balances of volume and of the piston's forces."""
         yield der(self.V) == self.Q
         yield self._orifice(ca.fmax(self.p_supply.value, 0) - self.p) == self.Q
         lifted = self.V > self.V_0
@@ -80,7 +80,7 @@ class ClutchPiston(Component):
         return (float(self.F_0) + float(self.c) * float(self.s_kiss)) / float(self.A)
 
     def fill_time(self, p_supply: float) -> float:
-        """Time from empty to the kiss point [s] at a constant pressure [Pa], with turbulent flow; infinite where it never comes there.
+        """Time from empty to the kiss point [s] at a constant pressure [Pa], with turbulent flow; infinite if it is never reached.
 
         >>> round(ClutchPiston().fill_time(3e5), 4)
         0.1079
@@ -97,7 +97,7 @@ class HydraulicClutch(TwoFlanges):
     """A wet clutch with its piston, the drag of its open plates, and their temperature.
 
     ``piston`` presses ``friction``; ``drag`` acts in parallel. The heat of both warms ``plates``, which ``cooling`` connects to the oil
-    at the heat port. ``p_supply`` is the pressure behind the valve. fn_max of ``piston`` and ``friction`` have to be equal.
+    at the heat port. ``p_supply`` is the pressure behind the valve. fn_max of ``piston`` and ``friction`` must be equal.
     """
 
     p_supply: Input = signal_input("Pa", "Pressure behind the valve")
@@ -109,11 +109,11 @@ class HydraulicClutch(TwoFlanges):
     cooling: ThermalConductor = ThermalConductor(G=80)
 
     def check(self) -> Equations:
-        """The force that the piston means is the one that the plates get."""
+        """Piston and plates must have the same fn_max."""
         yield self.piston.fn_max == self.friction.fn_max
 
     def equations(self) -> Equations:
-        """Two torques between the flanges, and one body of heat."""
+        """Two torques between the flanges, and one thermal mass."""
         yield connect(self.p_supply, self.piston.p_supply)
         yield connect(self.piston.f_normalized, self.friction.f_normalized)
         yield connect(self.flange_a, self.friction.flange_a, self.drag.flange_a)

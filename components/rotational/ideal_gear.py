@@ -38,7 +38,7 @@ class IdealPlanetary(Component):
     ring: Flange = port(Flange)
 
     def equations(self) -> Equations:
-        """Willis' equation and the torques that belong to it."""
+        """Willis' equation and the corresponding torques."""
         yield (1 + self.ratio) * self.carrier.phi == self.sun.phi + self.ratio * self.ring.phi
         yield self.ring.tau == self.ratio * self.sun.tau
         yield self.carrier.tau == -(1 + self.ratio) * self.sun.tau

@@ -14,7 +14,7 @@ class Position(OneFlangeAndSupport):
 
     exact: phi = phi_ref, which must be differentiable as often as the model needs
 
-    Else phi is phi_ref behind a second-order Bessel filter of critical frequency f_crit:
+    Otherwise phi follows phi_ref through a second-order Bessel filter with the critical frequency f_crit:
     phi + 1.3617 w/w_crit + 0.6180 der(w)/w_crit^2 = phi_ref,  w_crit = 2 pi f_crit,  starting at phi = phi_ref
     """
 
@@ -40,7 +40,7 @@ class Speed(OneFlangeAndSupport):
 
     exact: w = w_ref, which must be differentiable as often as the model needs
 
-    Else w is w_ref behind a first-order filter of critical frequency f_crit:
+    Otherwise w follows w_ref through a first-order filter with the critical frequency f_crit:
     der(w) = 2 pi f_crit (w_ref - w),  starting at w = w_ref
     """
 

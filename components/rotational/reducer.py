@@ -1,4 +1,4 @@
-"""Drives of high ratio without backlash but with wind-up: harmonic and cycloidal drives."""
+"""High-ratio drives without backlash but with torsion: harmonic and cycloidal drives."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from powertrain.components.rotational.stiffening_spring import StiffeningSpring
 from powertrain.components.thermal import HeatPort
 
 ROUNDING = 1e-9
-"""Relative deviation of torques that are equal."""
+"""Relative difference up to which torques are equal."""
 TYPICAL = 1.2
-"""Back-driving torque over ratio times starting torque of harmonic drives, by their makers' tables."""
+"""Typical back-driving torque of harmonic drives relative to ratio times starting torque, from manufacturers' tables."""
 
 
 class _Reducer(TwoFlangesAndSupport):
-    """Partial: a lossy mesh at the fast shaft flange_a and the wind-up of the slow one, flange_b."""
+    """Partial: a lossy mesh at the fast shaft flange_a and the torsion of the slow one, flange_b."""
 
     mesh: LossyGear
     windup: StiffeningSpring
     heat_port: HeatPort = support(HeatPort)
 
     def equations(self) -> Equations:
-        """Mesh and spring in a row."""
+        """Mesh and spring in series."""
         yield connect(self.flange_a, self.mesh.flange_a)
         yield connect(self.mesh.flange_b, self.windup.flange_a)
         yield connect(self.windup.flange_b, self.flange_b)
@@ -42,7 +42,7 @@ class _Reducer(TwoFlangesAndSupport):
         frictions: tuple[float, float | None],
         spring: StiffeningSpring,
     ) -> Self:
-        """Both frictions are torques without load: where the fast shaft drives, only ``eta`` of its torque passes the mesh."""
+        """Both frictions are no-load torques: if the fast shaft drives, only ``eta`` of its torque passes the mesh."""
         eta, back = efficiencies
         starting, given = frictions
         if not (0 < eta <= 1 and 0 < back <= 1):
@@ -60,7 +60,7 @@ class _Reducer(TwoFlangesAndSupport):
 
 
 def _check_whole(name: str, **numbers: int) -> None:
-    """Teeth, lobes and pins are counted."""
+    """Teeth, lobes and pins must be integers."""
     for what, number in numbers.items():
         if isinstance(number, bool) or not isinstance(number, int | np.integer):
             raise ParameterError(f"{name}: {what} = {number!r} must be an integer")
@@ -72,9 +72,9 @@ class HarmonicDrive(_Reducer):
     w_a - w_s = -N (w_b' - w_s),  N = Z_flex/(Z_circular - Z_flex);  flange_b follows b' through the spring ``windup``
 
     With the circular spline at rest the flexspline turns backward at 1/N; with the flexspline held, the circular spline turns forward at
-    1/(N + 1). ``mesh`` has efficiencies and friction in either direction of power, as ``LossyGear``; ``windup`` is the torsion at the
-    output with the wave generator blocked, in the makers' segments of stiffness. There is no backlash; hysteresis of the torsion
-    and the transmission error are not modelled. ``of`` takes what catalogues print. The wave generator's inertia is connected to
+    1/(N + 1). ``mesh`` has efficiencies and friction for either direction of power, as ``LossyGear``; ``windup`` is the torsion at the
+    output with the wave generator blocked, in segments of stiffness as in catalogues. There is no backlash; hysteresis of the torsion
+    and the transmission error are not modelled. ``of`` accepts catalogue values. Connect the wave generator's inertia to
     flange_a. Source: Harmonic Drive SE, Engineering Data, 2014, sec. 4.2.
 
     >>> drive = HarmonicDrive.of(200, 202)
@@ -105,21 +105,21 @@ class HarmonicDrive(_Reducer):
         flexspline, circular : int
             Teeth of the flexspline and of the circular spline.
         efficiency, back : float
-            Efficiency where the wave generator drives, and where the flexspline does [1].
+            Efficiency if the wave generator drives, and if the flexspline drives [1].
         starting : float
             No-load starting torque at the wave generator [N.m].
         backdriving : float, optional
             No-load back-driving torque at the flexspline [N.m]; by default 1.2 ratio starting, but at most ratio starting/back.
         stiffness : tuple of tuple of float
-            Rows (torque from which it holds [N.m], stiffness [N.m/rad]).
+            Rows (torque from which it applies [N.m], stiffness [N.m/rad]).
         d : float
             Damping of the wind-up [N.m.s/rad].
 
         Raises
         ------
         ParameterError
-            For a circular spline without more teeth than the flexspline, for efficiencies outside of (0, 1], and for no-load torques that
-            one mesh cannot have: ``starting`` must be from back backdriving/ratio to backdriving/(ratio efficiency).
+            If the circular spline does not have more teeth than the flexspline, for efficiencies outside (0, 1], and for no-load torques
+            that one mesh cannot have: ``starting`` must be from back backdriving/ratio to backdriving/(ratio efficiency).
         """
         _check_whole("HarmonicDrive", flexspline=flexspline, circular=circular)
         if not 0 < flexspline < circular:
@@ -135,8 +135,8 @@ class CycloidalDrive(_Reducer):
 
     w_a - w_s = -N (w_b' - w_s),  N = lobes/(pins - lobes);  flange_b follows b' through the spring ``windup``
 
-    A disc with one lobe less than there are pins turns backward by one lobe in a turn of the eccentric. ``mesh`` and ``windup`` are those
-    of ``HarmonicDrive``, by the maker's catalogue; the default values are typical.
+    A disc with one lobe fewer than there are pins turns backward by one lobe per turn of the eccentric. ``mesh`` and ``windup`` are those
+    of ``HarmonicDrive``, from the manufacturer's catalogue; the default values are typical.
 
     >>> float(CycloidalDrive.of(lobes=29, pins=30).mesh.ratio)
     -29.0
@@ -165,13 +165,13 @@ class CycloidalDrive(_Reducer):
         lobes, pins : int
             Lobes of the disc, and pins of the ring.
         efficiency, back : float
-            Efficiency where the eccentric drives, and where the output does [1].
+            Efficiency if the eccentric drives, and if the output drives [1].
         starting : float
             No-load starting torque at the eccentric [N.m].
         backdriving : float, optional
             No-load back-driving torque at the output [N.m]; by default as for ``HarmonicDrive.of``.
         stiffness : tuple of tuple of float
-            Rows (torque from which it holds [N.m], stiffness [N.m/rad]).
+            Rows (torque from which it applies [N.m], stiffness [N.m/rad]).
         d : float
             Damping of the wind-up [N.m.s/rad].
 

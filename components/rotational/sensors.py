@@ -90,7 +90,7 @@ class RelAccSensor(_RelativeSensor):
 
 
 class _ShaftSensor(TwoFlanges):
-    """Partial: a rigid shaft that is cut open to be measured."""
+    """Partial: a rigid shaft with a measuring section."""
 
     def _pass(self) -> Equations:
         yield self.flange_a.phi == self.flange_b.phi

@@ -55,7 +55,7 @@ class SpringDamper(CompliantWithRelativeStates, Lossy):
     phi_rel0: Parameter = parameter("rad", "Relative angle of the unstretched spring", default=0.0)
 
     def equations(self) -> Equations:
-        """Spring and damper torque add up."""
+        """Sum of spring and damper torque."""
         yield from self._transmit()
         yield self.tau == self.c * (self.phi_rel - self.phi_rel0) + self.d * self.w_rel
         yield from self._dissipate()

@@ -13,12 +13,12 @@ from powertrain.components.rotational.interfaces import CompliantWithRelativeSta
 
 
 class StiffeningSpring(CompliantWithRelativeStates, Lossy):
-    """A torsion spring in segments of constant stiffness, the same in both directions, with linear damping.
+    """A torsion spring with segments of constant stiffness, equal in both directions, and linear damping.
 
     tau = tau_c + d w_rel,  |tau_c| <= T_1: phi_rel = tau_c/K_1,  T_1 < |tau_c| <= T_2: |phi_rel| = T_1/K_1 + (|tau_c| - T_1)/K_2, ...
 
-    ``stiffness``: rows (torque from which it holds N.m, stiffness N.m/rad), the first from torque 0, the last without end. Makers of
-    high-ratio drives and of damped clutch discs publish their torsion in this form.
+    ``stiffness``: rows (torque from which it applies N.m, stiffness N.m/rad), the first from torque 0, the last without end. Manufacturers
+    of high-ratio drives and of damped clutch discs publish torsion in this form.
 
     Errors: ParameterError for torques that do not increase from 0, and stiffnesses not above 0.
     """
@@ -28,7 +28,7 @@ class StiffeningSpring(CompliantWithRelativeStates, Lossy):
     tau_c: Variable = variable("N.m", "Torque of the spring")
 
     def equations(self) -> Equations:
-        """The segments in a row."""
+        """The segments in series."""
         self._check()
         yield from self._transmit()
         yield self.tau_c == sum((K * (b - a) for K, a, b in self._segments(self.phi_rel)), Symbol(0))
@@ -36,7 +36,7 @@ class StiffeningSpring(CompliantWithRelativeStates, Lossy):
         yield from self._dissipate()
 
     def _segments(self, angle: Symbol) -> list[tuple[float, Symbol, Symbol]]:
-        """Stiffness of every segment, and the part of the angle at its beginning and end."""
+        """Stiffness of every segment, and the angles at its start and end."""
         ends, last = [], 0.0
         for (low, K), (high, _) in pairwise(self.stiffness):
             last += (high - low) / K

@@ -26,29 +26,30 @@ from powertrain.components.rotational.interfaces import CompliantWithRelativeSta
 from powertrain.components.translational.interfaces import Flange as LinearFlange
 
 CLEARANCE = 1e-4
-"""How far in m before a row of teeth the sleeve is in reach of it."""
+"""Distance in m from a row of teeth at which the sleeve reaches it."""
 
 
 class Synchroniser(CompliantWithRelativeStates, Lossy):
     """A gear wheel (flange_a), the hub of its shaft (flange_b), and between them a cone, a blocking ring and dogs, shifted by a sleeve.
 
     x = direction (sleeve.s - supportT.s),  w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
-    F >= 0: force of the sleeve on what stands in its way; it stands at s_ring, then at s_dog, then at s_end
+    F >= 0: force of the sleeve on the stop that blocks it, at s_ring, then at s_dog, then at s_end
     1. x = s_ring: the ring blocks. |tau| <= cones mue F radius/sin(angle), and tau takes w_rel to zero
     2. F index > |tau| + tau_ring: the chamfers turn the ring aside and the sleeve passes,
        index = chamfer_radius (cos(chamfer) - mue_chamfer sin(chamfer))/(sin(chamfer) + mue_chamfer cos(chamfer))
-    3. x = s_dog and |w_rel| < w_in: the dogs engage; |tau| = tau_in takes the rest of w_rel away, then |tau| <= tau_max;
+    3. x = s_dog and |w_rel| < w_in: the dogs engage; |tau| = tau_in removes the rest of w_rel, then |tau| <= tau_max;
        at a higher speed they ratchet and the sleeve waits
     back at x < s_dog the dogs are out, back at x < s_ring the ring blocks again
 
     While the cone slides, its torque holds the ring against the chamfers. The ring blocks until the speeds are equal if ``index`` is below
-    the cone's torque over F, cones mue radius/sin(angle); else the sleeve passes at once and the dogs ratchet. Once the cone sticks, its
-    torque is only what the wheel's drag requires; a drag above F index keeps the shift blocked, as on a cold day. ``direction`` = -1 is the
-    wheel on the other side of one sleeve. The sleeve needs mass; its stops are rigid. The angle between dogs is assumed to be small.
+    the cone's torque per unit of F, cones mue radius/sin(angle); otherwise the sleeve passes at once and the dogs ratchet. Once the cone
+    sticks, its torque is only what the wheel's drag requires; a drag above F index keeps the shift blocked, as on a cold day.
+    ``direction`` = -1 is for the wheel on the other side of a sleeve. The sleeve needs mass; its stops are rigid. The angle between dogs is
+    assumed to be small.
     Sources: H. Naunheimer et al., Automotive Transmissions, 2nd ed., Springer 2011, ch. 9; R. J. Socin, L. K. Walters, Manual
     Transmission Synchronizers, SAE 680008, 1968.
 
-    Errors: ParameterError where the cone would stick (tan(angle) <= mue) or the positions are not in order.
+    Errors: ParameterError if the cone would stick (tan(angle) <= mue) or the positions are not in order.
     """
 
     sleeve: LinearFlange = port(LinearFlange)
@@ -80,7 +81,7 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
     F: Variable = variable("N", "Force of the sleeve on ring, dogs or stop")
 
     def check(self) -> Equations:
-        """The cone comes apart by itself, the ring is before the dogs, there is one direction or the other, and dogs hold."""
+        """The cone must release by itself, the positions be in order, the direction be 1 or -1, and the dogs hold."""
         yield ca.tan(self.angle) > self.mue
         yield self.s_ring < self.s_dog
         yield self.s_dog < self.s_end
@@ -88,7 +89,7 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
         yield self.tau_in <= self.tau_max
 
     def equations(self) -> Equations:
-        """A sleeve in whose way stands one stop after the other, and friction that its force and its place determine."""
+        """A sleeve with several stops, and friction that depends on its force and position."""
         yield from self._transmit()
         yield self.x == self.direction * (self.sleeve.s - self.supportT.s)
         yield self.sleeve.f == self.direction * self.F
@@ -117,7 +118,7 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
         return self.chamfer_radius * (cosine - self.mue_chamfer * sine) / (sine + self.mue_chamfer * cosine)
 
     def torques_per_force(self) -> tuple[float, float]:
-        """Cone torque and index torque over the force of the sleeve [N.m/N]: the ring blocks if the first is larger.
+        """Cone torque and index torque per force of the sleeve [N.m/N]: the ring blocks if the first is larger.
 
         >>> [round(torque, 4) for torque in Synchroniser().torques_per_force()]
         [0.0309, 0.0241]

@@ -31,8 +31,8 @@ def thread_efficiencies(lead: Symbol, mue: Symbol, alpha: Symbol) -> tuple[Symbo
 def flank_losses(load: Symbol, eta_1: Symbol, eta_2: Symbol) -> tuple[Symbol, Symbol]:
     """The torque at the thread in excess of the ``load``, for backward and for forward motion.
 
-    The load chooses the flank that carries. Moved against the load the thread takes load/eta_1, moved with it eta_2 load: negative for
-    eta_2 < 0, since a thread that locks itself has to be turned that way, too.
+    The load determines the loaded flank. Moved against the load the thread requires load/eta_1, moved with it eta_2 load. That is negative
+    for eta_2 < 0, because a self-locking thread must be driven in that direction, too.
     """
     against, along = load * (1 / eta_1 - 1), load * (eta_2 - 1)
     lifts = load >= 0
@@ -48,12 +48,12 @@ class WormGear(LossyPair):
     w_a = 0: flange_a.tau anywhere between the two
 
     With lead <= rho the efficiency eta_2 is not positive: the wheel cannot turn the worm at any torque, and lowering a load requires a
-    torque. The law is that of ``LossyGear``, expressed by the torque at the wheel, so that it also holds for eta_2 <= 0. With
-    lead + rho >= pi/2 it is the worm that cannot turn the wheel: it jams in full motion as soon as the load changes sides, which takes an
-    impact that rigid teeth cannot describe. Such parameters are rejected. The shafts cross; the housing takes the whole torque of each.
+    torque. The law is that of ``LossyGear``, expressed by the torque at the wheel, so it also holds for eta_2 <= 0. With
+    lead + rho >= pi/2 the worm cannot turn the wheel: it would jam in motion as soon as the load changes sides, an impact that rigid teeth
+    cannot represent. Such parameters are rejected. The shafts cross; the housing takes the full torque of each.
     Source: G. Niemann, H. Winter, Maschinenelemente III, 2nd ed., Springer 1986, ch. 24.
 
-    Errors: ParameterError where the worm cannot turn the wheel.
+    Errors: ParameterError if the worm cannot turn the wheel.
     """
 
     lead: Parameter = parameter("rad", "Lead angle of the worm", above=0, max=1.2)
@@ -62,11 +62,11 @@ class WormGear(LossyPair):
     load: Variable = variable("N.m", "Torque of the wheel, counted at the worm without loss")
 
     def check(self) -> Equations:
-        """The worm turns the wheel: tan(lead) tan(rho) < 1."""
+        """The worm must be able to turn the wheel: tan(lead) tan(rho) < 1."""
         yield self.mue * ca.tan(self.lead) < ca.cos(self.alpha)
 
     def equations(self) -> Equations:
-        """The loss that the carrying flank makes."""
+        """The loss of the loaded flank."""
         yield from self._mesh()
         yield self.load == -self.flange_b.tau / self.ratio
         eta_1, eta_2 = thread_efficiencies(self.lead, self.mue, self.alpha)
@@ -84,7 +84,7 @@ class _LossyR2T(RotationToTranslation, Lossy):
     tauLoss: Variable = variable("N.m", "Torque loss at the shaft")
 
     def _moves(self, path: Symbol) -> Equations:
-        """The rod moves by ``path`` [m] in a radian."""
+        """The rod moves by ``path`` [m] per radian."""
         yield from self._against_supports()
         yield self.phi == self.flangeR.phi - self.supportR.phi
         yield self.flangeT.s - self.supportT.s == path * self.phi
@@ -115,7 +115,7 @@ class RackAndPinion(_LossyR2T):
     efficiency: Parameter = parameter("1", "Output power over input power", default=1.0, above=0, max=1)
 
     def equations(self) -> Equations:
-        """A gear whose wheel is straight."""
+        """A gear with a straight wheel."""
         yield from self._moves(self.radius)
         yield from self._rubs(self.efficiency, self.efficiency)
 
@@ -129,9 +129,9 @@ class Screw(_LossyR2T):
     w = 0: between the two
 
     alpha is half of the thread's angle: 0 for a square, 15 degrees for a trapezoidal, 30 degrees for a metric thread. A thread so steep
-    that lead + rho >= pi/2 jams where it should move its nut; such parameters are rejected, as those of ``WormGear``.
+    that lead + rho >= pi/2 cannot move its nut; such parameters are rejected, as for ``WormGear``.
 
-    Errors: ParameterError where the screw cannot move the nut.
+    Errors: ParameterError if the screw cannot move the nut.
     """
 
     p: Parameter = parameter("m", "Lead, path of the nut in a turn", above=0)
@@ -140,10 +140,10 @@ class Screw(_LossyR2T):
     alpha: Parameter = parameter("rad", "Angle of the flank against the normal", default=0.0, min=0, max=1)
 
     def check(self) -> Equations:
-        """The screw moves the nut: tan(lead) tan(rho) < 1."""
+        """The screw must be able to move the nut: tan(lead) tan(rho) < 1."""
         yield self.mue * self.p < math.pi * self.d * ca.cos(self.alpha)
 
     def equations(self) -> Equations:
-        """A wedge that is wound round a cylinder."""
+        """A wedge wound around a cylinder."""
         yield from self._moves(self.p / (2 * math.pi))
         yield from self._rubs(*thread_efficiencies(ca.atan(self.p / (math.pi * self.d)), self.mue, self.alpha))

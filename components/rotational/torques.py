@@ -1,4 +1,4 @@
-"""Torques that act on a shaft, given by signals, by constants or by speed."""
+"""Torques on a shaft, given by signals, by constants or by speed."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class _TorqueOnFlange(OneFlangeAndSupport):
 
 
 class ConstantTorque(_TorqueOnFlange):
-    """The same torque at every speed; a negative one is a load while the shaft turns forward.
+    """The same torque at every speed; a negative one is a load during forward rotation.
 
     flange.tau = -tau_constant
     """
@@ -138,7 +138,7 @@ class InverseSpeedDependentTorque(_SpeedDependentTorque):
     tau = tau_nominal w_nominal/|w| with TorqueDirection (the same direction whichever way the shaft turns), held constant below w0
     else tau = tau_nominal w_nominal/w,  below w0 tau = tau_nominal w/w0
 
-    Below w0 it is as in the Modelica Standard Library 4.0.0, so that the torque jumps at w0 unless w0 = w_nominal.
+    Below w0 it is as in the Modelica Standard Library 4.0.0; the torque jumps at w0 unless w0 = w_nominal.
     """
 
     w0: Parameter = parameter("rad/s", "Speed below which the torque is limited", default=0.1, min=1e-15)

@@ -45,9 +45,10 @@ class UniversalJoint(_Joint):
 
     tan(phi_b) = cos(beta) tan(phi_a),  flange_a.tau + k flange_b.tau = 0,  k = w_b/w_a = cos(beta)/(1 - sin(beta)^2 sin(phi_a)^2)
 
-    k varies between cos(beta) and 1/cos(beta) twice per revolution. The angles are continuous over several revolutions:
-    phi_b = phi_a - atan((1 - cos(beta)) sin(phi_a) cos(phi_a)/(cos(phi_a)^2 + cos(beta) sin(phi_a)^2)), where nothing jumps. At phi_a = 0
-    the pin in the fork of flange_a is normal to the plane of the two shafts. The support takes the difference of the torques.
+    k varies between cos(beta) and 1/cos(beta) twice per revolution. The angles are continuous over several revolutions, in the form
+    phi_b = phi_a - atan((1 - cos(beta)) sin(phi_a) cos(phi_a)/(cos(phi_a)^2 + cos(beta) sin(phi_a)^2)).
+    At phi_a = 0 the pin in the fork of flange_a is normal to the plane of the two shafts. The support takes the difference of the
+    torques.
     """
 
     beta: Parameter = parameter("rad", "Angle between the shafts", min=-1.5, max=1.5)
@@ -61,14 +62,14 @@ class UniversalJoint(_Joint):
 
 
 class DoubleUniversalJoint(_Joint):
-    """Two universal joints with a massless shaft between them, whose unevenness cancels at equal angles and aligned forks.
+    """Two universal joints with a massless shaft between them; their nonuniformity cancels with equal angles and aligned forks.
 
     tan(phi_m) = cos(beta_a) tan(phi_a),  cos(beta_b) tan(phi_b + phase) = tan(phi_m + phase),  flange_a.tau + (w_b/w_a) flange_b.tau = 0
 
-    All three shafts lie in one plane. With ``phase`` = 0 both forks of the middle shaft lie in this plane at the same time, and
+    All three shafts are in one plane. With ``phase`` = 0 both forks of the middle shaft are in this plane at the same time, and
     beta_a = beta_b (a Z or W arrangement, or a centred double Cardan joint) gives w_b = w_a exactly. With other angles the joint is as
-    uneven as a single one of cos(beta) = cos(beta_a)/cos(beta_b), about beta^2 = beta_a^2 - beta_b^2; with ``phase`` = pi/2 as one of
-    cos(beta) = cos(beta_a) cos(beta_b): the angles add up. Source: H. C. Seherr-Thoss, F. Schmelz, E. Aucktor, Universal Joints and
+    nonuniform as a single one with cos(beta) = cos(beta_a)/cos(beta_b), about beta^2 = beta_a^2 - beta_b^2; with ``phase`` = pi/2 as one
+    with cos(beta) = cos(beta_a) cos(beta_b): the angles add up. Source: H. C. Seherr-Thoss, F. Schmelz, E. Aucktor, Universal Joints and
     Driveshafts, 2nd ed., Springer 2006, ch. 1.
     """
 
@@ -77,7 +78,7 @@ class DoubleUniversalJoint(_Joint):
     phase: Parameter = parameter("rad", "Twist of the middle shaft's forks against alignment", default=0.0)
 
     def equations(self) -> Equations:
-        """One joint, and another that is passed from its far side."""
+        """A joint, and another one used from its far side."""
         yield from self._angles()
         middle, first = passed_on(self.phi_a, ca.cos(self.beta_a))
         twisted, second = passed_on(middle + self.phase, 1 / ca.cos(self.beta_b))
@@ -91,11 +92,11 @@ class ConstantVelocityJoint(_Joint, Lossy):
     phi_a = phi_b,  w = der(phi_a),  flange_a.tau + flange_b.tau = tauLoss
     flange_a drives: tauLoss = (1 - eta) flange_a.tau,  flange_b drives: tauLoss = (1 - 1/eta) flange_a.tau;  w = 0: between the two
 
-    Balls and rollers slide by a path that grows with the angle, under a force that grows with the torque, so a fraction of the power is
-    lost. ``efficiency``: rows (angle rad, eta), linear between them and constant beyond the last; the default is typical of a ball joint.
-    The support takes the lost torque.
+    Balls and rollers slide over a distance that grows with the angle, under a force that grows with the torque, so a fraction of the power
+    is lost. ``efficiency``: rows (angle rad, eta), linear between them and constant beyond the last; the default is typical of a ball
+    joint. The support takes the lost torque.
 
-    Errors: ParameterError for rows that are no table of efficiencies in (0, 1] over angles from 0 on.
+    Errors: ParameterError if the rows are not a table of efficiencies in (0, 1] over angles from 0 up.
     """
 
     efficiency: Table = ((0.0, 0.997), (0.1, 0.994), (0.2, 0.989), (0.4, 0.974), (0.8, 0.93))
@@ -104,7 +105,7 @@ class ConstantVelocityJoint(_Joint, Lossy):
     tauLoss: Variable = variable("N.m", "Torque loss")
 
     def equations(self) -> Equations:
-        """Equal angles, and the loss by the side that drives."""
+        """Equal angles, and the loss depending on the driving side."""
         yield from self._angles()
         yield self.phi_b == self.phi_a
         yield self.w == der(self.phi_a)

@@ -25,7 +25,7 @@ from powertrain.components.rotational.interfaces import CompliantWithRelativeSta
 from powertrain.components.thermal import HeatPort
 
 AXES = {"w_rel": "rad/s", "T": "K"}
-"""What the friction of a wet clutch may depend on, with the units."""
+"""Arguments of the friction of a wet clutch, with their units."""
 
 
 def _paper() -> Map:
@@ -37,7 +37,7 @@ def _paper() -> Map:
 
 
 PAPER_LINING = _paper()
-"""Typical of a paper lining in transmission fluid: friction rises with speed, so that it does not judder, and falls with temperature."""
+"""Typical of a paper lining in transmission fluid: friction rises with speed, which prevents judder, and falls with temperature."""
 
 
 class WetClutch(CompliantWithRelativeStates, Lossy):
@@ -48,7 +48,7 @@ class WetClutch(CompliantWithRelativeStates, Lossy):
 
     T is the temperature of the heat port, which takes the friction power: connect a ``HeatCapacitor`` for the plates, and from there a
     ``ThermalConductor`` or a ``Convection`` to the oil. ``mue``: a map over w_rel [rad/s], T [K] or both. A map that rises with speed damps
-    judder, one that falls excites it. ``PlateDrag`` in parallel is the drag of the open clutch.
+    judder; one that falls excites it. For the drag of the open clutch add a ``PlateDrag`` in parallel.
 
     Errors: ParameterError for other axes, another unit, and values below zero.
     """
@@ -92,14 +92,14 @@ class PlateDrag(CompliantWithRelativeStates, Lossy):
     tau = flange_b.tau = -flange_a.tau = faces pi eta (r^4 - r_i^4)/(2 h) w_rel,  eta = viscosity exp(-beta (T - 293.15 K))
     r^2 = r_o^2, or 20 eta q/(pi rho w_rel^2 h^3) where this is less, but not below r_i^2;  q = flow/faces
 
-    The torque is that of a Couette flow on the part of the face that oil covers. A plate at rest and one that turns with w carry outwards
+    The torque is that of a Couette flow on the part of the face covered by oil. A plate at rest and one turning at w pump outwards
     pi rho w^2 r^2 h^3/(20 eta), the integral of the laminar profile under centrifugal force without pressure. The film is full up to the
-    radius at which this is the flow that is supplied. Drag therefore rises with speed to its peak at
+    radius at which this equals the flow supplied. Drag therefore rises with speed to its peak at
     w_rel^2 = 20 eta q/(pi rho h^3 r_o^2), and vanishes at r_o/r_i times this speed. For a clutch in which both sets of plates turn, the
     peak is an approximation. T is the temperature of the heat port. Source: H. Kitabayashi, C. Y. Li, H. Hiraki, Analysis of the Various
     Factors Affecting Drag Torque in Multiple-Plate Wet Clutches, SAE 2003-01-1973 (law of the shrinking film).
 
-    Errors: ParameterError where the plates have no width.
+    Errors: ParameterError if the plates have no width.
     """
 
     faces: Parameter = parameter("1", "Number of friction faces", default=10.0, above=0)
@@ -116,7 +116,7 @@ class PlateDrag(CompliantWithRelativeStates, Lossy):
         yield self.r_i < self.r_o
 
     def equations(self) -> Equations:
-        """Shear of a film that shrinks."""
+        """Shear of a shrinking film."""
         yield from self._transmit()
         yield self.tau == self._drag(self.heat_port.T)
         yield from self._dissipate()

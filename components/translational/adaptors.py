@@ -11,7 +11,7 @@ from powertrain.components.translational.interfaces import Flange
 class ForceToPositionAdaptor(Component):
     """Outputs the motion of a flange as signals and applies a force given by a signal.
 
-    s = flange.s,  v = der(s) where use_v,  a = der(v) where use_a (else 0),  flange.f = f
+    s = flange.s,  v = der(s) if use_v,  a = der(v) if use_a (else 0),  flange.f = f
     """
 
     boundary: ClassVar[bool] = True

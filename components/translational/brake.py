@@ -21,7 +21,7 @@ from powertrain.components.translational.interfaces import Lossy, TwoFlangesAndS
 
 
 class _SlidesOnSupport(TwoFlangesAndSupport, Lossy):
-    """Partial: a massless rod between two flanges that rubs on its support with the force f."""
+    """Partial: a massless rod between two flanges with the friction force f on its support."""
 
     s: Variable = variable("m", "Position of the rod against the support")
     v: Variable = variable("m/s", "Speed of the rod against the support")
@@ -53,7 +53,7 @@ class SupportFriction(_SlidesOnSupport):
     peak: Parameter = parameter("1", "Break-away force relative to f_pos(0)", default=1.0, min=1)
 
     def equations(self) -> Equations:
-        """A rod that rubs on its support."""
+        """A rod with friction on its support."""
         yield from self._slide()
         limit = at_speed(self, "f_pos", self.v, ("m/s", "N"))
         yield friction(self.v, self.f, -limit, limit, peak=self.peak)
@@ -77,7 +77,7 @@ class Brake(_SlidesOnSupport):
     fn: Variable = variable("N", "Normal force")
 
     def equations(self) -> Equations:
-        """A rod that is pressed to its support."""
+        """A rod pressed against its support."""
         yield from self._slide()
         yield self.fn == self.fn_max * self.f_normalized.value
         limit = self.cgeo * ca.fmax(self.fn, 0) * at_speed(self, "mue_pos", self.v, ("m/s", "1"))

@@ -11,12 +11,12 @@ from powertrain.components.translational.interfaces import OneFlangeAndSupport
 
 
 class Detent(OneFlangeAndSupport):
-    """A spring-loaded ball in notches at equal distances: it holds at a notch and pulls towards the nearest one.
+    """A spring-loaded ball in equally spaced notches: it holds at a notch and pulls towards the nearest one.
 
     s = flange.s - support.s,  flange.f = f_max sin(2 pi (s - s_0)/pitch),  flange.f + support.f = 0
 
-    A rod leaves a notch at the force f_max, on the way of pitch/4 from it, and needs the energy f_max pitch/pi. The force has a
-    potential, so the detent loses nothing: what the spring stores on the way up is given back on the way down.
+    A rod leaves a notch at the force f_max, reached at pitch/4 from it, and needs the energy f_max pitch/pi. The force has a
+    potential, so the detent loses nothing: the spring returns the energy that it stored.
     """
 
     f_max: Parameter = parameter("N", "Force at which it lets go", default=50.0, min=0)

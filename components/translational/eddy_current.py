@@ -8,12 +8,12 @@ from powertrain.components.translational.interfaces import Lossy, OneFlangeAndSu
 
 
 class EddyCurrentForce(OneFlangeAndSupport, Lossy):
-    """An eddy-current brake fin; a warm fin has its largest force at a higher speed.
+    """An eddy-current brake fin; the hotter the fin, the higher the speed of its largest force.
 
     f = flange.f = 2 f_nominal x/(1 + x^2),  x = v/(v_nominal R(T)/R(TRef)),  v = der(s)
     R(T)/R(TRef) = 1 + alpha (T - TRef) with T of the heat port and alpha = alpha20/(1 + alpha20 (TRef - 293.15 K))
 
-    Errors: ParameterError where R(TRef) is not positive; a simulation ends where R(T) is not: alpha20 holds near 293.15 K.
+    Errors: ParameterError if R(TRef) is not positive; a simulation ends if R(T) is not: alpha20 applies near 293.15 K.
     """
 
     f_nominal: Parameter = parameter("N", "Largest force; it brakes in both directions", min=0)
@@ -24,7 +24,7 @@ class EddyCurrentForce(OneFlangeAndSupport, Lossy):
     f: Variable = variable("N", "Braking force, flange.f")
 
     def check(self) -> Equations:
-        """There is a resistance at TRef."""
+        """The resistance at TRef must be positive."""
         yield self.alpha20 * (293.15 - self.TRef) < 1
 
     def equations(self) -> Equations:

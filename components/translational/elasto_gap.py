@@ -8,7 +8,7 @@ from powertrain import Equations, Parameter, Symbol, Variable, parameter, switch
 from powertrain.components.translational.interfaces import CompliantWithRelativeStates, Lossy
 
 TOUCH = 1e-30
-"""Smallest penetration in m that is put to a power: at zero the derivative of x^n with respect to n is not finite."""
+"""Smallest penetration in m that is raised to a power: at zero the derivative of x^n with respect to n is not finite."""
 
 
 class ElastoGap(CompliantWithRelativeStates, Lossy):

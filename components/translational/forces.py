@@ -1,4 +1,4 @@
-"""Forces that act on a rod, given by signals, by constants or by speed."""
+"""Forces on a rod, given by signals, by constants or by speed."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Force2(TwoFlanges):
 
 
 class _ForceOnFlange(OneFlangeAndSupport):
-    """Partial: a force on the flange. As in the Modelica Standard Library f is flange.f, negative where it drives."""
+    """Partial: a force on the flange. As in the Modelica Standard Library f is flange.f, negative if it drives."""
 
     boundary: ClassVar[bool] = True
     f: Variable = variable("N", "Force on the source, flange.f; the rod is driven by -f")
@@ -64,7 +64,7 @@ class _ForceOnFlange(OneFlangeAndSupport):
 
 
 class ConstantForce(_ForceOnFlange):
-    """The same force at every speed; a negative one is a load while the rod moves forward.
+    """The same force at every speed; a negative one is a load during forward motion.
 
     f = -f_constant
     """
@@ -134,7 +134,7 @@ class InverseSpeedDependentForce(_SpeedDependentForce):
     f = -f_nominal v_nominal/|v| with ForceDirection (the same direction whichever way the rod moves), held constant below v0
     else f = -f_nominal v_nominal/v,  below v0 f = -f_nominal v/v0
 
-    Below v0 it is as in the Modelica Standard Library 4.0.0, so that the force jumps at v0 unless v0 = v_nominal.
+    Below v0 it is as in the Modelica Standard Library 4.0.0; the force jumps at v0 unless v0 = v_nominal.
     """
 
     v0: Parameter = parameter("m/s", "Speed below which the force is limited", default=0.1, min=1e-15)

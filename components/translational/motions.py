@@ -14,7 +14,7 @@ class Position(OneFlangeAndSupport):
 
     exact: s = s_ref, which must be differentiable as often as the model needs
 
-    Else s is s_ref behind a second-order Bessel filter of critical frequency f_crit:
+    Otherwise s follows s_ref through a second-order Bessel filter with the critical frequency f_crit:
     s + 1.3617 v/w_crit + 0.6180 der(v)/w_crit^2 = s_ref,  w_crit = 2 pi f_crit,  starting at s = s_ref
     """
 
@@ -41,7 +41,7 @@ class Speed(OneFlangeAndSupport):
 
     exact: v = v_ref, which must be differentiable as often as the model needs
 
-    Else v is v_ref behind a first-order filter of critical frequency f_crit:
+    Otherwise v follows v_ref through a first-order filter with the critical frequency f_crit:
     der(v) = 2 pi f_crit (v_ref - v),  starting at v = v_ref
     """
 

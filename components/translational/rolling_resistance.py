@@ -48,7 +48,7 @@ class RollingResistance(OneFlangeAndSupport, Lossy):
 
 
 class AirDrag(OneFlangeAndSupport, Lossy):
-    """The resistance of the air; the support moves with the wind.
+    """Air resistance; the support moves with the wind.
 
     f = flange.f = Cd A rho v |v|/2,  v = der(s)
     """
@@ -68,5 +68,5 @@ class AirDrag(OneFlangeAndSupport, Lossy):
         yield from self._dissipate()
 
     def loss(self) -> Symbol:
-        """Resistance times speed against the air."""
+        """Resistance times speed relative to the air."""
         return self.f * self.v

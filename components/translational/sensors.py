@@ -90,7 +90,7 @@ class RelAccSensor(_RelativeSensor):
 
 
 class _RodSensor(TwoFlanges):
-    """Partial: a rigid rod that is cut open to be measured."""
+    """Partial: a rigid rod with a measuring section."""
 
     def _pass(self) -> Equations:
         yield self.flange_a.s == self.flange_b.s

@@ -10,11 +10,11 @@ from powertrain.components.translational.interfaces import Flange, Lossy
 
 
 class ShiftActuator(Lossy):
-    """A rail with fork and sleeve that a servo of limited force moves to a position.
+    """A rail with fork and sleeve, moved to a position by a servo with limited force.
 
     s = flange.s,  v = der(s),  m der(v) = f - d v + flange.f,  f = k (s_ref - s) limited to -f_max..f_max
 
-    It covers a hydraulic, pneumatic or electric shift cylinder with position control, and a driver's hand: against a blocked
+    It represents a hydraulic, pneumatic or electric shift cylinder with position control, or a driver's hand: against a blocked
     synchroniser the force is f_max. ``d`` is the damping of cylinder and seals, whose power is lost.
     """
 

@@ -55,7 +55,7 @@ class SpringDamper(CompliantWithRelativeStates, Lossy):
     s_rel0: Parameter = parameter("m", "Length of the unstretched spring", default=0.0)
 
     def equations(self) -> Equations:
-        """Spring and damper force add up."""
+        """Sum of spring and damper force."""
         yield from self._transmit()
         yield self.f == self.c * (self.s_rel - self.s_rel0) + self.d * self.v_rel
         yield from self._dissipate()

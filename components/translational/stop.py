@@ -21,9 +21,9 @@ from powertrain import (
 from powertrain.components.translational.interfaces import Lossy, Rigid
 
 BREAKAWAY = 1.001
-"""Force at which a resting mass breaks loose over friction at zero speed, as in the Modelica Standard Library."""
+"""Break-away force relative to friction at zero speed, as in the Modelica Standard Library."""
 OVERRUN = 1e-6
-"""How far in m behind a stop it is an error."""
+"""Penetration of a stop in m above which it is an error."""
 
 
 class MassWithStopAndFriction(Rigid, Lossy):
@@ -34,9 +34,9 @@ class MassWithStopAndFriction(Rigid, Lossy):
     v = 0: |f| <= 1.001 (F_Coulomb + F_Stribeck)
     flange_a.s = smin with f_min >= 0, or flange_a.s > smin with f_min = 0; likewise flange_b, smax and f_max
 
-    A mass that hits a stop at speed v instantly rebounds at restitution v. The energy lost in the impact is not in lossPower, which has
-    no value at that instant. The signals stop_min and stop_max are 1 while the mass is pressed against a stop. Friction is stuck then
-    (mode 0): it and the stop share the pressing force equally until friction is at its limit; the stop takes the rest. No motion depends
+    A mass that hits a stop at speed v instantly rebounds at restitution v. lossPower does not include the energy lost at that instant.
+    The signals stop_min and stop_max are 1 while the mass is pressed against a stop. Friction is then stuck
+    (mode 0): it shares the pressing force equally with the stop until it reaches its limit; the stop takes the rest. No motion depends
     on this.
     """
 
@@ -56,7 +56,7 @@ class MassWithStopAndFriction(Rigid, Lossy):
     f_max: Variable = variable("N", "Force of the stop at smax on the mass, against positive s")
 
     def check(self) -> Equations:
-        """It fits between the stops."""
+        """It must fit between the stops."""
         yield self.smin + self.L <= self.smax
 
     def equations(self) -> Equations:

@@ -26,7 +26,7 @@ from powertrain.components.transmissions.gearsets import (
 )
 
 TORQUE, MARGIN, J_SHAFT = 400.0, 1.5, 0.004
-"""Input torque [N.m] for which elements are made, their capacity over what they then carry, inertia of a shaft [kg.m2]."""
+"""Input torque [N.m] for sizing elements, capacity relative to their load at that torque, inertia of a shaft [kg.m2]."""
 
 
 def _levers(scheme: GearScheme) -> tuple[FundamentalDifferential, ...]:
@@ -49,14 +49,14 @@ def _element(scheme: GearScheme, element: ShiftElement, torque: float) -> Clutch
 
 
 class Automatic(ClutchToClutch):
-    """An automatic gearset by its scheme: a differential for every lever, a clutch or brake for every shift element, shafts with inertia.
+    """An automatic gearset from its scheme: a differential for every lever, a clutch or brake for every shift element, and inertias.
 
     w_a - w_carrier = R_o (w_b - w_carrier) of every lever, with the loss of ``MeshLaw``; shift elements as ``Clutch`` and ``Brake``
 
-    The elements are pressed by the law of ``ClutchToClutch``. Lever k selects the k-th forward gear, 0 is neutral, -1 the reverse gear.
+    The law of ``ClutchToClutch`` presses the elements. Lever position k selects the k-th forward gear, 0 neutral, -1 the reverse gear.
     ``shafts`` and ``elements`` are in the order of the scheme; ``churning`` is the drag of pump, oil and open elements at the input.
-    ``of`` makes the parts of a scheme; ``trials.gear_table`` computes its ratios, efficiencies and torques.
-    Errors: ParameterError where the parts are not those of the scheme.
+    ``of`` makes the component from a scheme; ``trials.gear_table`` computes its ratios, efficiencies and torques.
+    Errors: ParameterError if the parts do not match the scheme.
     """
 
     scheme: GearScheme = SIMPSON_THREE
@@ -68,14 +68,14 @@ class Automatic(ClutchToClutch):
 
     @classmethod
     def of(cls, scheme: GearScheme, *, torque: float = TORQUE, J: float = J_SHAFT, **parts: Any) -> Self:
-        """The component of a scheme.
+        """The component for a scheme.
 
         Parameters
         ----------
         scheme : GearScheme
             Planetary sets, shift elements and gears.
         torque : float
-            Torque at the input that the shift elements hold in every gear [N.m].
+            Input torque that the shift elements can hold in every gear [N.m].
         J : float
             Moment of inertia of each shaft [kg.m2].
         **parts
@@ -134,7 +134,7 @@ class Automatic(ClutchToClutch):
         return {element.name: f"elements[{k}]" for k, element in enumerate(self.scheme.elements)}
 
     def in_gear(self, k: int) -> Automatic:
-        """What is left of it with the k-th forward gear in for good: rigid joints in place of the shift elements."""
+        """The gearset with the k-th forward gear permanently engaged: rigid joints replace the shift elements."""
         scheme = self.scheme.in_gear(self.scheme.forward[k - 1].name)
         mean = sum(float(shaft.J) for shaft in self.shafts) / len(self.shafts)
         return Automatic(
@@ -142,7 +142,7 @@ class Automatic(ClutchToClutch):
         )
 
     def equations(self) -> Equations:
-        """The flanges at every shaft are connected; the law presses the elements."""
+        """The flanges on every shaft are connected; the shift law presses the elements."""
         self._check()
         scheme, nodes = self.scheme, self.scheme.free.nodes
         at: dict[int, list[Any]] = {k: [shaft.flange_a] for k, shaft in enumerate(self.shafts)} | {

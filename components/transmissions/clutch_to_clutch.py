@@ -1,4 +1,4 @@
-"""Shifting from one clutch to another under load: the law by which two shift elements hand over the torque."""
+"""Shifting from one clutch to another under load: the law by which two shift elements exchange the torque."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from powertrain.components.transmissions.gearbox import Shiftable
 
 
 class ClutchToClutch(Shiftable):
-    """Partial: gears by friction elements, of which one opens and one closes from gear to gear.
+    """Partial: gears selected by friction elements, one of which opens and one of which closes between adjacent gears.
 
-    From gear k to gear k + 1 the lever travels through a torque phase, an inertia phase, and a torque phase again. Elements of both gears
-    stay closed. That of gear k alone is pressed by full torque times 1 - S_1, that of gear k + 1 alone by full torque times S_3, where S_n
-    goes from 0 to 1 in the n-th phase, S = x^2 (3 - 2 x). To this adds, times S_1 (1 - S_3),
+    From gear k to gear k + 1 the lever travels through a torque phase, an inertia phase, and a second torque phase. Elements of both gears
+    stay closed. The element of gear k alone is pressed with full torque times 1 - S_1, that of gear k + 1 alone with full torque times S_3;
+    S_n rises from 0 to 1 in the n-th phase, S = x^2 (3 - 2 x). Added to this, times S_1 (1 - S_3), is
       torque factor max(tau_law, 0) for the element of gear k + 1,  torque factor max(-tau_law, 0) for the element of gear k
       tau_law = tau_in + k_slip (w_in - w_ref),  T_in der(tau_in) = flange_a.tau - tau_in
       w_ref = (ratio_k + (ratio_(k+1) - ratio_k) S_2) w_out
 
-    A slipping element of the higher gear can only brake the input, one of the lower gear only drive it. So the sign of tau_law alone says
-    which of the two has to carry: with power on it is that of the higher gear. An upshift then begins with the exchange of torque and a
-    downshift ends with it; without power it is the other way round. The law depends on the position of the lever, not on the way it
-    came from. tau_in is what a control can know: the filtered torque of the input.
+    A slipping element of the higher gear can only brake the input, one of the lower gear can only drive it. So the sign of tau_law
+    decides which of the two carries the torque: with power on, it is that of the higher gear. An upshift then begins with the exchange of
+    torque and a downshift ends with it; without power it is the other way round. The law depends on the position of the lever, not on its
+    history. tau_in is available to a real control: the filtered input torque.
     Source of the phases: H. Naunheimer et al., Automotive Transmissions, 2nd ed., Springer 2011, section 9.2 (powershifts).
     """
 
@@ -37,11 +37,11 @@ class ClutchToClutch(Shiftable):
     braking: Variable = variable("N.m", "Part of tau_law that brakes the input")
 
     def friction_elements(self) -> dict[str, str]:
-        """The paths in this component of its clutches and brakes, by name."""
+        """The paths of the clutches and brakes in this component, by name."""
         raise NotImplementedError(type(self).__name__)
 
     def _shift(self, ratios: Sequence[float | Symbol], w_in: Symbol, w_out: Symbol, begin: float = 0.0) -> Equations:
-        """The reference and the torque law; ``begin``: part of the lever's travel before the first phase."""
+        """The reference speed and the torque law; ``begin``: share of the lever's travel before the first phase."""
         ratio = Symbol(ratios[0])
         for k, (one, other) in enumerate(pairwise(ratios), 1):
             ratio += (other - one) * self._phase(k, begin, 2)
@@ -52,7 +52,7 @@ class ClutchToClutch(Shiftable):
         yield self.braking == switch(self.tau_law > 0, self.tau_law, 0.0, continuous=True)
 
     def _torque(self, factors: Sequence[float | None], full: Symbol, begin: float = 0.0) -> Symbol:
-        """The torque that an element is pressed for, of ``factors`` over the gears (None: open) and a torque when ``full``."""
+        """The torque for which an element is pressed, from its ``factors`` in the gears (None: open) and its ``full`` torque."""
         hold, law, driving = Symbol(float(factors[0] is not None)), Symbol(0.0), self.braking - self.tau_law
         for k, (one, other) in enumerate(pairwise(factors), 1):
             first, last = self._phase(k, begin, 1), self._phase(k, begin, 3)
@@ -72,6 +72,6 @@ class ClutchToClutch(Shiftable):
 
 
 def _smooth(x: Symbol) -> Symbol:
-    """0 up to x = 0 and 1 from x = 1 on, with equal slopes where the pieces meet."""
+    """0 up to x = 0 and 1 from x = 1 on, with a continuous slope."""
     within = limited(x)
     return within**2 * (3 - 2 * within)

@@ -1,4 +1,4 @@
-"""Dual-clutch gearboxes: two clutches, two input shafts, and synchronisers that preselect."""
+"""Dual-clutch gearboxes: two clutches, two input shafts, and synchronisers that preselect gears."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
 from powertrain.components.transmissions.gearbox import SYNCHRONISER, Shiftable
 
 PRESELECT = 0.3
-"""Part of the lever's travel from gear to gear in which the synchronisers move."""
+"""Share of the lever's travel between gears in which the synchronisers move."""
 RATIOS = 3.8, 2.3, 1.5, 1.1, 0.87, 0.7
 
 
 class StartingGearbox(Shiftable):
-    """Partial: a gearbox whose own clutch starts the vehicle."""
+    """Partial: a gearbox with its own starting clutch."""
 
     pressed: Input = signal_input("1", "Demanded pressure of the engaged clutch, 0 open to 1 closed", default=1.0)
 
 
 class DualClutchGearbox(ClutchToClutch, StartingGearbox):
-    """A dual-clutch gearbox: the odd gears on one input shaft, the even ones on another, each shaft with its own clutch.
+    """A dual-clutch gearbox: the odd gears on one input shaft, the even ones on another, each with its own clutch.
 
     gear k: w_loose = w_shaft/ratio_k,  synchroniser k: dry friction between the loose wheel and the output shaft
 
-    The clutches hand over the torque by the law of ``ClutchToClutch``, each pressed for no more than fn_max cgeo pressed: ``pressed``
-    within 0..1 starts the vehicle with the clutch of the engaged gear, and lets the engine idle when it stops, in a shift as well. While
-    a gear is in, the gear below is preselected on the other shaft. An upshift therefore begins with the synchronisation of the gear
+    The clutches exchange the torque by the law of ``ClutchToClutch``, each pressed for at most fn_max cgeo pressed. ``pressed``
+    within 0..1 starts the vehicle with the clutch of the engaged gear, and lets the engine idle when it stops, also during a shift. While
+    a gear is engaged, the gear below is preselected on the other shaft. An upshift therefore begins with the synchronisation of the gear
     above, in the first 30 % of the lever's travel, against an open clutch; a downshift ends with that of the gear two below. The meshes
-    have no loss; as in ``ManualGearbox`` it counts in the final drive. ``churning`` is the drag at the input.
+    have no loss; as in ``ManualGearbox`` it is included in the final drive. ``churning`` is the drag at the input.
     Errors: ParameterError if the numbers of gears and synchronisers differ.
     """
 
@@ -52,7 +52,7 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
 
     @classmethod
     def of_ratios(cls, *ratios: float, **parts: Any) -> Self:
-        """Gears of these ratios, speed at flange_a over speed at flange_b, first gear first."""
+        """Gears with these ratios, speed at flange_a over speed at flange_b, first gear first."""
         made = {"gears": tuple(IdealGear(ratio=r) for r in ratios), "synchronisers": (SYNCHRONISER,) * len(ratios)}
         return cls(**(made | parts))
 
@@ -96,7 +96,7 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
             yield synchroniser.f_normalized.value == self._selected(k)
 
     def _selected(self, k: int) -> Symbol:
-        """Pressure of the synchroniser of gear k: from the upshift into it to that into the next gear of its shaft."""
+        """Pressure of the synchroniser of gear k: from the upshift into it to the upshift into the next gear on its shaft."""
         rows = [(k - 1 + PRESELECT / 2, 0.0), (k - 1 + PRESELECT, 1.0), (k + 1.0, 1.0), (k + 1 + PRESELECT / 2, 0.0)]
         if k <= 2:
             rows = rows[2:]
@@ -106,7 +106,7 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
         return curve(self.lever.value) ** 2  # gently at first
 
     def in_gear(self, k: int) -> ClutchedGear:
-        """What is left of it with gear k in for good: one clutch and one shaft, without synchronisers."""
+        """The gearbox with gear k permanently engaged: one clutch and one shaft, without synchronisers."""
         clutch, shaft = (self.odd_clutch, self.odd) if k % 2 else (self.even_clutch, self.even)
         return ClutchedGear(
             clutch=clutch,
@@ -138,7 +138,7 @@ class ClutchedGear(StartingGearbox):
         return self
 
     def equations(self) -> Equations:
-        """Clutch and gear in a row."""
+        """Clutch and gear in series."""
         yield connect(self.flange_a, self.input.flange_a)
         yield connect(self.input.flange_b, self.churning.flange, self.clutch.flange_a)
         yield connect(self.clutch.flange_b, self.shaft.flange_a)

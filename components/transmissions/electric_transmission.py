@@ -1,4 +1,4 @@
-"""A split-path transmission with two electric machines: one-, two- and three-mode, through standstill of either machine."""
+"""A split-path transmission with two electric machines and one, two or three modes; either machine may pass standstill."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from powertrain.components.rotational.ideal_gear import IdealGear
 from powertrain.components.transmissions.ranges import Span, TransmissionOfRanges
 
 HYSTERESIS = 0.02
-"""How far below a shift the wanted ratio falls, relatively, before that is undone."""
+"""Relative drop of the demanded ratio below a shift at which the shift is undone."""
 CLOSED = 0.1
-"""What is left of a shift when its lock begins to open."""
+"""Remaining share of a shift at which its lock begins to open."""
 FOLLOW = 10.0
-"""Share of a shift below which it slows down, as its inverse."""
+"""Inverse of the remaining share of a shift below which it slows down."""
 REST = 0.01
 """Distance of ``place`` from a range below which only this range turns the unit's shafts."""
 _LOCK = Clutch(fn_max=1.0, mue_pos=((0.0, 1.0),))
@@ -40,23 +40,23 @@ _LOCK = Clutch(fn_max=1.0, mue_pos=((0.0, 1.0),))
 class ElectricTransmission(TransmissionOfRanges):
     """A split-path transmission with the gears of one or several ranges (modes), and a pair of electric machines between their shafts.
 
-    ``ratio`` is the overall ratio r = w_b/w_a that is wanted. The machines' torques keep their speeds in the proportion
+    ``ratio`` is the demanded overall ratio r = w_b/w_a. The machines' torques keep their speeds in the proportion
 
     n_a : n_b = (A_a + B_a r) : (A_b + B_b r),  with ``Network.speeds`` of the present range
 
-    which is defined where either shaft stands still, so that ranges may contain the mechanical points of both: two-mode
-    transmissions pass shaft a's. The engine keeps its operating speed by r, and pays for the losses of the machines over the bus
-    (``ElectricPair``). The ratio differs from the wanted one by the slip of the speed control.
+    which is defined even where either shaft is at rest. Ranges may therefore contain the mechanical points of both shafts; two-mode
+    transmissions pass that of shaft a. r keeps the engine at its operating speed; the engine supplies the losses of the machines through
+    the bus (``ElectricPair``). The actual ratio differs from the demanded one by the slip of the speed control.
 
-    A range changes up where the output passes the speed of the shift, w_b = shift w_a, if the wanted ratio lies above it, and down where
-    it falls below again, if the wanted ratio lies 2 % below it. At the shift the clutches of both ranges hold, which makes it a fixed
-    gear; a clutch between input and output with that ratio (``locks``) stands for them, up to ``tau_lock`` at the output. In this gear
-    ``place`` goes to the number of the new range in the time ``T_shift``, and the machines' torques, which may be opposite in the new
-    range, change over with it:
+    A range changes up when the output passes the speed of the shift, w_b = shift w_a, if the demanded ratio is above it, and down when
+    it falls below again, if the demanded ratio is 2 % below it. At the shift the clutches of both ranges are engaged, which is a fixed
+    gear; a clutch between input and output with that ratio (``locks``) represents them, up to ``tau_lock`` at the output. In this gear
+    ``place`` moves to the number of the new range in the time ``T_shift``, and with it change the machines' torques, which may be opposite
+    in the new range:
 
     der(place) = rate/T_shift,  rate = 10 (range - place) within -1..1
 
-    ``ElectricTransmission.of`` makes the parts from the spans of a design: from which to which r, and the network.
+    ``ElectricTransmission.of`` makes the component from the spans of a design: lower and upper r, and the network.
     Errors: ParameterError for ranges that do not follow each other or meet at different speeds of the machines.
     """
 
@@ -73,7 +73,7 @@ class ElectricTransmission(TransmissionOfRanges):
 
     @classmethod
     def of(cls, spans: Sequence[Span], pair: ElectricPair | None = None) -> Self:
-        """The parts of ranges, the lowest first. Errors: ParameterError for ranges that meet at standstill."""
+        """The component from ranges, the lowest first. Errors: ParameterError for ranges that meet at standstill."""
         shifts = [high for _, high, _ in spans[:-1]]
         if 0.0 in shifts:
             raise ParameterError("two ranges meet at r = 0, where no fixed gear can hold both of them")
@@ -82,7 +82,7 @@ class ElectricTransmission(TransmissionOfRanges):
         return cls._made(spans, fixed_gears=gears, locks=(_LOCK,) * len(shifts), **others)
 
     def equations(self) -> Equations:
-        """The machines at both elastic shafts, their proportion by the present range."""
+        """The machines at both elastic shafts, with their proportion in the present range."""
         yield from self._joined()
         yield connect(self.shaft_a.flange_a, self.pair.flange_a)
         yield connect(self.shaft_b.flange_a, self.pair.flange_b)
@@ -100,7 +100,7 @@ class ElectricTransmission(TransmissionOfRanges):
         yield self.pair.n_b.value == n_b
 
     def _lock(self, k: int, closed: Symbol) -> Equations:
-        """Shift k: where it begins, and its fixed gear as far as it is ``closed``."""
+        """Shift k: its start, and its fixed gear as far as it is ``closed``."""
         shift, gear, lock = self.shifts[k], self.fixed_gears[k], self.locks[k]
         over, wanted = der(self.flange_b.phi) - shift * der(self.flange_a.phi), self.ratio.value
         up = ca.logic_and(over > 0, wanted > shift)
@@ -114,10 +114,10 @@ class ElectricTransmission(TransmissionOfRanges):
         yield lock.f_normalized.value == closed
 
     def _above(self) -> list[Symbol]:
-        """Of every shift, how far the unit's shafts are above it, 0 to 1: exactly so after a shift, so that idle gears have no torque."""
+        """For every shift, how far the unit's shafts are above it, exactly 0 or 1 outside shifts, so that idle gears have no torque."""
         return [limited((1 + 2 * REST) * (self.place - k) - REST) for k, _ in enumerate(self.shifts)]
 
     def initial(self) -> Equations:
-        """The range of the start."""
+        """The initial range."""
         yield self.range == self.range_start
         yield self.place == self.range_start

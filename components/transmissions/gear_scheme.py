@@ -1,4 +1,4 @@
-"""Gear schemes: which planetary sets, which shafts are joined, and which shift elements each gear engages."""
+"""Gear schemes: planetary sets, joined shafts, and the shift elements engaged in each gear."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class ShiftElement:
 
     @property
     def is_brake(self) -> bool:
-        """It holds a shaft."""
+        """Whether it holds a shaft."""
         return HOUSING in (self.a, self.b)
 
     @property
     def joint(self) -> Joint:
-        """What it joins when it is engaged."""
+        """The joint that it makes when engaged."""
         return self.a, self.b
 
 
@@ -61,7 +61,7 @@ def planetary(name: str, sun: str, ring: str, carrier: str, *, teeth: tuple[int,
     Raises
     ------
     ParameterError
-        For tooth numbers between which no planet fits.
+        For tooth numbers with which no planet fits.
     """
     Z_sun, Z_ring = teeth
     _check_teeth(f"planetary gear {name}", (Z_sun,), Z_ring)
@@ -112,7 +112,7 @@ def ravigneaux(
     teeth : tuple of int
         Tooth numbers of large sun, small sun and ring.
     eta : float
-        Efficiency of the set of the large sun with the carrier fixed [1]; the other has one mesh more, eta^(3/2).
+        Efficiency of the large sun's set with the carrier fixed [1]; the other set has one more mesh, eta^(3/2).
 
     Returns
     -------
@@ -122,12 +122,12 @@ def ravigneaux(
     Raises
     ------
     ParameterError
-        For tooth numbers between which no planet fits, and for a large sun that is not the larger one.
+        For tooth numbers with which no planet fits, and if the large sun is not the larger one.
     """
     Z_large, Z_small, Z_ring = teeth
     where = f"Ravigneaux set of {large}, {small}, {ring}, {carrier}"
     _check_teeth(where, (Z_large, Z_small), Z_ring)
-    if Z_small >= Z_large:  # the long planets pass the small sun
+    if Z_small >= Z_large:  # the long planets must clear the small sun
         raise ParameterError(f"{where}: the large sun has {Z_large} teeth, and the small sun {Z_small}; it needs fewer")
     return (
         Lever("large sun", large, ring, carrier, -Z_ring / Z_large, eta),
@@ -136,7 +136,7 @@ def ravigneaux(
 
 
 def _check_teeth(where: str, suns: tuple[int, ...], ring: int) -> None:
-    """Wheels with teeth, and room for planets between them."""
+    """Wheels must have teeth, and planets must fit between them."""
     try:
         for sun in suns:
             check_room(Sun(sun), Ring(ring))
@@ -199,7 +199,7 @@ class GearScheme:
         input: str = "in",
         output: str = "out",
     ) -> Self:
-        """A scheme from texts.
+        """A scheme from strings.
 
         Parameters
         ----------
@@ -215,7 +215,7 @@ class GearScheme:
         Raises
         ------
         ParameterError
-            For a scheme that leaves other than one degree of freedom in a gear, or whose neighbouring gears exchange more than one element.
+            If a gear does not have one degree of freedom, or if adjacent gears exchange more than one element.
         """
         pairs = joints(*elements.values())
         made = tuple(ShiftElement(name, *pair) for name, pair in zip(elements, pairs, strict=True))
@@ -224,7 +224,7 @@ class GearScheme:
 
     @cached_property
     def shafts(self) -> tuple[str, ...]:
-        """Names of the shafts that turn."""
+        """Names of the rotating shafts."""
         return tuple(name for name in self.free.shafts if name != HOUSING)
 
     @cached_property
@@ -239,18 +239,18 @@ class GearScheme:
 
     @cached_property
     def reverse(self) -> tuple[SchemeGear, ...]:
-        """The gears that turn it backward."""
+        """The gears that turn the output backward."""
         return tuple(gear for gear in self.gears if self.ratio(gear.name) < 0)
 
     def gear(self, name: str) -> SchemeGear:
-        """The gear of a name. Errors: ParameterError where there is none."""
+        """The gear with a name. Errors: ParameterError if there is none."""
         for gear in self.gears:
             if gear.name == name:
                 return gear
         raise ParameterError(f"there is no gear {name!r}; choose from {', '.join(gear.name for gear in self.gears)}")
 
     def network(self, name: str, without: str = "") -> Network:
-        """The gearset in a gear, but with the element ``without`` open."""
+        """The gearset in a gear, with the element ``without`` open."""
         engaged = [name for name in self.gear(name).engaged if name != without]
         return self._joined(element.joint for element in self.elements if element.name in engaged)
 
@@ -259,15 +259,15 @@ class GearScheme:
         return self.network(name).fixed_ratio()
 
     def speeds(self, name: str) -> dict[str, float]:
-        """Speed of every shaft in a gear, for an input that turns with 1."""
+        """Speed of every shaft in a gear for an input speed of 1."""
         network = self.network(name)
         motion = network.motion()
         return {shaft: float(motion[node]) if (node := network.nodes[shaft]) >= 0 else 0.0 for shaft in self.shafts}
 
     def torque_factor(self, name: str, element: str) -> float:
-        """Torque of an engaged element without losses, over the torque of the input: 1/|alpha|.
+        """Torque of an engaged element without losses, relative to the input torque: 1/|alpha|.
 
-        With the element open its slip is alpha (w_in - ratio w_out); no work of the torques on the motion gives T_in + alpha T = 0. 0 for
+        With the element open its slip is alpha (w_in - ratio w_out); the torques do no net work, so T_in + alpha T = 0. It is 0 for
         an element that holds an idle shaft.
         """
         network = self.network(name, without=element)
@@ -282,13 +282,15 @@ class GearScheme:
         return float(1 / abs(slip))
 
     def in_gear(self, name: str) -> GearScheme:
-        """The scheme with one gear only: its elements are rigid joints, and the open ones are left out."""
+        """The scheme with one gear only: its elements are rigid joints, and the others are left out."""
         held = tuple(joint for joint in self.network(name).joints if joint[0] != joint[1])
         return replace(self, elements=(), gears=(SchemeGear(name, ()),), joints=held)
 
     def _joined(self, joints: Iterable[Joint]) -> Network:
         ends = self.input, self.output
-        alone = tuple((shaft, shaft) for element in self.elements for shaft in element.joint)  # no lever need be there
+        alone = tuple(
+            (shaft, shaft) for element in self.elements for shaft in element.joint
+        )  # shafts need not have a lever
         return Network(self.levers, ends, (*alone, *self.joints, *joints), *ends)
 
     def _check_shafts(self) -> None:

@@ -14,10 +14,10 @@ from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.rotational.interfaces import TwoFlanges
 
 SYNCHRONISER = Clutch(fn_max=1500, cgeo=0.93, mue_pos=((0.0, 0.1),), peak=29)
-"""A triple-cone synchroniser: 140 N.m while its cones slide, 4,000 N.m once its dogs are in.
+"""A triple-cone synchroniser: 140 N.m while its cones slide, 4,000 N.m with its dogs engaged.
 
 Cones: mue n R F/sin(alpha) with mue = 0.1, n = 3, R = 35 mm, alpha = 6.5 deg and F = 1,500 N at the sleeve, hence cgeo = n R/sin(alpha).
-The dogs hold ``peak`` times that. Such torques take a shift of a passenger car about 0.1 to 0.3 s to synchronise.
+The dogs hold ``peak`` times that. With such torques a shift of a passenger car takes about 0.1 to 0.3 s to synchronise.
 Source: H. Naunheimer et al., Automotive Transmissions, 2nd ed., Springer 2011, chapter 9.
 """
 
@@ -33,7 +33,7 @@ class Shiftable(TwoFlanges):
         raise NotImplementedError(type(self).__name__)
 
     def in_gear(self, k: int) -> Shiftable:
-        """What is left of it with the k-th gear in for good."""
+        """The transmission with the k-th gear permanently engaged."""
         raise NotImplementedError(type(self).__name__)
 
 
@@ -69,14 +69,14 @@ class ManualGearbox(Shiftable):
     """A gearbox with n gear pairs in constant mesh, each connected to the output shaft by its own synchroniser.
 
     gear k: w_loose = w_a/ratio_k,  synchroniser k: dry friction between the loose wheel and the output shaft, pressed by
-    f_normalized = 1 - 2 |lever - k|: fully where the lever is at k, not at all where it is half a gear away.
+    f_normalized = 1 - 2 |lever - k|: fully with the lever at k, not at all half a gear away.
 
-    Once the speeds are equal the dogs engage and hold ``peak`` times the torque of the cones. A clutch that closes before that, with
-    more torque than the cones have, leaves the gear out.
+    Once the speeds are equal the dogs engage and hold ``peak`` times the torque of the cones. If a clutch closes earlier, with
+    more torque than that of the cones, the gear does not engage.
 
     ``gears`` and ``synchronisers`` have equal length; ``of_ratios`` creates both. The input shaft (with the idler gears and the clutch
-    plate) and the output shaft have inertia, which the synchronisers work against. ``churning`` is the oil drag at the input shaft. The
-    meshes have no loss; for several gears in series the loss is modelled in one of them, here in the final drive. Errors:
+    plate) and the output shaft have inertia, against which the synchronisers work. ``churning`` is the oil drag at the input shaft. The
+    meshes have no loss; of several gears in series only one has the loss, here the final drive. Errors:
     ParameterError if the numbers of gears and synchronisers differ.
     """
 
@@ -88,7 +88,7 @@ class ManualGearbox(Shiftable):
 
     @classmethod
     def of_ratios(cls, *ratios: float, synchroniser: Clutch = SYNCHRONISER) -> Self:
-        """Gears of these ratios, speed at flange_a over speed at flange_b, first gear first."""
+        """Gears with these ratios, speed at flange_a over speed at flange_b, first gear first."""
         return cls(gears=tuple(IdealGear(ratio=r) for r in ratios), synchronisers=(synchroniser,) * len(ratios))
 
     @property
@@ -97,11 +97,11 @@ class ManualGearbox(Shiftable):
         return len(self.gears)
 
     def in_gear(self, k: int) -> SingleGear:
-        """What is left of it with gear k in for good, without the other gears and the synchronisers."""
+        """The gearbox with gear k permanently engaged, without the other gears and the synchronisers."""
         return SingleGear(gear=self.gears[k - 1], input=self.input, churning=self.churning, output=self.output)
 
     def equations(self) -> Equations:
-        """Every gear between the two shafts, through its synchroniser."""
+        """Every gear between the two shafts, with its synchroniser."""
         if len(self.gears) != len(self.synchronisers) or not self.gears:
             raise ParameterError(
                 f"{self._path or 'ManualGearbox'}: {len(self.gears)} gears have {len(self.synchronisers)} synchronisers; "

@@ -1,11 +1,11 @@
-"""Gear schemes of published automatic gearsets, as they are drawn and tabulated."""
+"""Gear schemes of published automatic gearsets, as drawn and tabulated."""
 
 from __future__ import annotations
 
 from powertrain.components.transmissions.gear_scheme import GearScheme, planetary, ravigneaux
 
 ETA = 0.985
-"""Efficiency of a planetary gear with its carrier fixed: two meshes of some 99.2 %."""
+"""Efficiency of a planetary gear with fixed carrier: two meshes of about 99.2 %."""
 
 SIMPSON_THREE = GearScheme.of(
     planetary("front", "suns", "front ring", "out", teeth=(33, 72), eta=ETA),
@@ -53,7 +53,7 @@ CR_CR_FOUR = GearScheme.of(
 )
 """Two planetary gears, the carrier of each joined to the ring of the other.
 
-Published ratios of the GM 700R4 and 4L60-E: 3.06 1.63 1.00 0.70, reverse 2.29; the tooth numbers are estimates that give them, but
+Published ratios of the GM 700R4 and 4L60-E: 3.06 1.63 1.00 0.70, reverse 2.29; the tooth numbers are estimates that give them, except
 1.624 in second gear.
 """
 
@@ -98,7 +98,7 @@ EIGHT_SPEED = GearScheme.of(
         "R": "A B D",
     },
 )
-"""Four planetary gears and five shift elements, of which two are open in every gear.
+"""Four planetary gears and five shift elements, two of which are open in every gear.
 
 Published ratios of the ZF 8HP70: 4.696 3.130 2.104 1.667 1.285 1.000 0.839 0.667, reverse 3.297.
 """
@@ -129,7 +129,7 @@ SEVEN_SPEED = GearScheme.of(
         "R2": "K3 B1 BR",
     },
 )
-"""A Ravigneaux set, here as two planetary gears on one carrier, and two planetary gears behind it.
+"""A Ravigneaux set, here as two planetary gears on one carrier, followed by two planetary gears.
 
 Published ratios of the Mercedes-Benz 7G-Tronic: 4.377 2.859 1.921 1.368 1.000 0.820 0.728, reverse 3.416 and 2.231; the tooth numbers are
 estimates that give them.
@@ -161,7 +161,7 @@ NINE_SPEED = GearScheme.of(
         "R": "B D F",
     },
 )
-"""Two planetary gears on one carrier, and a Simpson set behind them; A and F are dog clutches in the original, plates here.
+"""Two planetary gears on one carrier, followed by a Simpson set; A and F are dog clutches in the original, plate clutches here.
 
 Published ratios of the ZF 9HP48: 4.700 2.842 1.909 1.382 1.000 0.808 0.699 0.580 0.479, reverse 3.805.
 """
@@ -193,7 +193,7 @@ TEN_SPEED = GearScheme.of(
         "R": "A B D F",
     },
 )
-"""Four planetary gears, two brakes and four clutches, of which three meet in one drum; two elements are open in every gear.
+"""Four planetary gears, two brakes and four clutches, three of which share a drum; two elements are open in every gear.
 
 Published ratios of the Ford 10R80 and GM 10L90: 4.696 2.985 2.146 1.769 1.520 1.275 1.000 0.854 0.689 0.636, reverse 4.866; the
 tooth numbers are estimates that give them.

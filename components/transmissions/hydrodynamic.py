@@ -25,9 +25,9 @@ from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
 
 CREEP = 1e-3
-"""Speed [rad/s] of a wheel that stands, as far as a ratio of speeds is concerned."""
+"""Smallest speed [rad/s] of a wheel in a speed ratio."""
 CHECKED = 51
-"""Places between two rows at which the efficiency of a table is looked at."""
+"""Points between two rows at which the efficiency of a table is checked."""
 
 
 class _Hydrodynamic(TwoFlangesAndSupport, Lossy):
@@ -39,7 +39,7 @@ class _Hydrodynamic(TwoFlangesAndSupport, Lossy):
     tau_coast: Variable = variable("N.m", "Torque of the turbine to drive the oil, in overrun")
 
     def _flows(self, capacity: Map) -> Equations:
-        """The two circulations, each after the square of the speed of the wheel that drives it; ``capacity`` ends with 0 at 1."""
+        """The two circulations, each with the square of the speed of its driving wheel; ``capacity`` ends with 0 at 1."""
         yield from self._balance()
         yield self.w_a == der(self.flange_a.phi - self.support.phi)
         yield self.w_b == der(self.flange_b.phi - self.support.phi)
@@ -47,30 +47,30 @@ class _Hydrodynamic(TwoFlangesAndSupport, Lossy):
         yield self.tau_coast == capacity(self._ratio(self.w_a, self.w_b)) * self.w_b * ca.fabs(self.w_b)
 
     def _ratio(self, driven: Symbol, driving: Symbol) -> Symbol:
-        """Speed ratio within 0..1, 0 where the wheels turn against each other."""
+        """Speed ratio within 0..1; 0 if the wheels turn in opposite directions."""
         return limited(driven * driving / (driving**2 + CREEP**2))
 
 
 def _stronger(one: Symbol, other: Symbol) -> Symbol:
-    """The sum of two values, but of two of one sign the larger in size alone."""
+    """The sum of two values; if they have the same sign, only the one of larger magnitude."""
     return ca.fmax(ca.fmax(one, other), 0) + ca.fmin(ca.fmin(one, other), 0)
 
 
 class TorqueConverter(_Hydrodynamic):
-    """A hydrodynamic torque converter described by its K factor and torque ratio, with a lock-up clutch.
+    """A hydrodynamic torque converter with K factor and torque ratio, and with a lock-up clutch.
 
     nu = w_b/w_a within 0..1;  tau_drive = (w_a/K(nu))^2 for w_b < w_a,  tau_coast = (w_b/K(1/nu))^2 for w_b > w_a,  else 0
     flange_a.tau = tau_drive - tau_coast - tau_lock,  flange_b.tau = tau_coast - R(nu) tau_drive + tau_lock
     w_a w_b < 0: |flange_a.tau + tau_lock| = max(|tau_drive|, |tau_coast|),  |flange_b.tau - tau_lock| = max(R(0) |tau_drive|, |tau_coast|)
     w_rel = w_b - w_a > 0: tau_lock = tau_max lockup;  w_rel < 0: tau_lock = -tau_max lockup;  w_rel = 0: |tau_lock| <= tau_max lockup
 
-    ``table``: rows (nu, K in rad/s/root(N.m), R) from nu = 0 on, K = w_a/root(flange_a.tau) at the pump; between them 1/K^2 and R are
-    linear, and after the last row 1/K^2 goes to 0 at nu = 1. In overrun the turbine drives the oil in place of the pump, and the stator
-    freewheels, so torque is not multiplied. Where the wheels turn against each other, as those of a car that rolls back in gear, the
+    ``table``: rows (nu, K in rad/s/root(N.m), R) from nu = 0 up, K = w_a/root(flange_a.tau) at the pump; 1/K^2 and R are linear between
+    them, and after the last row 1/K^2 falls to 0 at nu = 1. In overrun the turbine drives the oil instead of the pump, and the stator
+    freewheels, so torque is not multiplied. If the wheels turn in opposite directions, as in a car that rolls back in gear, the
     faster one drives the oil as at stall: the K factor at negative speed ratios is about that of stall. The stator torque acts on the
     support. The loss is due to the slip of the wheels and is never negative, because R nu <= 1. Errors: ParameterError for a table that
     does not begin at 0, does not increase, has a K that is not positive or a negative R, or delivers more power than it receives. The
-    default values are invented, for an engine of 150 N.m: stall at 2,000 rpm, with twice the torque.
+    default values are invented, for a 150 N.m engine: stall at 2,000 rpm, with a torque ratio of two.
     Source: SAE J643, hydrodynamic drive test code (K factor, torque ratio over speed ratio).
     """
 
@@ -90,7 +90,7 @@ class TorqueConverter(_Hydrodynamic):
     tau_lock: Variable = variable("N.m", "Torque of the lock-up clutch")
 
     def equations(self) -> Equations:
-        """Oil and clutch side by side."""
+        """Oil and clutch in parallel."""
         nu, capacity, R = _checked_table(self.table, f"{self._path}.table".lstrip("."))
         yield from self._flows(_over_ratio(nu, capacity, "capacity", "N.m.s2/rad2"))
         multiplied = _over_ratio(nu, R, "torque ratio", "1")(self._ratio(self.w_b, self.w_a)) * self.tau_drive
@@ -102,19 +102,19 @@ class TorqueConverter(_Hydrodynamic):
         yield from self._dissipate()
 
     def loss(self) -> Symbol:
-        """Power in less power out; the support stands."""
+        """Power in minus power out; the support is at rest."""
         return self.flange_a.tau * self.w_a + self.flange_b.tau * self.w_b
 
 
 class FluidCoupling(_Hydrodynamic):
-    """A fluid (Föttinger) coupling: two wheels and no stator, so that both have the same torque.
+    """A fluid (Föttinger) coupling: two wheels without a stator, so both have the same torque.
 
     nu = w_b/w_a within 0..1,  flange_a.tau = -flange_b.tau = lambda(nu) rho D^5 w_a^2 for w_b < w_a
     In overrun: flange_b.tau = -flange_a.tau = lambda(1/nu) rho D^5 w_b^2
     w_a w_b < 0: flange_a.tau = -flange_b.tau = lambda(0) rho D^5 max(w_a^2, w_b^2) sign(w_a)
 
     ``table``: rows (nu, lambda) of the performance coefficient, linear between them, from nu = 0 to a coefficient of 0 at nu = 1. The
-    efficiency is nu. The default is plain: at 3 % of slip it has the coefficient that couplings are sized for, some 1.8e-3.
+    efficiency is nu. At 3 % slip the default has the coefficient for which couplings are sized, about 1.8e-3.
     Errors: ParameterError for a table that does not go from 0 to 1, or is negative.
     Source: VDI 2153, Hydrodynamische Leistungsübertragung.
     """
@@ -131,7 +131,7 @@ class FluidCoupling(_Hydrodynamic):
     rho: Parameter = parameter("kg/m3", "Density of the oil", default=850.0, above=0)
 
     def equations(self) -> Equations:
-        """One torque, whichever wheel drives."""
+        """The same torque, whichever wheel drives."""
         where = f"{self._path}.table".lstrip(".")
         rows = np.array(self.table, float)
         if rows.ndim != 2 or rows.shape[1] != 2 or rows[0, 0] != 0 or rows[-1].tolist() != [1, 0] or rows.min() < 0:
@@ -155,7 +155,7 @@ def _over_ratio(nu: np.ndarray, values: np.ndarray, name: str, unit: str) -> Map
 def _checked_table(
     table: tuple[tuple[float, float, float], ...], where: str
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Speed ratios with capacities 1/K^2 and torque ratios, to nu = 1."""
+    """Speed ratios with capacities 1/K^2 and torque ratios, up to nu = 1."""
     rows = np.array(table, float)
     if rows.ndim != 2 or rows.shape[1] != 3 or rows[0, 0] != 0 or rows[-1, 0] >= 1 or (np.diff(rows[:, 0]) <= 0).any():
         raise ParameterError(

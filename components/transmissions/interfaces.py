@@ -1,4 +1,4 @@
-"""What transmissions with a variable unit have in common."""
+"""The common interface of transmissions with a variable unit."""
 
 from __future__ import annotations
 
@@ -7,6 +7,6 @@ from powertrain.components.rotational.interfaces import TwoFlanges
 
 
 class VariableTransmission(TwoFlanges):
-    """Partial: a transmission from flange_a to flange_b whose overall ratio a signal sets, as V of its unit or itself."""
+    """Partial: a transmission from flange_a to flange_b; a signal sets V of its unit or the overall ratio."""
 
     ratio: Input = signal_input("1", "Speed ratio V of the variable unit")

@@ -1,4 +1,4 @@
-"""How the members of a differential stand in a split-path transmission: Yu & Beachley's six types and nine combinations.
+"""The positions of a differential's members in a split-path transmission: Yu & Beachley's six types and nine combinations.
 
 D. Yu, N. Beachley, Mechanical efficiency of differential gearing, Gear Technology (July/August 1986), Table 1, pp. 14-16.
 """
@@ -12,7 +12,7 @@ from powertrain import ParameterError, Symbol
 Layout = Literal["bHa", "Hba", "baH", "abH", "Hab", "aHb"]
 """The members at 1 (input), 2 (variable unit) and 3 (output)."""
 Coupling = Literal["input", "output"]
-"""The variable unit lies between 1 and 2 (input-coupled) or between 3 and 2 (output-coupled)."""
+"""The variable unit is between 1 and 2 (input-coupled) or between 3 and 2 (output-coupled)."""
 
 TYPES: dict[int, Layout] = {1: "bHa", 2: "Hba", 3: "baH", 4: "abH", 5: "Hab", 6: "aHb"}
 """The paper's numbers of the six types of connection."""
@@ -29,12 +29,12 @@ COMBINATIONS: dict[str, tuple[int, int]] = {
 }
 """The types between which a transmission switches when b and H (I-III), a and H (IV-VI) or a and b (VII-IX) change places.
 
-The text fixes I (a stays the output). Within each column of Table 1 the others are taken in the order of their lower type.
+The text determines I (a remains the output). Within each column of Table 1 the others are in the order of their lower type.
 """
 
 
 def members(layout: str) -> tuple[str, str, str]:
-    """The ports of a differential at 1, 2 and 3: ("b", "carrier", "a") for "bHa". Errors: ParameterError for anything but the six."""
+    """The ports of a differential at 1, 2 and 3: ("b", "carrier", "a") for "bHa". Errors: ParameterError for other layouts."""
     if layout not in TYPES.values():
         raise ParameterError(
             f"the layout {layout!r} must be one of {', '.join(TYPES.values())} (members at 1: input, 2: variable unit, 3: output)"
@@ -67,13 +67,13 @@ def overall_ratio(layout: str, R_o: float, V: float, coupling: Coupling = "input
     Parameters
     ----------
     layout : str
-        The layout, which gives the relative ratio R from the basic ratio.
+        The layout, which determines the relative ratio R from the basic ratio.
     R_o : float
         Basic ratio of the planetary gear [1].
     V : float
         Ratio of the variable unit [1].
     coupling : {"input", "output"}
-        The shaft with which the variable unit is coupled.
+        The shaft to which the variable unit is coupled.
 
     Returns
     -------
@@ -93,13 +93,13 @@ def unit_ratio(layout: str, R_o: float, r: float, coupling: Coupling = "input") 
     Parameters
     ----------
     layout : str
-        The layout, which gives the relative ratio R from the basic ratio.
+        The layout, which determines the relative ratio R from the basic ratio.
     R_o : float
         Basic ratio of the planetary gear [1].
     r : float
         The ratio w_3/w_1 [1].
     coupling : {"input", "output"}
-        The shaft with which the variable unit is coupled.
+        The shaft to which the variable unit is coupled.
 
     Returns
     -------
@@ -109,7 +109,7 @@ def unit_ratio(layout: str, R_o: float, r: float, coupling: Coupling = "input") 
     Raises
     ------
     ParameterError
-        Where no finite V gives r.
+        If no finite V gives r.
     """
     R = relative_ratio(layout, R_o)
     if checked(coupling) == "input":
@@ -123,14 +123,14 @@ def unit_ratio(layout: str, R_o: float, r: float, coupling: Coupling = "input") 
 
 
 def checked(coupling: str) -> str:
-    """``coupling`` itself. Errors: ParameterError for anything but input and output."""
+    """The coupling itself. Errors: ParameterError for anything but input and output."""
     if coupling not in ("input", "output"):
         raise ParameterError(f'the coupling {coupling!r} must be "input" or "output"')
     return coupling
 
 
 def switched(one: str, other: str) -> tuple[int, int, int]:
-    """The positions (0, 1, 2) of two layouts that differ by two members: those that change places, then the one that stays."""
+    """The positions (0, 1, 2) in which two layouts differ: the two members that change places, then the one that stays."""
     differ = [i for i, (p, q) in enumerate(zip(members(one), members(other), strict=True)) if p != q]
     if len(differ) != 2:
         raise ParameterError(

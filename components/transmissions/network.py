@@ -19,7 +19,7 @@ from powertrain.components.transmissions.layout import Coupling, Layout, checked
 Array = NDArray[np.float64]
 Joint = tuple[str, str]
 HOUSING = "housing"
-"""The shaft that stands still."""
+"""The shaft at rest."""
 _SINGULAR = 1e-12
 
 
@@ -27,8 +27,8 @@ _SINGULAR = 1e-12
 class Lever:
     """Three shafts whose speeds lie on a line: w_a - w_carrier = ratio (w_b - w_carrier), with loss by latent power.
 
-    A planetary gear has ratio < 0 (sun at a, ring at b: ratio = -Z_ring/Z_sun). With the carrier at the housing it is a pair of gears,
-    ratio = w_a/w_b. ``eta`` is the efficiency with the carrier fixed, from a to b and from b to a (``MeshLaw``).
+    A planetary gear has ratio < 0 (sun at a, ring at b: ratio = -Z_ring/Z_sun). With the carrier at the housing it is a gear pair with
+    ratio = w_a/w_b. ``eta`` is the efficiency with the carrier fixed, in both directions (``MeshLaw``).
     """
 
     name: str
@@ -52,13 +52,13 @@ class Lever:
 
 @dataclass(frozen=True)
 class Network:
-    """Levers, a variable unit between two shafts, and the shafts that are joined: a split-path transmission in one of its ranges.
+    """Levers, a variable unit between two shafts, and joined shafts: a split-path transmission in one of its ranges.
 
-    Shafts are names; ``HOUSING`` stands still. Shafts of a ``joint`` turn together, by a clutch, or as a brake with the housing: another
-    range is the same network with other joints (``range``). Every lever is one equation of its shafts' speeds. With two degrees of
-    freedom the speeds of ``input`` and ``output`` give all others, so that w_x = A_x w_in + B_x w_out for every shaft x; a shaft stands
-    still at the *mechanical point* r = w_out/w_in = -A_x/B_x. With one degree of freedom the network is a gear of fixed ratio.
-    Errors: ParameterError where the unit's, the input's or the output's shaft is not there.
+    Shafts are names; ``HOUSING`` is at rest. Shafts in a ``joint`` turn together, by a clutch, or by a brake with the housing; another
+    range is the same network with other joints (``range``). Every lever is one equation between its shafts' speeds. With two degrees of
+    freedom the speeds of ``input`` and ``output`` determine all others, w_x = A_x w_in + B_x w_out for every shaft x; a shaft is
+    at rest at its *mechanical point* r = w_out/w_in = -A_x/B_x. With one degree of freedom the network is a gear with a fixed ratio.
+    Errors: ParameterError if the unit's, the input's or the output's shaft does not exist.
     """
 
     levers: tuple[Lever, ...]
@@ -84,7 +84,7 @@ class Network:
     def split_path(cls, layout: Layout, coupling: Coupling, R_o: float, eta: float = 1.0) -> Self:
         """One of the six layouts of Yu & Beachley 1986, input- or output-coupled, without the loss of its variable unit.
 
-        The unit's shaft a is the one on the side of the input, so that K > 0 is power towards the output in both couplings; V = w_b/w_a of
+        The unit's shaft a is on the side of the input, so K > 0 is power towards the output in both couplings; V = w_b/w_a of
         the output-coupled one is the inverse of the paper's.
 
         Parameters
@@ -92,7 +92,7 @@ class Network:
         layout : str
             The layout.
         coupling : {"input", "output"}
-            The shaft with which the variable unit is coupled.
+            The shaft to which the variable unit is coupled.
         R_o : float
             Basic ratio of the planetary gear [1].
         eta : float
@@ -103,7 +103,7 @@ class Network:
         return cls((lever,), ("in", "2") if checked(coupling) == "input" else ("2", "out"))
 
     def range(self, *joints: Joint) -> Self:
-        """The same network with these joints besides its own."""
+        """The same network with these additional joints."""
         return replace(self, joints=self.joints + joints)
 
     @cached_property
@@ -117,7 +117,7 @@ class Network:
 
     @cached_property
     def nodes(self) -> dict[str, int]:
-        """The number of what each shaft turns with; the housing is -1."""
+        """The node number of each shaft; the housing is -1."""
         leader = {name: name for name in self.shafts}
 
         def root(name: str) -> str:
@@ -139,7 +139,7 @@ class Network:
     def speeds(self, ratios: ArrayLike | None = None) -> Array:
         """A and B of every node, shape (..., nodes, 2): w = A w_in + B w_out. ``ratios``: other ratios of the levers, shape (..., levers).
 
-        Errors: ParameterError where input and output do not give the speeds of all shafts; with other ratios they are nan there.
+        Errors: ParameterError if input and output do not determine the speeds of all shafts; with other ratios these are nan.
         """
         given = self.ratios if ratios is None else np.asarray(ratios, float)
         rows = self._rows(given)
@@ -160,12 +160,12 @@ class Network:
         return np.asarray(found, float)
 
     def mechanical_point(self, shaft: str) -> float:
-        """The r = w_out/w_in at which a shaft stands still; infinite for one that the input drives alone."""
+        """The r = w_out/w_in at which a shaft is at rest; infinite if only the input drives it."""
         A, B = self.speeds()[self.nodes[shaft]]
         return float(-A / B) if abs(B) > 1e-12 * abs(A) else np.inf
 
     def motion(self) -> Array:
-        """Speed of every node for w_in = 1 of a network with one degree of freedom. Errors: ParameterError for another number of them."""
+        """Speed of every node for w_in = 1 in a network with one degree of freedom. Errors: ParameterError for other networks."""
         rows = self._rows(self.ratios)
         freedom = rows.shape[-1] - np.linalg.matrix_rank(rows)
         if freedom != 1:
@@ -179,7 +179,7 @@ class Network:
         return np.asarray(motion / w_in)
 
     def fixed_ratio(self) -> float:
-        """The w_in/w_out of a network with one degree of freedom. Errors: ParameterError where it has another number of them."""
+        """w_in/w_out of a network with one degree of freedom. Errors: ParameterError for other networks."""
         w_out = self.motion()[self._node("output")]
         if abs(w_out) < 1e-12:
             raise ParameterError(f"the network{self._joined()} holds its output")
@@ -208,7 +208,7 @@ class Network:
 
 
 def _regular(whole: Array) -> NDArray[np.bool_]:
-    """Which matrices can be solved: by the determinant over that of rows of the same length at right angles (Hadamard)."""
+    """Which matrices are regular: by the determinant relative to that of orthogonal rows of the same lengths (Hadamard)."""
     finite = np.asarray(np.isfinite(whole).all(axis=(-2, -1)))
     length = np.linalg.norm(np.where(finite[..., None, None], whole, 1.0), axis=-1)
     level = np.where(finite[..., None, None], whole, 0.0) / length[..., None]
@@ -216,7 +216,7 @@ def _regular(whole: Array) -> NDArray[np.bool_]:
 
 
 def joints(*pairs: str | Iterable[str]) -> tuple[Joint, ...]:
-    """Joints from texts: ``joints("ring 3-housing", "sun-carrier")``."""
+    """Joints from strings: ``joints("ring 3-housing", "sun-carrier")``."""
     found = []
     for pair in pairs:
         names = [name.strip() for name in pair.split("-")] if isinstance(pair, str) else list(pair)

@@ -17,17 +17,18 @@ from powertrain.components.transmissions.network import Array, Network
 STATUS = ("one solution", "an interval", "several solutions", "no solution", "efficiency of the unit not found")
 ONE, INTERVAL, SEVERAL, NONE, OPEN = range(5)
 _ZERO = 1e-10
-"""A power or a relative speed, over those of the whole, that counts as none."""
+"""A power or a relative speed that counts as zero, relative to the total."""
 _CHUNK = 100_000
 _ROUNDS, _SETTLED = 60, 1e-10
-"""How often directions and the efficiency of the unit follow the torques at most, and to what difference."""
+"""Largest number of updates of directions and unit efficiency to the torques, and the tolerance."""
 
 
 @dataclass(frozen=True)
 class UnitLoss:
-    """Efficiency of a variable unit where its shaft a drives and where b does.
+    """Efficiency of a variable unit if its shaft a drives and if b drives.
 
-    Numbers, or maps over any of ``ratio`` (w_b/w_a), ``w_a`` (rad/s, size), ``tau`` (N.m, size of the torque at a), as of ``CVU``.
+    Numbers, or maps over any of ``ratio`` (w_b/w_a), ``w_a`` (rad/s, magnitude), ``tau`` (N.m, magnitude of the torque at a), as in
+    ``CVU``.
     """
 
     ab: float | Map = 1.0
@@ -42,11 +43,11 @@ class UnitLoss:
 
     @property
     def depends_on_torque(self) -> bool:
-        """Whether the efficiencies have to be found together with the torques."""
+        """Whether the efficiencies must be found together with the torques."""
         return any(isinstance(x, Map) and any(axis.name == "tau" for axis in x.axes) for x in (self.ab, self.ba))
 
     def at(self, a_drives: NDArray[np.bool_], w: tuple[Array, Array], tau_a: Array) -> Array:
-        """The efficiency at speeds of both shafts and the torque at a; a map is held at its edges."""
+        """The efficiency at speeds of both shafts and the torque at a; a map is constant beyond its edges."""
         return np.where(a_drives, self._one(self.ab, w, tau_a), self._one(self.ba, w, tau_a))
 
     @staticmethod
@@ -61,10 +62,10 @@ class UnitLoss:
 
 @dataclass(frozen=True)
 class Flow:
-    """Operating points of a network; arrays over candidates and points. Where a mesh is stuck the values of either end are kept.
+    """Operating points of a network; arrays over candidates and points. If a mesh is stuck, the values of both ends are stored.
 
-    ``efficiency``: power delivered over power supplied, (2, ...): least and greatest; the other values belong to the least one. ``K``:
-    power into the unit over the input's power, positive where it goes in at a and out at b. ``w``: speeds of the
+    ``efficiency``: power delivered over power supplied, (2, ...): least and greatest; the other values belong to the least. ``K``:
+    power into the unit over the input's power, positive if it enters at a and leaves at b. ``w``: speeds of the
     unit's shafts a and b, ``tau``: torques on them (2, ...). ``latent``: latent powers of the levers. Speeds in rad/s, torques in N.m.
     """
 
@@ -84,7 +85,7 @@ class Flow:
 
     @property
     def unit_power(self) -> Array:
-        """Power that passes the unit, at its more loaded shaft."""
+        """Power through the unit, at its more loaded shaft."""
         return np.asarray(np.abs(self.w * self.tau).max(axis=0), float)
 
 
@@ -100,9 +101,9 @@ def flow(
 ) -> Flow:
     """Operating points of a network over its ratio.
 
-    Unknown are one torque of every lever and both of the unit. In every node but the input the torques are balanced; for the unit
-    eta T_a w_a + T_b w_b = 0 where a drives, T_a w_a + eta T_b w_b = 0 where b does. That is linear for given directions of the latent
-    powers and of the unit's power. All directions are tried, and those kept that agree with the torques they give.
+    Unknowns are one torque of every lever and both torques of the unit. The torques balance at every node except the input; for the unit
+    eta T_a w_a + T_b w_b = 0 if a drives, T_a w_a + eta T_b w_b = 0 if b drives. This is linear for given directions of the latent
+    powers and of the unit's power. All directions are tried; those consistent with the resulting torques are solutions.
 
     Parameters
     ----------
@@ -111,7 +112,7 @@ def flow(
     r : array_like
         Ratios w_out/w_in [1], of shape (points,) or (candidates, points).
     torque : array_like
-        Torque that the output delivers [N.m], negative where the output drives; shape as for ``r``.
+        Torque that the output delivers [N.m], negative if the output drives; shape as for ``r``.
     w_in : array_like
         Speed of the input [rad/s]; shape as for ``r``.
     loss : UnitLoss, optional
@@ -119,8 +120,8 @@ def flow(
     ratios : array_like, optional
         Basic ratios of the levers of many candidates, of shape (candidates, levers); by default those of the network.
     thorough : bool
-        Whether all directions are tried. Otherwise they are those of the torques before, beginning without loss, until they stay:
-        this finds one solution, and none where they do not settle.
+        Whether all directions are tried. Otherwise directions follow from the previous torques, starting without loss, until they are
+        unchanged: this finds one solution, or none if they do not converge.
 
     Returns
     -------
@@ -130,7 +131,7 @@ def flow(
     Raises
     ------
     ParameterError
-        For points of another number of candidates.
+        If the number of candidates in the points differs.
     """
     unit = loss or UnitLoss()
     given = np.atleast_2d(network.ratios if ratios is None else np.asarray(ratios, float))
@@ -149,7 +150,7 @@ def flow(
 
 @dataclass(frozen=True)
 class _System:
-    """What the linear system is written with.
+    """The data of the linear system.
 
     R: lever ratios (levers, candidates, 1); w: speeds of nodes and housing (nodes + 1, candidates, points); the delivered torque.
     """
@@ -188,7 +189,7 @@ class _System:
         return _System(self.network, self.R[:, candidate], self.w[:, candidate, point][..., None], torque[:, None])
 
     def matrix(self, signs: Array) -> Array:
-        """Torques into the nodes (rows) by T_a of the levers and T_a, T_b of the unit (columns); the unit's own row is left zero."""
+        """Torques into the nodes (rows) due to T_a of the levers and T_a, T_b of the unit (columns); the unit's own row is zero."""
         shape, node = self.w.shape[1:], self.network.nodes
         rows = np.zeros((*shape, len(self.w) + 1, len(self.network.levers) + 2))
         for k, lever in enumerate(self.network.levers):
@@ -200,7 +201,7 @@ class _System:
         return rows
 
     def solve(self, signs: Array, a_drives: NDArray[np.bool_], eta: Array) -> tuple[Array, Array]:
-        """The torques, (levers + 2, candidates, points), and the torque of the input; nan where the speeds leave them open."""
+        """The torques, (levers + 2, candidates, points), and the input torque; nan where the speeds do not determine them."""
         rows = self.matrix(signs)
         into, out, housing = self.network._node("input"), self.network._node("output"), len(self.w) - 1
         keep = [k for k in range(rows.shape[-2]) if k not in (into, housing)]
@@ -220,7 +221,7 @@ class _System:
 
 
 def _system(network: Network, ratios: Array, points: list[Array]) -> _System:
-    """Speeds of some candidates."""
+    """Speeds of several candidates."""
     r, torque, w_in = points
     ends = np.broadcast_to(np.stack([w_in, r * w_in]), (2, len(ratios), r.shape[1]))
     moving = np.einsum("cnk,kcp->ncp", network.speeds(ratios), ends)
@@ -228,7 +229,7 @@ def _system(network: Network, ratios: Array, points: list[Array]) -> _System:
 
 
 def _all_directions(system: _System, unit: UnitLoss) -> Flow:
-    """All directions, and what their solutions say together."""
+    """All directions, with their solutions combined."""
     best: Flow | None = None
     for signs, a_drives in _directions(system.network):
         best = _merged(best, _tried(system, np.array(signs, float), np.array(a_drives), unit))
@@ -244,7 +245,7 @@ def _all_directions(system: _System, unit: UnitLoss) -> Flow:
 
 
 def _followed(system: _System, unit: UnitLoss) -> Flow:
-    """Directions and the unit's efficiency after the torques, from those without loss on, until they stay at a point."""
+    """Directions and unit efficiency updated from the torques, starting without loss, until they are unchanged at a point."""
     shape = system.w.shape[1:]
     signs, a_drives, eta = np.zeros((len(system.network.levers), *shape)), np.ones(shape, bool), np.ones(shape)
     x, tau_in = system.solve(signs, a_drives, eta)
@@ -268,7 +269,7 @@ def _followed(system: _System, unit: UnitLoss) -> Flow:
 
 
 def _directions(network: Network) -> Iterator[tuple[tuple[int, ...], bool]]:
-    """Exponents of the levers' efficiencies (1: a drives, -1: b drives; one where there is no loss), and whether the unit's a drives."""
+    """Exponents of the levers' efficiencies (1: a drives, -1: b drives; only one without loss), and whether the unit's a drives."""
     choices = [(1, -1) if lever.eta < 1 else (1,) for lever in network.levers]
     for signs in itertools.product(*choices):
         for a_drives in (True, False):
@@ -276,7 +277,7 @@ def _directions(network: Network) -> Iterator[tuple[tuple[int, ...], bool]]:
 
 
 def _tried(system: _System, signs: Array, a_drives: NDArray[np.bool_], unit: UnitLoss) -> Flow:
-    """The points for directions, with the unit's efficiency at the torques that it gives."""
+    """The points for given directions, with the unit's efficiency at the resulting torques."""
     w = system.unit
     eta = unit.at(a_drives, w, np.zeros_like(w[0]))
     settled = np.ones(w[0].shape, bool)
@@ -297,7 +298,7 @@ def _judged(
     torques: tuple[Array, Array],
     settled: NDArray[np.bool_],
 ) -> Flow:
-    """What torques for directions amount to, nan where they contradict these."""
+    """The results of torques for given directions; nan if they contradict these."""
     x, tau_in = torques
     w = system.unit
     latent = x[:-2] * system.relative
@@ -310,7 +311,7 @@ def _judged(
             agrees &= latent[k] * signs[k] >= -scale
     with np.errstate(divide="ignore", invalid="ignore"):
         efficiency = np.where(supplied >= 0, out / supplied, supplied / out)
-        efficiency = np.where((supplied < 0) & (out >= 0), np.nan, efficiency)  # energy from nothing contradicts itself
+        efficiency = np.where((supplied < 0) & (out >= 0), np.nan, efficiency)  # energy from nothing is a contradiction
         efficiency = np.where(np.abs(out) + np.abs(supplied) <= scale, 0.0, efficiency)
         K = np.where(a_drives, through[0], -through[1]) / supplied
     keep = agrees & settled & np.isfinite(efficiency)
@@ -325,7 +326,7 @@ def _judged(
 
 
 def _merged(one: Flow | None, other: Flow) -> Flow:
-    """Of two patterns the values of the one with the least efficiency, the greatest kept beside it."""
+    """For each of two patterns the values with the lower efficiency; the higher efficiency is also kept."""
     if one is None:
         return other
     take = np.isfinite(other.efficiency[0]) & ~(one.efficiency[0] <= other.efficiency[0])

@@ -22,11 +22,11 @@ def _planetary(lever: Lever) -> FundamentalDifferential:
 
 
 class NetworkGears(Component):
-    """The planetaries and pairs of gears of a network, without its unit.
+    """The planetary gears and gear pairs of a network, without its unit.
 
-    For each lever w_a - w_carrier = ratio (w_b - w_carrier) with the loss of ``MeshLaw``, or of ``Gear`` where the carrier is the housing;
-    shafts that joints join are one. Nothing here has inertia. ``NetworkGears.of`` makes the parts from a network. Errors: ParameterError
-    where the network has not two degrees of freedom, or the parts are not as many as its levers.
+    For each lever w_a - w_carrier = ratio (w_b - w_carrier) with the loss of ``MeshLaw``, or of ``Gear`` if the carrier is the housing;
+    joined shafts are one. There is no inertia. ``NetworkGears.of`` makes the component from a network. Errors: ParameterError
+    if the network does not have two degrees of freedom, or the number of parts differs from that of its levers.
     """
 
     input: Flange = port(Flange)
@@ -46,7 +46,7 @@ class NetworkGears(Component):
         return cls(network=network, planetaries=planetaries, pairs=pairs)
 
     def equations(self) -> Equations:
-        """Every node of the network connects the flanges that stand at it."""
+        """Every node of the network connects the flanges on it."""
         self.network.speeds()
         planetaries, pairs = list(self.planetaries), list(self.pairs)
         if len(planetaries) + len(pairs) != len(self.network.levers):
@@ -80,10 +80,10 @@ class NetworkGears(Component):
 
 
 class NetworkTransmission(VariableTransmission):
-    """A split-path transmission by its network: its gears, and the variable unit between two of their shafts.
+    """A split-path transmission from its network: its gears, and the variable unit between two of their shafts.
 
-    flange_a is the network's input, flange_b its output, V = w_b/w_a of the unit's shafts the signal ``ratio``. It stays in one range
-    (``RangeTransmission`` shifts); nothing here has inertia. ``NetworkTransmission.of`` makes it from a network.
+    flange_a is the network's input, flange_b its output; the signal ``ratio`` is V = w_b/w_a of the unit's shafts. It stays in one range
+    (``RangeTransmission`` shifts) and has no inertia. ``NetworkTransmission.of`` makes it from a network.
     """
 
     cvu: VariableUnit = CVU(eta_ab=0.9, eta_ba=0.9)
@@ -91,7 +91,7 @@ class NetworkTransmission(VariableTransmission):
 
     @classmethod
     def of(cls, network: Network, cvu: VariableUnit | None = None) -> Self:
-        """The parts of a network."""
+        """The component from a network."""
         made = cls(gears=NetworkGears.of(network))
         return made if cvu is None else replace(made, cvu=cvu)
 
@@ -101,7 +101,7 @@ class NetworkTransmission(VariableTransmission):
         return self.gears.network
 
     def equations(self) -> Equations:
-        """The unit at its shafts."""
+        """The unit between its shafts."""
         yield connect(self.flange_a, self.gears.input)
         yield connect(self.flange_b, self.gears.output)
         yield connect(self.cvu.flange_a, self.gears.unit_a)

@@ -1,4 +1,4 @@
-"""Gearboxes that change gears under load, and what starts the vehicle in front of them."""
+"""Gearboxes that shift under load, and the starting devices in front of them."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from powertrain.components.transmissions.hydrodynamic import TorqueConverter
 
 
 class PowerShiftGearbox(Shiftable):
-    """A planetary or dual-clutch gearbox by its ratios: whatever its clutches do, the ratio goes from one gear to the next under load.
+    """A planetary or dual-clutch gearbox by its ratios: the ratio changes from one gear to the next under load, whatever its clutches do.
 
-    w_b = V w_a,  V = 1/ratios[k] where the lever is at k, and linear in the lever between two gears
+    w_b = V w_a,  V = 1/ratios[k] with the lever at k, and linear in the lever between two gears
 
     The unit's efficiency is that of the meshes under load, ``churning`` the drag of oil, pump and open clutches at the input shaft. The
-    slip of the clutches during a shift is left out: the shafts follow the ratio. Errors: ParameterError for ratios that do not fall.
+    slip of the clutches during a shift is neglected: the shafts follow the ratio. Errors: ParameterError for ratios that do not decrease.
     """
 
     ratios: tuple[float, ...] = (4.7, 3.1, 2.1, 1.7, 1.3, 1.0, 0.84, 0.67)
@@ -34,7 +34,7 @@ class PowerShiftGearbox(Shiftable):
         return len(self.ratios)
 
     def in_gear(self, k: int) -> PowerShiftGearbox:
-        """Itself: with the lever at rest it is a gear of one ratio."""
+        """Itself: with a constant lever it has one ratio."""
         return self
 
     def equations(self) -> Equations:
@@ -54,7 +54,7 @@ class PowerShiftGearbox(Shiftable):
 
 
 class StartingDevice(TwoFlanges):
-    """Partial: what lets the engine turn while the vehicle stands; ``pressed`` is what a control asks a clutch for."""
+    """Partial: lets the engine turn while the vehicle stands; ``pressed`` is the demanded clutch pressure."""
 
     pressed: Input = signal_input("1", "Demanded pressure of the clutch, 0 open to 1 closed", default=0.0)
 
@@ -76,7 +76,7 @@ class StartingConverter(StartingDevice):
 
     lockup = (w_turbine - w_lock)/band within 0..1
 
-    It needs no control: ``pressed`` is not asked.
+    It needs no control: ``pressed`` is ignored.
     """
 
     w_lock: Parameter = parameter("rad/s", "Speed of the turbine from which the lock-up closes", default=105.0, above=0)
@@ -84,7 +84,7 @@ class StartingConverter(StartingDevice):
     converter: TorqueConverter = TorqueConverter()
 
     def equations(self) -> Equations:
-        """Converter and its lock-up."""
+        """The converter and its lock-up."""
         yield connect(self.flange_a, self.converter.flange_a)
         yield connect(self.converter.flange_b, self.flange_b)
         yield self.converter.lockup.value == limited((self.converter.w_b - self.w_lock) / self.band)

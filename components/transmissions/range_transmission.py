@@ -1,4 +1,4 @@
-"""A split-path transmission of several ranges that shifts while it drives."""
+"""A split-path transmission with several ranges that shifts while driving."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from powertrain.components.transmissions.ranges import Span, TransmissionOfRange
 from powertrain.components.transmissions.ratio import STANDSTILL
 
 HYSTERESIS = 1e-10
-"""How far below a shift the wanted ratio falls before it is undone."""
+"""Drop of the demanded ratio below a shift at which the shift is undone."""
 
 
 class RangeTransmission(TransmissionOfRanges):
     """A split-path transmission with several ranges: the gears of every range, one unit, and clutches between them.
 
-    ``ratio`` is here the overall ratio r = w_b/w_a that is wanted; range and V = w_b/w_a of the unit follow from it:
+    Here ``ratio`` is the demanded overall ratio r = w_b/w_a; it determines the range and V = w_b/w_a of the unit:
 
-    V = (A_b + B_b r)/(A_a + B_a r),  with ``Network.speeds`` of the range in which r lies
+    V = (A_b + B_b r)/(A_a + B_a r),  with ``Network.speeds`` of the range that contains r
 
-    Ranges change as ``TransmissionOfRanges`` says, with the unit's inertia on shaft a. Where V would be infinite in a range, because
-    shaft a passes rest, no unit of exact ratio can follow: ``ElectricTransmission`` drives such ranges. ``RangeTransmission.of`` makes the
-    parts from the spans of a design: from which to which r, and the network.
+    Ranges change as in ``TransmissionOfRanges``, with the unit's inertia on shaft a. If V becomes infinite in a range, because shaft a
+    passes rest, no unit with an exact ratio can follow; use ``ElectricTransmission`` for such ranges. ``RangeTransmission.of`` makes the
+    component from the spans of a design: lower and upper r, and the network.
 
     Errors: ParameterError for a single range, and for ranges that do not follow each other or meet at different speeds of the unit.
     """
@@ -38,18 +38,18 @@ class RangeTransmission(TransmissionOfRanges):
 
     @classmethod
     def of(cls, spans: Sequence[Span], cvu: VariableUnit | None = None) -> Self:
-        """The parts of ranges, the lowest first."""
+        """The component from ranges, the lowest first."""
         return cls._made(spans) if cvu is None else cls._made(spans, cvu=cvu)
 
     def check(self) -> Equations:
-        """More than one range."""
+        """There must be more than one range."""
         if len(self.spans) < 2:
             where = self._path or type(self).__name__
             raise ParameterError(f"{where}: {len(self.spans)} range; one that does not shift is a NetworkTransmission")
         yield from super().check()
 
     def equations(self) -> Equations:
-        """The unit between both elastic shafts, at the ratio of the present range."""
+        """The unit between both elastic shafts, at the ratio for the present range."""
         yield from self._joined()
         yield connect(self.rotor.flange_a, self.cvu.flange_a)
         yield connect(self.shaft_a.flange_a, self.rotor.flange_b)
@@ -67,5 +67,5 @@ class RangeTransmission(TransmissionOfRanges):
         return [ca.if_else(self.range > k + 0.5, 1.0, 0.0) for k, _ in enumerate(self.shifts)]
 
     def initial(self) -> Equations:
-        """The range of the start."""
+        """The initial range."""
         yield self.range == self.range_start

@@ -1,4 +1,4 @@
-"""Ranges of a split-path transmission: the gears of every range, and the clutches that join the shafts of its unit to those of one."""
+"""Ranges of a split-path transmission: the gears of every range, and the clutches that connect the shafts of its unit to one of them."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from powertrain.components.transmissions.network_transmission import NetworkGear
 from powertrain.components.transmissions.ratio import factors_of_unit
 
 Span = tuple[float, float, Network]
-"""From which to which overall ratio r a range is driven, and its network."""
+"""Lower and upper overall ratio r of a range, and its network."""
 MEET = 1e-9
-"""By how much, relatively, the speeds of the unit's shafts in two ranges may differ where these meet."""
+"""Relative difference allowed between the speeds of the unit's shafts in two ranges where these meet."""
 
 
 def _hydromechanical() -> tuple[Span, ...]:
@@ -48,11 +48,11 @@ _SIMPLEST = _hydromechanical()
 
 
 class RangeSelector(Component):
-    """Two clutches that join a shaft with one of two others where all turn alike: one opens while the other closes, at once.
+    """Two clutches that connect a shaft to one of two others at equal speeds: one opens while the other closes, instantaneously.
 
     high = 0: w_shaft = w_lower, lower.tau = -shaft.tau, upper.tau = 0;  high = 1: w_shaft = w_upper, upper.tau = -shaft.tau, lower.tau = 0
 
-    It may change only where w_lower = w_upper; otherwise the speed of the shaft would have to jump, which ends a simulation with an error.
+    It may change only at w_lower = w_upper; otherwise the speed of the shaft would have to jump, which ends a simulation with an error.
     """
 
     high: Input = signal_input("1", "0: the lower range, 1: the upper one")
@@ -61,7 +61,7 @@ class RangeSelector(Component):
     shaft: Flange = port(Flange)
 
     def equations(self) -> Equations:
-        """Power is kept: lower.tau w_lower + upper.tau w_upper + shaft.tau w_shaft = 0."""
+        """Power is conserved: lower.tau w_lower + upper.tau w_upper + shaft.tau w_shaft = 0."""
         share = self.high.value
         yield der(self.shaft.phi) == share * der(self.upper.phi) + (1 - share) * der(self.lower.phi)
         yield self.upper.tau == -share * self.shaft.tau
@@ -71,9 +71,9 @@ class RangeSelector(Component):
 class TransmissionOfRanges(VariableTransmission):
     """Partial: gears of every range, clutches between them, and the elastic shafts to the unit. The signal ``ratio`` is the overall one.
 
-    Where two ranges meet, both shafts of the unit have the same speeds in either one, so that clutches change without slip
-    (``RangeSelector``); the unit may run back in the next range. Its torques differ, though: they change over within the shafts between
-    unit and gears, which are elastic. The gears have no inertia, and a shift takes no time besides. It starts in the range
+    Where two ranges meet, both shafts of the unit have the same speeds in either range, so the clutches change without slip
+    (``RangeSelector``); the unit may run back in the next range. Its torques differ, however: they change within the elastic shafts between
+    unit and gears. The gears have no inertia, and a shift takes no other time. It starts in the range
     ``range_start``. Errors: ParameterError for ranges that do not follow each other or meet at different speeds of the unit.
     """
 
@@ -89,7 +89,7 @@ class TransmissionOfRanges(VariableTransmission):
 
     @classmethod
     def _made(cls, spans: Sequence[Span], **others: Any) -> Self:
-        """The parts of ranges, the lowest first."""
+        """The component from ranges, the lowest first."""
         gears = tuple(NetworkGears.of(network) for _, _, network in spans)
         selectors = (RangeSelector(),) * (len(spans) - 1)
         return cls(spans=tuple(spans), gears=gears, selectors_a=selectors, selectors_b=selectors, **others)
@@ -100,7 +100,7 @@ class TransmissionOfRanges(VariableTransmission):
         return [high for _, high, _ in self.spans[:-1]]
 
     def check(self) -> Equations:
-        """Ranges follow each other and meet."""
+        """Ranges must follow each other and meet."""
         where = self._path or type(self).__name__
         if not len(self.spans) == len(self.gears) == len(self.selectors_a) + 1 == len(self.selectors_b) + 1:
             raise ParameterError(
@@ -119,7 +119,7 @@ class TransmissionOfRanges(VariableTransmission):
         yield from ()
 
     def _joined(self) -> Equations:
-        """Gears of all ranges between input and output; both elastic shafts joined to those of one range by a row of selectors each."""
+        """Gears of all ranges between input and output; a row of selectors connects each elastic shaft to one range."""
         yield connect(self.flange_a, *(gears.input for gears in self.gears))
         yield connect(self.flange_b, *(gears.output for gears in self.gears))
         sides = (
@@ -136,11 +136,11 @@ class TransmissionOfRanges(VariableTransmission):
             yield connect(lower, shaft.flange_b)
 
     def _above(self) -> list[Symbol]:
-        """Of every shift, whether the unit's shafts turn with the gears above it (1) or below (0)."""
+        """For every shift, whether the unit's shafts turn with the gears above it (1) or below (0)."""
         raise NotImplementedError
 
     def _unit_speeds(self, r: Symbol) -> tuple[Symbol, Symbol]:
-        """Speeds of the unit's shafts over that of the input for the overall ratio r in the present range."""
+        """Speeds of the unit's shafts over input speed for the overall ratio r in the present range."""
         shafts = [[A + B * r for A, B in factors_of_unit(network).tolist()] for _, _, network in self.spans]
         w_a, w_b = shafts[0]
         for high, (a, b) in zip(self._above(), shafts[1:], strict=True):

@@ -1,4 +1,4 @@
-"""The ratio that the variable unit has to take for a ratio of the whole transmission."""
+"""The ratio of the variable unit for a given overall ratio of the transmission."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from powertrain.components.transmissions.layout import Coupling, Layout, checked
 from powertrain.components.transmissions.network import Network
 
 STANDSTILL = 1e-6
-"""An output-coupled transmission with a smaller ratio stands still at its output."""
+"""Overall ratio below which the output of an output-coupled transmission counts as at rest."""
 
 
 class RatioOfUnit(Component):
@@ -37,7 +37,7 @@ class UnitRatio(RatioOfUnit):
     """V of the variable unit of a split-path transmission from the overall ratio r.
 
     Input-coupled: V = (r - R)/(1 - R) (eq. 23);  output-coupled: V = (1 - R/r)/(1 - R);  R = (w_3 - w_2)/(w_1 - w_2) of the layout.
-    No V belongs to an output-coupled transmission whose output stands still: r there ends a simulation with an error.
+    For an output-coupled transmission with its output at rest there is no V; a simulation then ends with an error.
     Source: D. Yu, N. Beachley, Gear Technology, July/August 1986, p. 14.
     """
 
@@ -60,7 +60,7 @@ class UnitRatio(RatioOfUnit):
 class NetworkRatio(RatioOfUnit):
     """V = w_b/w_a of the variable unit in a network from the overall ratio r: V = (A_b + B_b r)/(A_a + B_a r), ``Network.speeds``.
 
-    Where shaft a stands still (its mechanical point) V is infinite: within 1e-6 of it a simulation ends with an error.
+    Where shaft a is at rest (its mechanical point) V is infinite; within 1e-6 of it a simulation ends with an error.
     """
 
     network: Network = Network.split_path("bHa", "input", -1.7)
@@ -76,7 +76,7 @@ class NetworkRatio(RatioOfUnit):
 
 
 class OverallRatio(RatioOfUnit):
-    """V = r, for a transmission that finds the ratio of its unit itself, as ``RangeTransmission`` does."""
+    """V = r, for a transmission that determines the ratio of its unit itself, as ``RangeTransmission`` does."""
 
     def equations(self) -> Equations:
         """Handed on."""

@@ -1,4 +1,4 @@
-"""Split-path transmissions: a differential and a variable unit side by side."""
+"""Split-path transmissions: a differential and a variable unit in parallel."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ class _SplitPath(VariableTransmission):
 
 
 class SplitPathTransmission(_SplitPath):
-    """A split-path CVT: power goes from flange_a to flange_b through a differential, and in part through a variable unit.
+    """A split-path CVT: power flows from flange_a to flange_b through a differential, and partly through a variable unit.
 
-    The differential's members stand at 1 (input, flange_a), 2 and 3 (output, flange_b) as ``layout`` says: "bHa" is b at 1, H at 2, a
-    at 3. Input-coupled (Fig. 8, eqs. 23 and 24) the unit lies between 1 and 2, output-coupled between 3 and 2:
+    ``layout`` gives the positions of the differential's members at 1 (input, flange_a), 2 and 3 (output, flange_b): "bHa" is b at 1, H at
+    2, a at 3. Input-coupled (Fig. 8, eqs. 23 and 24), the unit is between 1 and 2; output-coupled, between 3 and 2:
 
     input-coupled: V = w_2/w_1,  r = w_3/w_1 = R + (1 - R) V,  R = (w_3 - w_2)/(w_1 - w_2)
     output-coupled: V = w_2/w_3,  r = R/(1 - V + R V),  from (w_3 - V w_3) = R (w_1 - V w_3)
 
-    flange_b of the unit is the side of the differential. The transmission has no inertia: connect inertias to its flanges.
+    flange_b of the unit is on the side of the differential. The transmission has no inertia: connect inertias to its flanges.
     Errors: ParameterError for a layout or coupling that does not exist.
     Source: D. Yu, N. Beachley, Gear Technology, July/August 1986, pp. 13-16.
     """
@@ -39,7 +39,7 @@ class SplitPathTransmission(_SplitPath):
     layout: Layout = "bHa"
 
     def equations(self) -> Equations:
-        """The differential's members at their places."""
+        """The differential's members at their positions."""
         one, two, three = (getattr(self.differential, name) for name in members(self.layout))
         inside = checked(self.coupling) == "input"
         yield connect(self.flange_a, one)
@@ -50,17 +50,17 @@ class SplitPathTransmission(_SplitPath):
 
 
 class SwitchedSplitPathTransmission(_SplitPath):
-    """A split-path transmission in which two members of the differential change places by clutches while driving (combinations I-IX).
+    """A split-path transmission in which clutches exchange two members of the differential while driving (combinations I-IX).
 
-    Four clutches connect the two members with the two positions that they exchange: for shift = 0 according to ``first``, for shift = 1
-    according to ``second``; between 0 and 1 one pair opens while the other closes. All four slip at most by w_p - w_q, the difference
-    of speed of the two places, so that a shift where they turn alike is free of slip (V = 1 where 1 and 2 change in an input-coupled
+    Four clutches connect the two members to the two positions that they exchange: for shift = 0 as in ``first``, for shift = 1
+    as in ``second``; between 0 and 1 one pair opens while the other closes. All four slip at most by w_p - w_q, the speed difference
+    between the two positions, so a shift at equal speeds is free of slip (V = 1 if 1 and 2 change in an input-coupled
     transmission).
 
-    The members have inertias J_a, J_b, J_h, and the variable unit's shaft J_v, since nothing else holds them while their clutches are
-    open. Where all clutches hold at once nothing says which of them carries what; one share is taken, and the notes of the result say so.
-    With a unit of exact ratio V = 1 the torque of the mesh is open then too, which may end the simulation: let the pairs overlap while
-    they slip, or use a unit that creeps. Errors: ParameterError where the two layouts do not differ by exactly two members.
+    The members have inertias J_a, J_b, J_h, and the variable unit's shaft J_v, because nothing else holds them while their clutches are
+    open. If all clutches hold at once, their shares of the torque are not determined; one distribution is used, and the notes of the result
+    say so. With a unit of exact ratio V = 1 the torque of the mesh is then undetermined, too, which may end the simulation: let the pairs
+    overlap while they slip, or use a unit that creeps. Errors: ParameterError if the two layouts do not differ by exactly two members.
     Source: D. Yu, N. Beachley, Gear Technology, July/August 1986, Table 1 and p. 16.
     """
 
@@ -79,7 +79,7 @@ class SwitchedSplitPathTransmission(_SplitPath):
     opening: Feedback = Feedback()
 
     def equations(self) -> Equations:
-        """The member that stays at its place, and the two that change."""
+        """The member that keeps its position, and the two that change."""
         yield from self._data()
         input_coupled = checked(self.coupling) == "input"
         p, q, stays = switched(self.first, self.second)

@@ -1,4 +1,4 @@
-"""Manual gearboxes whose synchronisers are moved by shift rails."""
+"""Manual gearboxes with synchronisers moved by shift rails."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RATIOS = (3.6, 2.1, 1.4, 1.05, 0.84, 0.68)
 
 
 def _both_sides(synchroniser: Synchroniser, count: int) -> tuple[Synchroniser, ...]:
-    """One for every gear: odd gears on the positive side of their rail, even gears on the negative side."""
+    """One per gear: odd gears on the positive side of their rail, even gears on the negative side."""
     return tuple(replace(synchroniser, direction=(-1.0) ** k) for k in range(count))
 
 
@@ -28,12 +28,11 @@ class SynchronisedGearbox(Shiftable):
     gear k: w_loose = w_a/ratio_k,  ``Synchroniser`` between the loose wheel and the output shaft
     rail p of gears 2p - 1 and 2p: s_ref = s_end (e_(2p-1) - e_(2p)),  e_k = 1 - 2 |lever - k|, at least 0
 
-    The lever sets positions; the rails follow with the force that their actuators have, and wait at the blocking rings. How long a shift
-    takes, and whether it succeeds, follows from cones, inertias and drag: a lever that moves faster, or a clutch that closes sooner, leaves
-    the gear out. ``ManualGearbox`` is the simpler choice, with cones only. Gears, synchronisers and rails are made by ``of_ratios``;
+    The lever sets positions; the rails follow with the force of their actuators, and wait at the blocking rings. Cones, inertias and drag
+    determine how long a shift takes, and whether it succeeds: if the lever moves too fast, or a clutch closes too early, the gear does
+    not engage. ``ManualGearbox`` is the simpler alternative, with cones only. ``of_ratios`` makes gears, synchronisers and rails;
     inertias and drag are those of ``ManualGearbox``.
-
-    Errors: ParameterError where the numbers of gears, synchronisers and rails do not go together.
+    Errors: ParameterError if the numbers of gears, synchronisers and rails do not match.
     """
 
     gears: tuple[IdealGear, ...] = tuple(IdealGear(ratio=r) for r in RATIOS)
@@ -47,7 +46,7 @@ class SynchronisedGearbox(Shiftable):
     def of_ratios(
         cls, *ratios: float, synchroniser: Synchroniser | None = None, rail: ShiftActuator | None = None
     ) -> Self:
-        """Gears of these ratios, speed at flange_a over speed at flange_b, first gear first; each with this synchroniser and rail."""
+        """Gears with these ratios, speed at flange_a over speed at flange_b, first gear first; each with this synchroniser and rail."""
         one, actuator = synchroniser or Synchroniser(cones=2.0), rail or ShiftActuator()
         gears = tuple(IdealGear(ratio=ratio) for ratio in ratios)
         return cls(gears=gears, synchronisers=_both_sides(one, len(gears)), rails=(actuator,) * ((len(gears) + 1) // 2))
@@ -58,11 +57,11 @@ class SynchronisedGearbox(Shiftable):
         return len(self.gears)
 
     def in_gear(self, k: int) -> SingleGear:
-        """What is left of it with gear k in for good, without the other gears and the synchronisers."""
+        """The gearbox with gear k permanently engaged, without the other gears and the synchronisers."""
         return SingleGear(gear=self.gears[k - 1], input=self.input, churning=self.churning, output=self.output)
 
     def equations(self) -> Equations:
-        """Every gear between the two shafts, through its synchroniser, and every two synchronisers on a rail."""
+        """Every gear between the two shafts, with its synchroniser; two synchronisers share a rail."""
         self._check()
         yield connect(self.flange_a, self.input.flange_a)
         yield connect(self.input.flange_b, self.churning.flange, *(gear.flange_a for gear in self.gears))
@@ -80,7 +79,7 @@ class SynchronisedGearbox(Shiftable):
         return ca.fmax(0, 1 - 2 * ca.fabs(self.lever.value - k))
 
     def check(self) -> Equations:
-        """Odd gears are on the positive side of their rail, even gears on the negative side."""
+        """Odd gears must be on the positive side of their rail, even gears on the negative side."""
         for k, synchroniser in enumerate(self.synchronisers):
             yield synchroniser.direction == (-1.0) ** k
 

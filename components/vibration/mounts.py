@@ -23,11 +23,11 @@ class MountedHousing(Lossy):
     phi = housing.phi - body.phi,  w = der(phi),  J der(der(housing.phi)) = housing.tau - tau,  tau = -body.tau
     tau = sum over the mounts of y F,  F = k y phi (1 + (y phi/s_0)^2) + d y w
 
-    ``mounts``: rows (distance y in m from the roll axis, stiffness k in N/m, damping d in N.s/m), whose forces are normal to y. Small
-    angles. The mounts stiffen with their deflection: at s_0 the force is twice the linear one. What the parts on the housing take as
-    reaction sums up to the torques that leave it, so the mounts carry at rest the torque of the output shafts less that of the input
-    shafts: of a whole powertrain, the torque of the half shafts. The housing has one degree of freedom, roll about the crankshaft; the
-    axes of its shafts are parallel to it. The numbers are invented, for a transverse engine with gearbox of 200 kg: 9 Hz in roll.
+    ``mounts``: rows (distance y in m from the roll axis, stiffness k in N/m, damping d in N.s/m), with forces normal to y. Small
+    angles. The mounts stiffen with their deflection: at s_0 the force is twice the linear one. The reactions of the parts on the housing
+    sum up to the torques that leave it, so at rest the mounts carry the torque of the output shafts minus that of the input
+    shafts: for a whole powertrain, the torque of the half shafts. The housing has one degree of freedom, roll about the crankshaft; the
+    axes of its shafts are parallel to it. The defaults are invented, for a transverse engine and gearbox of 200 kg: 9 Hz in roll.
     Errors: ParameterError for a negative stiffness or damping.
     """
 

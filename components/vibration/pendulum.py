@@ -13,17 +13,17 @@ Path = Literal["circle", "cycloid", "epicycloid"]
 
 
 class CentrifugalPendulum(Lossy):
-    """A centrifugal pendulum absorber: masses that swing along paths in a rotating carrier (flange) and cancel one order of vibration.
+    """A centrifugal pendulum absorber: masses that swing along paths in a rotating carrier (flange) and cancel one vibration order.
 
     w = der(flange.phi),  r = c/(1 + n^2),  rho = r cos(lambda psi),  s = integral of rho over psi
     x = integral of rho cos(psi),  y = c - integral of rho sin(psi),  X = x^2 + y^2,  H = rho (y cos(psi) + x sin(psi))
     m (rho der(rho der(psi)) + H der(w) - w^2/2 dX/dpsi) = rho (behind - ahead - d der(s)),  flange.tau = der(m (X w + H der(psi)))
     circle: lambda = 0,  cycloid: lambda = 1,  epicycloid: lambda = n/root(1 + n^2)
 
-    psi is the angle of the path's tangent, rho the radius of curvature, s the arc length from the vertex; x and y are the place of the
-    mass in the frame of the carrier, in the direction of rotation and outwards. The mass swings n times per revolution at any speed,
-    n = root(R/r), where R = c - r is the distance of the point of suspension from the axis. Beside its own moment of inertia the
-    carrier has m c^2 n^2/(n^2 - k^2) at the order k, so that it hardly vibrates at k = n. On a circle the frequency falls with the
+    psi is the angle of the path's tangent, rho the radius of curvature, s the arc length from the vertex; x and y are the coordinates of
+    the mass in the frame of the carrier, in the direction of rotation and outwards. The mass swings n times per revolution at any speed,
+    n = root(R/r), where R = c - r is the distance of the point of suspension from the axis. In addition to its own moment of inertia the
+    carrier has m c^2 n^2/(n^2 - k^2) at the order k, so it hardly vibrates at k = n. On a circle the frequency falls with the
     amplitude; on an epicycloid it does not (tautochrone of the centrifugal field).
 
     At the arc length s_max the mass hits a stop, with the coefficient of restitution e. The masses do not rotate against the carrier
@@ -51,14 +51,14 @@ class CentrifugalPendulum(Lossy):
     behind: Variable = variable("N", "Force of the stop against it")
 
     def check(self) -> Equations:
-        """The stops come before the end of the path."""
+        """The stops must be before the end of the path."""
         if self.path == "circle":
             yield self.s_max < 3 * self.c / (1 + self.n**2)
         else:
             yield self._lambda() * self.s_max < 0.99 * self.c / (1 + self.n**2)
 
     def equations(self) -> Equations:
-        """Lagrange's equations of a point mass on a path in a turning frame."""
+        """Lagrange's equations of a point mass on a path in a rotating frame."""
         x, y = self._place()
         rho, bend = self._arc(), ca.jacobian(self._arc(), self.psi)
         square, lever = x**2 + y**2, rho * (y * ca.cos(self.psi) + x * ca.sin(self.psi))
@@ -81,7 +81,7 @@ class CentrifugalPendulum(Lossy):
         return self.m / 2 * ((rho * self.w_psi) ** 2 + (x**2 + y**2) * self.w**2 + 2 * lever * self.w * self.w_psi)
 
     def loss(self) -> Symbol:
-        """Damping force times speed along the path; what the stops take is lost at an instant."""
+        """Damping force times speed along the path; the loss at the stops is instantaneous."""
         return self.d * (self._arc() * self.w_psi) ** 2
 
     def _lambda(self) -> Symbol:
@@ -108,7 +108,7 @@ class CentrifugalPendulum(Lossy):
         return ahead, self.c - drop
 
     def _integral(self, k: Symbol) -> Symbol:
-        """Of cos(k psi) from 0."""
+        """The integral of cos(k psi) from 0."""
         return self.psi if k.is_zero() else ca.sin(k * self.psi) / k
 
     def _rise(self, k: Symbol) -> Symbol:

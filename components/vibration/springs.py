@@ -1,4 +1,4 @@
-"""Springs of torsional dampers: staged, and bent to an arc in whose channel the coils rub."""
+"""Springs of torsional dampers: staged springs, and arc springs whose coils rub in their channel."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class StagedSpring(Compliant):
 
     tau = sum over the rows (phi_k, c_k) of c_k (phi_rel - phi_k) for phi_rel > phi_k,  c_k (phi_rel + phi_k) for phi_rel < -phi_k
 
-    ``stages``: rows (angle in rad from which the spring acts, added stiffness in N.m/rad). The last row may be a stop. A first row at
-    angle 0 has no play. Errors: ParameterError for rows that are negative.
+    ``stages``: rows (angle in rad beyond which the spring acts, added stiffness in N.m/rad). The last row may be a stop. A first row at
+    angle 0 has no play. Errors: ParameterError for negative values.
     """
 
     stages: tuple[tuple[float, float], ...] = ((0.0, 400.0),)
 
     def equations(self) -> Equations:
-        """Springs side by side, each behind its play."""
+        """Springs in parallel, each behind its play."""
         yield from self._transmit()
         for play, c in self.stages:
             if play < 0 or c < 0:
@@ -45,7 +45,7 @@ class StagedSpring(Compliant):
         yield self.tau == sum(c * self._behind(play) for play, c in self.stages)
 
     def _behind(self, play: float) -> Symbol:
-        """How far the spring is compressed."""
+        """Compression of the spring."""
         if play == 0:
             return self.phi_rel
         coast = switch(self.phi_rel < -play, self.phi_rel + play, 0.0, continuous=True)
@@ -58,14 +58,14 @@ class StagedSpring(Compliant):
 
 
 class Coil(TwoFlanges, Lossy):
-    """A piece of an arc spring that slides in its channel: half a spring, a mass, half a spring.
+    """A section of an arc spring that slides in its channel: half a spring, a mass, half a spring.
 
     w = der(phi),  w_rel = w - der(channel.phi),  tau_a = 2 c (phi - flange_a.phi),  tau_b = 2 c (flange_b.phi - phi)
     J der(w) = tau_b - tau_a - tau,  flange_a.tau = -tau_a,  flange_b.tau = tau_b,  channel.tau = -tau
     w_rel > 0: tau = limit;  w_rel < 0: tau = -limit;  w_rel = 0: |tau| <= limit
     limit = mue (J der(channel.phi)^2 + wrap (|tau_a| + |tau_b|)/2)
 
-    Its inertia and the compressed spring, bent around the angle ``wrap``, press it against the channel.
+    Its inertia and the compressed spring, curved over the angle ``wrap``, press it against the channel.
     """
 
     channel: Flange = port(Flange)
@@ -81,7 +81,7 @@ class Coil(TwoFlanges, Lossy):
     tau: Variable = variable("N.m", "Friction torque of the channel")
 
     def equations(self) -> Equations:
-        """A mass between two springs on the inside of a turning ring."""
+        """A mass between two springs on the inside of a rotating ring."""
         yield self.w == der(self.phi)
         yield self.w_rel == self.w - der(self.channel.phi)
         yield self.tau_a == 2 * self.c * (self.phi - self.flange_a.phi)
@@ -105,12 +105,12 @@ class Coil(TwoFlanges, Lossy):
 
 
 class ArcSpring(TwoFlanges):
-    """A coil spring bent to an arc, which rubs in a channel on flange_a; a row of N coils with c N, J/N and wrap/N each.
+    """A coil spring in the form of an arc, which rubs in a channel on flange_a; a series of N coils with c N, J/N and wrap/N each.
 
     Friction grows with the square of the speed and with the torque. Coils stick until the torque on them exceeds it, so the spring is
     stiffer for small amplitudes. With many coils the torque along the arc falls by exp(-mue wrap)
-    (Eytelwein); with one coil and wrap = 0 a slow cycle of amplitude x dissipates T (2 x - T/c), T = mue J w^2. Several arcs side by
-    side count as one: stiffnesses and moments of inertia add up. Errors: ParameterError without coils.
+    (Eytelwein); with one coil and wrap = 0 a slow cycle of amplitude x dissipates T (2 x - T/c), T = mue J w^2. Several arcs in
+    parallel count as one: stiffnesses and moments of inertia add up. Errors: ParameterError without coils.
     Source: A. Albers, Advanced development of dual mass flywheel (DMFW) design - noise control for today's automobiles, LuK Symposium.
     """
 
@@ -121,11 +121,11 @@ class ArcSpring(TwoFlanges):
     wrap: Parameter = parameter("rad", "Angle of the arc", default=2.4, min=0)
 
     def check(self) -> Equations:
-        """There is a spring."""
+        """There is at least one coil."""
         yield len(self.coils) > 0  # it has coils
 
     def equations(self) -> Equations:
-        """The coils in a row."""
+        """The coils in series."""
         share = len(self.coils)
         for coil in self.coils:
             yield coil.c == self.c * share

@@ -22,7 +22,7 @@ class WheelBrake(TwoFlangesAndSupport, Lossy):
     tau: Variable = variable("N.m", "Friction torque")
 
     def equations(self) -> Equations:
-        """A shaft that is pressed to its support."""
+        """A shaft pressed against its support."""
         yield from self._balance()
         yield self.flange_b.phi == self.flange_a.phi
         yield self.w == der(self.flange_a.phi - self.support.phi)

@@ -27,7 +27,7 @@ class Wheel(Lossy):
     J der(w) = hub.tau - radius f - tau_roll,  w = der(hub.phi),  v = der(road.s),  f = -road.f,  fn = load_nominal + load
     w > 0: tau_roll = limit;  w < 0: tau_roll = -limit;  w = 0: |tau_roll| <= limit,  limit = (Cr + Cr_2 (radius w)^2) radius fn
 
-    ``Cr_2`` [s2/m2] is the rise of the coefficient with the speed squared, some 1e-6 to 5e-6 for car tyres. ``road`` moves with the
+    ``Cr_2`` [s2/m2] is the increase of the coefficient with the speed squared, about 1e-6 to 5e-6 for car tyres. ``road`` moves with the
     vehicle; f is the force of the road on the vehicle, positive forward. The load is a signal from a body or an axle; without it the
     wheel carries ``load_nominal``. The mass of the wheel is part of the body. A load below zero ends the simulation, because wheels
     that lift off are not modelled.

@@ -13,9 +13,9 @@ from powertrain.components.wheels.slip import SLOW, SlippingWheel
 from powertrain.components.wheels.tyre_file import parameters as parameters_of_file
 
 NEWTON_STEPS = 6
-"""Steps from the nearer bound of the root: enough for 1e-11 in the range of pEx1 and pCx1."""
+"""Steps from the nearer bound of the root: sufficient for 1e-11 in the range of pEx1 and pCx1."""
 SMALL = 1e-6
-"""Part of the peak force below which force and slip are proportional."""
+"""Share of the peak force below which force and slip are proportional."""
 
 
 def shape(x: Symbol, E: Symbol) -> Symbol:
@@ -26,11 +26,11 @@ def shape(x: Symbol, E: Symbol) -> Symbol:
 def inverse_shape(t: Symbol, E: Symbol) -> Symbol:
     """The x with x - E (x - atan x) = t for t >= 0, by a fixed number of Newton steps.
 
-    The asymptote of large x and that of small ones, x = t, both lie below the root for E > 0 (a concave function), above it for E < 0.
+    For E > 0 (a concave function) the asymptotes for large x and for small x, x = t, are both below the root; for E < 0 above it.
     """
     large = t / (1 - E) - math.pi / 2 * E / (1 - E)
     x = ca.if_else(E < 0, ca.fmin(t, large), ca.fmax(t, large))
-    for _ in range(NEWTON_STEPS):  # x + (t - shape)/slope, of which the parts in 1 - E cancel
+    for _ in range(NEWTON_STEPS):  # x + (t - shape)/slope; the terms in 1 - E cancel
         flat = 1 / (1 + x**2)
         x = (t - E * (ca.atan(x) - x * flat)) / (1 - E + E * flat)
     return x
@@ -42,14 +42,14 @@ class MagicFormulaWheel(SlippingWheel):
     steady: f = D sin(C atan(B kappa - E (B kappa - atan(B kappa)))),  kappa = v_slip/|v|
     C = pCx1,  E = pEx1,  D = mu (pDx1 + pDx2 dfz) Fz,  B C D = K = (pKx1 + pKx2 dfz) exp(pKx3 dfz) Fz,  dfz = Fz/Fz0 - 1
 
-    Up to the peak the tyre creeps with the slip that the formula's rising branch gives for its force: v_creep = |v| kappa(f). It slides
-    where f reaches the limit of friction, the formula at the slip kappa_c, no less than its peak:
+    Up to the peak the tyre creeps at the slip for its force on the formula's rising branch: v_creep = |v| kappa(f). It slides if f
+    reaches the limit of friction, which is the formula at the slip kappa_c, but at least at the peak:
     sigma_c der(kappa_c) = v_c - max(|v|, v_low - |v_c|) kappa_c,  v_c = v_creep + v_slide,  v_low = 3 m/s
-    So kappa_c goes to v_c/|v|, the formula's slip, but where the wheel neither rolls nor slides faster than walking pace to less: friction
-    falls with the speed of sliding, and a locked wheel that comes to rest regains its full grip.
-    The tyre's spring c makes the force follow slip over the relaxation length K/c. The load follows the wheel's in the time T:
+    So kappa_c approaches v_c/|v|, the formula's slip; less if the wheel neither rolls nor slides faster than walking pace. Friction
+    therefore falls with the sliding speed, and a locked wheel that comes to rest regains its full grip.
+    The tyre's spring c makes the force follow slip over the relaxation length K/c. The contact load follows the wheel's in the time T:
     T der(Fz) = fn - Fz. Deflection is stored energy, c u^2/2; the secant of the rising branch is taken at the spring's force, so
-    that no loss is negative in transients; the load does no work. C <= 2 keeps the force from turning round at large slip.
+    no loss is negative in transients; the load does no work. C <= 2 prevents the force from reversing at large slip.
 
     Sources: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 4 (names, formula without shifts), ch. 7 (carcass spring and
     contact patch). The defaults are typical values for a car tyre, not a measured tyre.
@@ -73,8 +73,8 @@ class MagicFormulaWheel(SlippingWheel):
     def from_tir(cls, path: str | Path, **parameters: Any) -> Self:
         """A wheel with the tyre of a tyre property file (.tir) of MF-Tyre 5.2 to 6.2, at nominal pressure and without camber.
 
-        The coefficients are taken with their scaling factors: Fz0 = FNOMIN LFZO, pCx1 = PCX1 LCX, pDx = PDX LMUX, pKx = PKX LKX, and
-        pEx1 = PEX1 LEX, the curvature at nominal load. The shifts PHX and PVX are left out. c is LONGITUDINAL_STIFFNESS, or the slip
+        The coefficients are multiplied by their scaling factors: Fz0 = FNOMIN LFZO, pCx1 = PCX1 LCX, pDx = PDX LMUX, pKx = PKX LKX, and
+        pEx1 = PEX1 LEX, the curvature at nominal load. The shifts PHX and PVX are neglected. c is LONGITUDINAL_STIFFNESS, or the slip
         stiffness over the relaxation length PTX1 UNLOADED_RADIUS at nominal load; Cr = abs(QSY1) LMY. The radius is that of free rolling,
 
         radius = UNLOADED_RADIUS - Fz0/VERTICAL_STIFFNESS (DREFF atan(BREFF) + FREFF)
@@ -82,10 +82,10 @@ class MagicFormulaWheel(SlippingWheel):
         Parameters
         ----------
         path : str or Path
-            The file, in meter, newton, kg and second.
+            The file, in metres, newtons, kg and seconds.
         **parameters
-            Other parameters of the wheel, such as ``J``: the inertia in the file is that of the tyre without its rim. They come before
-            those of the file.
+            Other parameters of the wheel, such as ``J``: the inertia in the file is that of the tyre without its rim. They take precedence
+            over those in the file.
 
         Returns
         -------
@@ -94,7 +94,7 @@ class MagicFormulaWheel(SlippingWheel):
         Raises
         ------
         ParameterError
-            For files of another layout or in other units, missing coefficients, and values outside of the parameters' ranges.
+            For files with another layout or other units, missing coefficients, and values outside the parameters' ranges.
 
         Examples
         --------
@@ -105,7 +105,7 @@ class MagicFormulaWheel(SlippingWheel):
 
     def equations(self) -> Equations:
         """Creep on the rising branch, sliding on the other."""
-        load = ca.fmax(self.Fz, SMALL * self.Fz0)  # a wheel off the ground still has a formula
+        load = ca.fmax(self.Fz, SMALL * self.Fz0)  # the formula must be defined for a wheel off the ground
         dfz = load / self.Fz0 - 1
         stiffness = ca.fmax(self.pKx1 + self.pKx2 * dfz, SMALL) * ca.exp(self.pKx3 * dfz) * load
         peak = self.mu * ca.fmax(self.pDx1 + self.pDx2 * dfz, SMALL) * load
@@ -113,7 +113,7 @@ class MagicFormulaWheel(SlippingWheel):
         part = ca.fmin(ca.fmax(ca.fabs(self.c * self.u) / peak, SMALL), 1 - SMALL)
         x = inverse_shape(ca.tan(ca.asin(part) / self.pCx1), self.pEx1)
         B = stiffness / (self.pCx1 * peak)
-        # The limit of sliding: the formula at kappa_c beyond its peak, which lies at an angle of 90 degrees.
+        # The limit of sliding: the formula at kappa_c beyond its peak, at an angle of 90 degrees.
         angle = self.pCx1 * ca.atan(shape(B * ca.fabs(self.kappa_c), self.pEx1))
         limit = peak * ca.sin(ca.fmax(angle, math.pi / 2))
         yield from self._slip(self.c, x / (B * part * peak), limit / load, load)
@@ -124,7 +124,7 @@ class MagicFormulaWheel(SlippingWheel):
         yield self.T * der(self.Fz) == self.fn - self.Fz
 
     def initial(self) -> Equations:
-        """The contact bears the wheel's load."""
+        """The contact carries the wheel's load."""
         yield self.Fz == self.fn
 
     def energy(self) -> Symbol:

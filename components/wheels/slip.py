@@ -10,26 +10,25 @@ from powertrain import Equations, Parameter, Symbol, Variable, der, friction, pa
 from powertrain.components.wheels.interfaces import Wheel
 
 SLOW = 3.0
-"""Speed v_low [m/s] below which a tyre stands rather than rolls: about walking pace."""
+"""Speed v_low [m/s] below which a tyre counts as standing rather than rolling: about walking pace."""
 
 LEFT = 1e-3
-"""Part of the grip that is left along the road where the side force would take all of it."""
+"""Share of the grip that remains along the road if the side force would take all of it."""
 ROUND = 1e-15
-"""Grip of a road that has none."""
+"""Grip of a road without friction."""
 
 
 class SlippingWheel(Wheel):
     """Partial: a wheel with a tyre, whose slip speed is the sum of three parts in series with the same force f.
 
     v_slip = radius w - v = der(u) + v_creep + v_slide
-    u: the tyre is a spring with a damper beside it;  v_creep = |v| f (slip per force): rubber that is under load leaves the contact
-    and unloaded rubber enters it;  v_slide: what is above the limit of friction slides
-
-    The limit of friction is load root(grip^2 - side^2), after Kamm's circle, with the side force over the load.
-    Nothing is divided by the speed. At standstill nothing creeps: the tyre is a spring that holds the vehicle, on a slope too. The
-    creep that damps it while it rolls is missing then; towards standstill the damping grows by d_low (Pacejka, section 8.6):
+    u: the tyre is a spring and a damper in parallel;  v_creep = |v| f (slip per force): loaded rubber leaves the contact
+    and unloaded rubber enters it;  v_slide: sliding beyond the limit of friction
+    The limit of friction is load root(grip^2 - side^2), by Kamm's circle, with ``side`` the side force over the load.
+    Nothing is divided by the speed. At standstill there is no creep: the tyre is a spring that holds the vehicle, also on a slope. As the
+    creep that damps a rolling tyre is then missing, the damping increases by d_low towards standstill (Pacejka, section 8.6):
     damping = d + d_low (1 + cos(pi |v|/v_low))/2 for |v| < v_low = 3 m/s,  else damping = d
-    The loss is the damper's, the tension of the rubber that leaves the contact, and friction; each of them is positive by itself.
+    The loss consists of the damper's, the tension of the rubber that leaves the contact, and friction; each is positive.
     """
 
     mu: Parameter = parameter("1", "Factor on the friction coefficient", default=1.0, min=0)
@@ -60,7 +59,7 @@ class SlippingWheel(Wheel):
 class SlipWheel(SlippingWheel):
     """A wheel with a force proportional to slip up to the friction limit, with a relaxation length.
 
-    steady: f = C v_slip/|v|, at most limit;  else the deflection u relaxes over the path sigma (1 + d |v|/C):
+    steady: f = C v_slip/|v|, at most limit;  otherwise the deflection u relaxes over the distance sigma (1 + d |v|/C):
     f = C/sigma u + damping der(u),  der(u) = v_slip - |v| f/C - v_slide
     v_slide > 0: f = limit;  v_slide < 0: f = -limit;  v_slide = 0: |f| <= limit,  limit = fn root(mu^2 - side^2)
     stored energy = C/sigma u^2/2,  loss = |v| f^2/C + f v_slide + damping der(u)^2 + tau_roll w

@@ -17,7 +17,7 @@ _UNITS = {
     "TIME": ("second", "sec", "s"),
 }
 _MARK = "\ufeff".encode().decode("latin-1")
-"""The mark with which some editors begin a file in UTF-8."""
+"""The byte order mark with which some editors begin UTF-8 files."""
 
 
 def read_tir(path: str | Path) -> dict[str, str]:
@@ -26,7 +26,7 @@ def read_tir(path: str | Path) -> dict[str, str]:
     Parameters
     ----------
     path : str or Path
-        A file of lines ``NAME = value $comment`` in [SECTIONS].
+        A file with lines ``NAME = value $comment`` in [SECTIONS].
 
     Returns
     -------
@@ -35,7 +35,7 @@ def read_tir(path: str | Path) -> dict[str, str]:
     Raises
     ------
     ParameterError
-        For files that cannot be read, of another layout, or in other units than meter, newton, kg and second.
+        For files that cannot be read, have another layout, or use other units than metre, newton, kg and second.
 
     Examples
     --------
@@ -64,7 +64,7 @@ def read_tir(path: str | Path) -> dict[str, str]:
 
 
 def parameters(path: str | Path, given: Mapping[str, object]) -> dict[str, float]:
-    """The parameters of a ``MagicFormulaWheel`` at nominal load and pressure, without camber; ``given``: those it need not have."""
+    """The parameters of a ``MagicFormulaWheel`` at nominal load and pressure, without camber; the file may lack those ``given``."""
     entries = read_tir(path)
 
     def number(name: str, default: float | None = None) -> float:

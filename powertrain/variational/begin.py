@@ -79,7 +79,7 @@ class Start:
         matrix = np.vstack([slopes.s[0, :, :n], kept])
         return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], np.float64)
 
-    def bent(self, result: Result[Any], run: Record, wanted: Unknowns, weights: Array, along: Tangents) -> Block:
+    def hessian(self, result: Result[Any], run: Record, wanted: Unknowns, weights: Array, along: Tangents) -> Block:
         """The second derivatives of the weighted states s at the start."""
         n, held, slopes = self.system.states, self.system.discretes, self.conditions(run.first, run.p)
         matrix = np.vstack([slopes.s[0, :, :n], np.eye(n)[list(result.report.open)].reshape(-1, n)])

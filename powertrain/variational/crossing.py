@@ -120,9 +120,9 @@ def moved(weights: Array, side: Side, rates: Matrix, instant: Array) -> Matrix:
 class Crossed:
     """The contribution of S2 to the sum at an event, and the tangents there: of the instant, and of s and its rates on both sides."""
 
-    bent: Matrix
+    hessian: Matrix
     instant: Array
-    instant_bent: Matrix
+    instant_hessian: Matrix
     left: Matrix
     left_rates: Matrix
     right: Matrix
@@ -164,17 +164,17 @@ class Crossing:
         """Second derivatives at event k, for tangents ``s`` before it and the adjoint ``weights`` after it."""
         before, after, run = meets.before[k], meets.after[k], meets.run
         n, (r_s, r_q, r_t) = self.saltation.system.size, jump.across
-        instant, instant_bent = self._instant(meets, k, jump, s, q)
+        instant, instant_hessian = self._instant(meets, k, jump, s, q)
         left: Matrix = np.asarray(s + np.outer(before.f, instant), float)
         right = np.outer(r_t, instant) + r_s @ left + r_q @ q
         left_rates, right_rates = before.along(instant, left, q), after.along(instant, right, q)
         on_left = weights @ r_s
-        bent = moved(on_left, before, left_rates, instant) - moved(weights, after, right_rates, instant)
-        bent += (on_left @ before.f + weights @ r_t - weights @ after.f) * instant_bent
+        hessian = moved(on_left, before, left_rates, instant) - moved(weights, after, right_rates, instant)
+        hessian += (on_left @ before.f + weights @ r_t - weights @ after.f) * instant_hessian
         if self.saltation.mapping is not None and jump.rounds:
             along = tangents(left[:n], q, instant)
-            bent += self.saltation.mapping.bent(run.p, jump.rounds, weights[:n], along)
-        return Crossed(bent, instant, instant_bent, left, left_rates, right, right_rates)
+            hessian += self.saltation.mapping.hessian(run.p, jump.rounds, weights[:n], along)
+        return Crossed(hessian, instant, instant_hessian, left, left_rates, right, right_rates)
 
     def meets(self, result: Result[Any], run: Record) -> Meets:
         """Everything at the events of a run that second derivatives need, except the tangents."""

@@ -75,9 +75,9 @@ def hessian(plant: Plant[Any] | Component, of: Any, wrt: Sequence[str], **option
     """
     import xarray as xr
 
-    plant, wished = plant if isinstance(plant, Plant) else Plant(plant), objective(of)
+    plant, target = plant if isinstance(plant, Plant) else Plant(plant), objective(of)
     result = plant.simulate(**{**_TOLERANCES, **options})
-    wanted, number = unknowns(result, wrt), functional(result, wished)
+    wanted, number = unknowns(result, wrt), functional(result, target)
     if not wanted.names:
         raise ParameterError("wrt: name at least one parameter or initial value")
     for knots in wanted.inputs:
@@ -91,7 +91,7 @@ def hessian(plant: Plant[Any] | Component, of: Any, wrt: Sequence[str], **option
     if exact is not None:
         found = exact(result, wanted, number)
     else:
-        found = differences(plant, wished, wanted.names, result, {**_TOLERANCES, **options})
+        found = differences(plant, target, wanted.names, result, {**_TOLERANCES, **options})
         notes["asymmetry"] = asymmetry(found)
     units = [[quotient(quotient(number.unit, u), v) for v in wanted.units] for u in wanted.units]
     coordinates = {"wrt": list(wanted.names), "wrt_2": list(wanted.names), "units": (("wrt", "wrt_2"), units)}

@@ -102,7 +102,7 @@ class Mapping:
             return None
         return now
 
-    def bent(self, p: Array, rounds: Sequence[Round], weights: Array, along: Tangents) -> Block:
+    def hessian(self, p: Array, rounds: Sequence[Round], weights: Array, along: Tangents) -> Block:
         """(w^T R)''[V, V]: the sum over the rounds, each with the weights after it and the tangents before it."""
         count = along.s.shape[2]
         found = np.zeros((count, count))

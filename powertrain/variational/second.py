@@ -94,8 +94,8 @@ class SecondOrder:
             for corner in way.corners.get(i, ()):
                 found += self._corner(result, run, corner, weights, way.s[i], way.q)
             for k in reversed(events.get(i, ())):
-                bent, weights = self._event(way, meets, k, weights)
-                found += bent
+                hessian, weights = self._event(way, meets, k, weights)
+                found += hessian
         found += self._start(result, wanted, way, weights) + self._steps(way, ends)
         if not np.isfinite(found).all():
             raise NotDifferentiable(
@@ -166,15 +166,15 @@ class SecondOrder:
             weights = weights + read.reading.weight * read.s * (read.reading.side < 0)
             if jump.shifts:
                 weights[:n] += read.reading.weight * read.rate * jump.shifts[0].s
-        return found + crossed.bent, weights
+        return found + crossed.hessian, weights
 
     def _read_moving(self, run: Record, read: Read, crossed: Crossed, side: Side, q: Matrix) -> Matrix:
         """Contribution of a reading at an event, before or after it."""
         left = read.reading.side < 0
         s, rates = (crossed.left, crossed.left_rates) if left else (crossed.right, crossed.right_rates)
-        bent = self._curved(run, read, tangents(s[: self.model.system.size], q, crossed.instant))
-        on_instant = moved(read.s, side, rates, crossed.instant) + read.rate * crossed.instant_bent
-        return bent + read.reading.weight * on_instant
+        hessian = self._curved(run, read, tangents(s[: self.model.system.size], q, crossed.instant))
+        on_instant = moved(read.s, side, rates, crossed.instant) + read.rate * crossed.instant_hessian
+        return hessian + read.reading.weight * on_instant
 
     def _read(self, result: Result[Any], run: Record, read: Read, s: Matrix, q: Matrix) -> Matrix:
         """Contribution of a reading at a fixed instant, or at an extremum between events."""
@@ -191,16 +191,16 @@ class SecondOrder:
         instant = np.append(np.zeros(count), 1.0)
         s, q = (np.hstack([v, np.zeros((len(v), 1))]) for v in (s, q))
         s = s + np.outer(side.f, instant)
-        bent = self._curved(run, read, tangents(s[: self.model.system.size], q, instant))
-        bent += read.reading.weight * moved(read.s, side, side.along(instant, s, q), instant)
+        hessian = self._curved(run, read, tangents(s[: self.model.system.size], q, instant))
+        hessian += read.reading.weight * moved(read.s, side, side.along(instant, s, q), instant)
         sizes, starts, t = result.trajectory.sizes, result.trajectory.times, read.reading.time
         step = float(sizes[max(int(starts.searchsorted(t)) - 1, 0)])
-        if not abs(read.reading.weight * read.rate) <= _STATIONARY * step * abs(bent[count, count]):
+        if not abs(read.reading.weight * read.rate) <= _STATIONARY * step * abs(hessian[count, count]):
             raise NotDifferentiable(
                 f"of: the extremum at t = {t:.9g} s lies at a corner of the signal or on a plateau, which has no second derivative"
             )
         return np.asarray(
-            bent[:count, :count] - np.outer(bent[:count, count], bent[count, :count]) / bent[count, count]
+            hessian[:count, :count] - np.outer(hessian[:count, count], hessian[count, :count]) / hessian[count, count]
         )
 
     def _curved(self, run: Record, read: Read, along: Tangents) -> Matrix:
@@ -241,4 +241,4 @@ class SecondOrder:
         stuck = [i for i, law in enumerate(model.saltation.sticking) if run.first.m[0, law.index] == 0.0]
         found = self.crossing.caught(run.p, run.first, stuck, weights, s, way.q)
         weights = weights @ model.saltation.caught(run.p, run.first, stuck)[0]
-        return found + model.start.bent(result, run, wanted, weights[:n], tangents(s[:n], way.q))
+        return found + model.start.hessian(result, run, wanted, weights[:n], tangents(s[:n], way.q))

@@ -12,11 +12,11 @@ from powertrain.components.gearless.solids import shell, volume
 
 
 def cam_solids(cams: CircularCams, thickness: float = 0.008, points: int = 361) -> tuple[Array, Array]:
-    """The outer and the inner ring of the lower cam as triangles (n, 3, 3) [m], its axis along z, for ``gearless.solids.write_stl``.
+    """The outer and the inner ring of the lower cam as triangles (n, 3, 3) [m], with the axis along z, for ``gearless.solids.write_stl``.
 
     ``thickness``: of the disk below the deepest point of the tracks [m]. Both cams are equal; the upper one is the lower one turned
     over and rotated by one arc. The rings meet halfway between the tracks and extend equally inward and outward from them. The
-    shallow transverse hollow of the tracks is omitted.
+    shallow transverse hollow of the tracks is not modelled.
     """
     half = (cams.outer.D - cams.inner.D) / 4
     back = (

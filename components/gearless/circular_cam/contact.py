@@ -26,8 +26,8 @@ class RollerContact:
 
     1/R_ex = 1/r -+ 1/R_x (minus where the cam is concave, plus where it is convex),  1/R_ey = 1/r - 1/R_y
 
-    A wedged roller has both contacts at once: one cam is concave with R_x = R_m + r, the other is convex with R_x = R_m - r, where the
-    pressure is higher. The paper gives the concave one. Its E is not printed; 200 GPa reproduces its tables.
+    A wedged roller has both contacts at once: one cam is concave with R_x = R_m + r, the other convex with R_x = R_m - r, where the
+    pressure is higher. The paper gives the concave contact. It does not state E; 200 GPa reproduces its tables.
 
     Errors: ParameterError for a hollow not wider than the roller (no point contact), and for impossible material data.
     """
@@ -45,9 +45,9 @@ class RollerContact:
     nu: float = 0.3
     """Poisson's ratio of the roller [1]."""
     E_cam: float | None = None
-    """Young's modulus of the cam [Pa]; that of the roller where it is not given."""
+    """Young's modulus of the cam [Pa]; by default that of the roller."""
     nu_cam: float | None = None
-    """Poisson's ratio of the cam [1]; that of the roller where it is not given."""
+    """Poisson's ratio of the cam [1]; by default that of the roller."""
 
     def __post_init__(self) -> None:
         for name, value in (("r", self.r), ("R_x", self.R_x), ("R_y", self.R_y)):
@@ -89,7 +89,7 @@ class RollerContact:
     def pressure(self, force: ArrayLike, method: Method = "elliptic") -> Array:
         """Greatest pressure [Pa] under a normal force [N].
 
-        "sphere" is eq. (30); it takes the contact for a circle, and is too low. "elliptic" is exact for smooth elastic bodies.
+        "sphere" is eq. (30); it assumes a circular contact, and gives too low a pressure. "elliptic" is exact for smooth elastic bodies.
         """
         F = _pushing(force)
         if method == "sphere":
@@ -99,7 +99,7 @@ class RollerContact:
         return np.divide(1.5 * F, area, out=np.zeros_like(area), where=area > 0)
 
     def ellipse(self, force: ArrayLike) -> tuple[Array, Array]:
-        """Semi-axes of the contact [m]: the longer one lies where the bodies conform better, across the track or along it."""
+        """Semi-axes of the contact [m]: the longer one is in the direction of closer conformity, across or along the track."""
         F = _pushing(force)
         k = self.slenderness
         m = 1 - k**2
@@ -137,7 +137,7 @@ def track_contacts(
 ) -> tuple[RollerContact, RollerContact]:
     """The concave and the convex contact of a track's rollers.
 
-    The paper's R_m + r = 0.220 m (outer track) belongs to another contact angle than the 15 degrees it is used with: arcs that close
+    The paper's R_m + r = 0.220 m (outer track) does not match the contact angle of 15 degrees with which it is used: arcs that close
     on 85 mm at 15 degrees have 0.144 m.
 
     Parameters
@@ -145,9 +145,9 @@ def track_contacts(
     track : Track
         The track.
     hollow : float
-        Radius of the hollow over that of the roller [1].
+        Radius of the hollow relative to that of the roller [1].
     R_concave : float, optional
-        R_m + r [m], in place of the radius with which the track closes.
+        R_m + r [m], instead of the radius with which the track closes.
     E : float
         Young's modulus of rollers and tracks [Pa].
     nu : float

@@ -21,15 +21,15 @@ from powertrain.components.gearless.circular_cam.locking_law import (
 from powertrain.components.gearless.circular_cam.track import Array, Track
 
 LEAST_WIDTH = 0.2
-"""Least width of a roller, a slice of a sphere, over its radius: the tracks' rollers turn side by side in one groove."""
+"""Least width of a roller, a slice of a sphere, relative to its radius: the rollers of both tracks turn side by side in one groove."""
 
 
 @dataclass(frozen=True)
 class CircularCams:
-    """Two concentric tracks on each cam, half an arc out of phase, so that one is steepest where the other cannot transmit torque.
+    """Two concentric tracks on each cam, half an arc out of phase: one is steepest where the other cannot transmit torque.
 
     At theta = 0 the outer rollers are in the middle of their arcs (Fig. 15a). Rollers of both tracks share the grooves of the cage;
-    they are slices of spheres, two in each groove, which turn independently.
+    they are slices of spheres, two per groove, which turn independently.
 
     Errors: ParameterError if the inner track is not smaller or leaves no width for the rollers, if the numbers of arcs differ, or if
     the tracks are not half an arc apart.
@@ -84,7 +84,7 @@ class CircularCams:
         r_out, r_in : float
             Radii of their rollers [m].
         alpha_out, alpha_in : float
-            Their greatest contact angles [rad].
+            Maximum contact angles [rad].
         disk : FrictionDisk
             The friction discs.
         n : int
@@ -111,16 +111,16 @@ class CircularCams:
         return np.sin(self.outer.alpha(theta)), np.sin(self.inner.alpha(theta))
 
     def share(self, theta: ArrayLike, sharing: Sharing = "elastic", stiffness: float = 1.0) -> Array:
-        """lambda: the part of the cage's torque that the outer track carries."""
+        """lambda: the share of the cage's torque that the outer track carries."""
         check_sharing(sharing, stiffness)
         return np.asarray(outer_share(sharing, *self.sines(theta, sharing), self.xi, stiffness), float)
 
     def kappa(
         self, theta: ArrayLike, sharing: Sharing = "elastic", *, stiffness: float = 1.0, mu_groove: float = 0.0
     ) -> Array:
-        """Locking coefficient (T_R - T_L)/T_C of halves that turn against each other. They lock where it is at least 1.
+        """Locking coefficient (T_R - T_L)/T_C of halves in relative motion. They lock if it is at least 1.
 
-        By the rigid rule it is infinite where one track's angle is zero.
+        With the rigid rule it is infinite where one track's angle is zero.
 
         Parameters
         ----------
@@ -129,7 +129,7 @@ class CircularCams:
         sharing : {"elastic", "rigid", "averaged"}
             How the tracks share the torque (``Sharing``).
         stiffness : float
-            Stiffness of the inner contacts over that of the outer ones [1].
+            Stiffness of the inner contacts relative to the outer ones [1].
         mu_groove : float
             Coefficient of friction in the grooves [1].
 
@@ -141,7 +141,7 @@ class CircularCams:
         Raises
         ------
         ParameterError
-            For an unknown rule, and for a stiffness or a friction that is impossible.
+            For an unknown rule, and for an impossible stiffness or friction.
         """
         check_sharing(sharing, stiffness)
         if not (math.isfinite(mu_groove) and mu_groove >= 0):

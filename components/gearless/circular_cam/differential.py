@@ -32,7 +32,7 @@ from powertrain.components.gearless.circular_cam.track import check_number
 from powertrain.components.rotational.interfaces import Lossy
 
 FLOOR = 1e-3
-"""Sine of the contact angle at which the rigid rule stops growing; the infinite value at zero is no number to simulate with."""
+"""Sine of the contact angle below which the rigid rule is bounded; its infinite value at zero cannot be simulated."""
 UPRIGHT = math.pi / 2
 
 
@@ -50,12 +50,12 @@ class RollerMasses(Component):
     J_in: Parameter = parameter("kg.m2", "Moment of inertia of an inner roller about its axis", above=0)
 
     def equations(self) -> Equations:
-        """None: the differential moves them."""
+        """None: the differential moves the rollers."""
         yield from ()
 
     @classmethod
     def of(cls, cams: CircularCams, density: float = 7850.0) -> Self:
-        """Slices of spheres as wide as the tracks are apart: m = rho pi (r^2 b - b^3/12), J = rho pi/2 (r^4 b - r^2 b^3/6 + b^5/80)."""
+        """Slices of spheres as wide as the tracks' distance: m = rho pi (r^2 b - b^3/12), J = rho pi/2 (r^4 b - r^2 b^3/6 + b^5/80)."""
         values = {"r_out": cams.outer.r, "r_in": cams.inner.r}
         for name, r in (("out", cams.outer.r), ("in", cams.inner.r)):
             b = min((cams.outer.D - cams.inner.D) / 2, 2 * r)
@@ -65,34 +65,34 @@ class RollerMasses(Component):
 
 
 class CircularCamDifferential(Differential, Lossy):
-    """A differential with two cam disks with circular-arc tracks and rollers in grooves of the cage between them.
+    """A differential with two cam disks with circular-arc tracks, and rollers in grooves of the cage between them.
 
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0,  w_rel = w_left - w_right,  tau = (left.tau - right.tau)/2
     w_rel > 0: tau = limit;  w_rel < 0: tau = -limit;  w_rel = 0: |tau| <= limit;  limit = kappa(theta) |crown.tau|/2
 
-    The half shafts get T_L = -left.tau and T_R = -right.tau, so that T_R - T_L = 2 tau. The rollers wedge the cams apart. Each cam
+    The half shafts receive T_L = -left.tau and T_R = -right.tau, so T_R - T_L = 2 tau. The rollers wedge the cams apart. Each cam
     turns at theta' relative to the cage, the left one forward and the right one backward, and its disk has the friction torque kappa
-    |crown.tau|/2. With lambda the outer track's share of the torque
+    |crown.tau|/2. With lambda, the outer track's share of the torque,
 
-    kappa = mu D_R (lambda/(D_out tan(alpha_out)) + (1 - lambda)/(D_in tan(alpha_in))) + the part of the grooves
+    kappa = mu D_R (lambda/(D_out tan(alpha_out)) + (1 - lambda)/(D_in tan(alpha_in))) + contribution of the grooves
 
     The torque-bias ratio is (1 + kappa)/(1 - kappa), the efficiency of the relative motion eta_0 = (1 - kappa)/(1 + kappa). The contact
-    angles go with the phase theta: with p the distance from the phase at which the outer track is level, from 0 to 1 over half an arc
+    angles depend on the phase theta. With p the distance from the phase at which the outer track is level, from 0 to 1 over half an arc
     (pi/n of theta), sin(alpha_out) = p sin(alpha_out max) and sin(alpha_in) = (1 - p) sin(alpha_in max). How kappa changes with the phase
     depends on how the tracks share the load, see ``Sharing``; the rigid rule is bounded at a contact angle of 0.06 degrees.
 
     For kappa >= 1 it locks: halves at relative rest remain so under any torque of the cage while one shaft is free. A torque on the
-    free shaft itself releases them: (kappa - 1)/2 times the cage's torque where the other shaft is held (bench experiment 1), or (kappa
-    - 1)/(kappa + 1) times that of the first shaft, against it, where the cage is held (experiment 2). While it slides with kappa > 1
-    the faster shaft is decelerated, T_L < 0 for w_rel > 0. With inertias J alone at the three shafts T_C (4/J_crown + (1 -
-    kappa)/J_fast + (1 + kappa)/J_slow) is given by the outer torques. Where the bracket is negative (a light fast side, a heavy cage)
+    free shaft itself releases them: (kappa - 1)/2 times the cage's torque if the other shaft is held (bench experiment 1), or (kappa
+    - 1)/(kappa + 1) times that of the first shaft, in the opposite direction, if the cage is held (experiment 2). While it slides with
+    kappa > 1 the faster shaft is decelerated, T_L < 0 for w_rel > 0. With only inertias J at the three shafts, the outer torques determine
+    T_C (4/J_crown + (1 - kappa)/J_fast + (1 + kappa)/J_slow). If the bracket is negative (a light fast side, a heavy cage),
     there is no sliding motion, or there are two: the halves seize at once. From rest a simulation remains stuck if that is possible. It
     ends with an error if rotating halves would have to seize instantaneously: put a compliant shaft between the crown and the heavy
     inertia behind it.
 
-    ``masses``: the inertia of the rollers. A roller climbs with D/2 tan(alpha) theta' and turns with D/(2 r cos(alpha)) theta', so that the
-    relative motion has the kinetic energy I(theta) theta'^2/2,  I = n sum of (D/2)^2 (m tan(alpha)^2 + J/(r cos(alpha))^2), and tau in
-    left.tau - right.tau = 2 tau is joined by (d(I theta')/dt - I' theta'^2/2)/2. Their inertia forces do not affect the friction.
+    ``masses``: the inertia of the rollers. A roller climbs at D/2 tan(alpha) theta' and turns at D/(2 r cos(alpha)) theta', so the
+    relative motion has the kinetic energy I(theta) theta'^2/2,  I = n sum of (D/2)^2 (m tan(alpha)^2 + J/(r cos(alpha))^2), and
+    (d(I theta')/dt - I' theta'^2/2)/2 is added to tau in left.tau - right.tau = 2 tau. The inertia forces do not affect the friction.
 
     Otherwise it has no inertia: connect inertias to its flanges. The defaults are the data of Table 1. Source: C. Provatidis, Eng 4 (2023)
     2309-2335. Errors: ParameterError for contact angles outside (0, 90 degrees), an odd number of rollers, tracks or disks inside out, or
@@ -134,7 +134,7 @@ class CircularCamDifferential(Differential, Lossy):
     kappa: Variable = variable("1", "Locking coefficient")
 
     def check(self) -> Equations:
-        """One track and the hole of the disk lie inside the other and the rim; the rules' names are known."""
+        """The tracks and the hole of the disk must be nested, and the names of the rules known."""
         check_number(self.n)
         check_sharing(self.sharing)
         check_wear(self.uniform)
@@ -150,7 +150,7 @@ class CircularCamDifferential(Differential, Lossy):
                 yield lift < diameter  # otherwise the cams collide where a hill passes a hill
 
     def equations(self) -> Equations:
-        """Symmetric kinematics, and the friction that the load makes."""
+        """Symmetric kinematics, and load-dependent friction."""
         yield self.left.phi + self.right.phi == 2 * self.crown.phi
         yield 2 * self.theta == self.left.phi - self.right.phi
         yield self.w_rel == 2 * der(self.theta)
@@ -164,7 +164,7 @@ class CircularCamDifferential(Differential, Lossy):
         yield from self._dissipate()
 
     def _coefficient(self) -> Symbol:
-        """The locking coefficient at the phase theta, smooth on each side of the ends of half arcs."""
+        """The locking coefficient at the phase theta, smooth within each half arc."""
         sharing, friction_force = self.sharing, self.mu * friction_diameter(self.d_out, self.d_in, self.uniform)
         sines = self._mean_sines() if sharing == "averaged" else self._sines()
         floor = FLOOR if sharing == "rigid" else 0.0
@@ -178,7 +178,7 @@ class CircularCamDifferential(Differential, Lossy):
         return ca.sin(self.alpha_out / 2), ca.sin(self.alpha_in / 2)
 
     def _sines(self) -> tuple[Symbol, Symbol]:
-        """A triangular wave of theta; each flank goes on beyond its end."""
+        """A triangular wave of theta; each flank continues beyond its end."""
         sine = ca.sin(self.n * self.theta)
         rise = switch(sine >= 0, sine, -sine, continuous=True)
         p = 0.5 + ca.atan2(-ca.cos(self.n * self.theta), rise) / math.pi
@@ -232,11 +232,11 @@ class CircularCamDifferential(Differential, Lossy):
         sharing : {"elastic", "rigid", "averaged"}
             How the tracks share the torque (``Sharing``).
         stiffness : float
-            Stiffness of the inner contacts over that of the outer ones [1].
+            Stiffness of the inner contacts relative to the outer ones [1].
         mu_groove : float
             Coefficient of friction in the grooves [1].
         masses : bool
-            Whether the rollers have the mass of steel cylinders; otherwise they have none.
+            Whether the rollers have the mass of steel cylinders; otherwise they are massless.
         """
         return cls(
             D_out=cams.outer.D,

@@ -1,4 +1,4 @@
-"""The friction disks between the cams and the cage, which the axial force of the rollers presses."""
+"""The friction disks between the cams and the cage, pressed by the axial force of the rollers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class FrictionDisk:
     mu: float
     """Coefficient of friction [1]."""
     uniform: Wear = "pressure"
-    """What is the same all over the disk: "pressure" (a new disk), or "wear" (a disk that is run in)."""
+    """What is uniform over the disk: "pressure" (a new disk), or "wear" (a run-in disk)."""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.d_out) and self.d_out > self.d_in >= 0):
@@ -38,11 +38,11 @@ class FrictionDisk:
 
     @property
     def D_R(self) -> float:
-        """Diameter on which the friction force acts as a whole [m]."""
+        """Effective diameter of the friction force [m]."""
         return float(friction_diameter(self.d_out, self.d_in, self.uniform))
 
     def torque(self, force: float) -> float:
-        """Friction torque [N.m] that an axial force [N] allows, eq. (34)."""
+        """Friction torque [N.m] at an axial force [N], eq. (34)."""
         return self.mu * force * self.D_R / 2
 
 
@@ -53,9 +53,9 @@ def check_wear(uniform: str) -> None:
 
 
 def friction_diameter(d_out: Any, d_in: Any, uniform: Wear = "pressure") -> Any:
-    """Equivalent diameter of a ring: eq. (35) by uniform pressure, the mean diameter by uniform wear.
+    """Effective friction diameter of a ring: eq. (35) for uniform pressure, the mean diameter for uniform wear.
 
-    Uniform pressure weighs each radius by its area, uniform wear (pressure times radius constant) each alike.
+    Uniform pressure weights each radius by its area; uniform wear (constant pressure times radius) weights all radii equally.
 
     >>> round(1000 * friction_diameter(0.095, 0.045), 4), round(1000 * friction_diameter(0.095, 0.045, "wear"), 4)
     (72.9762, 70.0)

@@ -62,7 +62,7 @@ def mechanism(
 
 
 def animation(cams: CircularCams = TABLE_1, *, frames: int = 120, drive: float = 1.0) -> FuncAnimation:
-    """The mechanism over half a turn of each cam against the cage, after which it looks the same for four rollers."""
+    """The mechanism over half a turn of each cam against the cage; with four rollers it then repeats."""
     ax = _axes(None)
     period = 4 * math.pi / cams.outer.n
 
@@ -92,7 +92,7 @@ def contact_angles(cams: CircularCams = TABLE_1, ax: Axes | None = None) -> Axes
 
 
 def locking_coefficient(cams: CircularCams = TABLE_1, ax: Axes | None = None) -> Axes:
-    """Locking coefficient over the phase by each rule of load sharing; they lock above the line at 1."""
+    """Locking coefficient over the phase for each rule of load sharing; the differential locks above the line at 1."""
     ax, theta = _axes(ax), np.linspace(0, 2 * np.pi / cams.outer.n, 722)[1:-1]
     for sharing in get_args(Sharing):
         ax.plot(np.degrees(theta), cams.kappa(theta, sharing), label=sharing)
@@ -105,9 +105,9 @@ def locking_coefficient(cams: CircularCams = TABLE_1, ax: Axes | None = None) ->
 
 
 def locking_limits(cams: CircularCams = TABLE_1, ax: Axes | None = None, *, sharing: Sharing = "rigid") -> Axes:
-    """The locking map of similar tracks over alpha_m and mu: least kappa over all phases, and what eq. (42) says instead.
+    """The locking map of similar tracks over alpha_m and mu: the smallest kappa over all phases, compared with eq. (42).
 
-    The marks are the data of ``cams``: its friction with the greatest angle of either track.
+    The marks are the data of ``cams``: its friction with the maximum angle of either track.
     """
     ax = _axes(ax)
     alpha, mu = np.radians(np.linspace(0.5, 30, 60)), np.linspace(0.01, 0.4, 80)
@@ -137,7 +137,7 @@ def locking_limits(cams: CircularCams = TABLE_1, ax: Axes | None = None, *, shar
 
 
 def normal_forces(cams: CircularCams = TABLE_1, torque: float = TORQUE, ax: Axes | None = None) -> Axes:
-    """Normal forces of an active roller over a cycle by the rigid and the elastic rule."""
+    """Normal forces of an active roller over a cycle with the rigid and the elastic rule."""
     ax, theta = _axes(ax), np.linspace(0, 2 * np.pi / cams.outer.n, 722)[1:-1]
     for sharing, style in (("rigid", "--"), ("elastic", "-")):
         found = forces(cams, theta, torque, "rigid" if sharing == "rigid" else "elastic")
@@ -170,7 +170,7 @@ def contact_pressures(
 
 
 def centrodes(track: Track = TABLE_1.outer, ax: Axes | None = None) -> Axes:
-    """Fig. 9: where contact points A and B, the roller's axis and its instantaneous pole lie while one arc passes; grey: the roller."""
+    """Fig. 9: paths of contact points A and B, the roller's axis and its instantaneous pole over one arc; grey: the roller."""
     ax, theta = _axes(ax), np.linspace(-1, 1, 201) * math.pi / track.n * (1 - 1e-9) - track.phase
     x, upper, lower = track.contacts(theta)
     y, zero = track.axis(theta), np.zeros_like(theta)
@@ -190,7 +190,7 @@ def centrodes(track: Track = TABLE_1.outer, ax: Axes | None = None) -> Axes:
 
 
 def disks(cams: CircularCams = TABLE_1, theta: float = 0.0, ax: Axes | None = None, *, apart: float = 0.03) -> Axes:
-    """Figs. 10-12: both cam disks and the rollers between them, in space; ``apart``: how far the cams are drawn off the rollers [m]."""
+    """Figs. 10-12: both cam disks and the rollers between them in space; ``apart``: distance between cams and rollers in the figure [m]."""
     made = plt.figure(layout="constrained").add_subplot(projection="3d") if ax is None else ax
     assert isinstance(made, Axes3D)
     parts: list[tuple[Array, str]] = []
@@ -237,7 +237,7 @@ def _degrees(angle: Any) -> str:
 
 
 def _track(ax: Axes, track: Track, theta: float, height: float, drive: float) -> None:
-    """One row: the two cams as bands, grooves, rollers with a spoke that shows their spin."""
+    """One row: the two cams as bands, grooves, and rollers with a spoke that shows their rotation."""
     length, pitch = math.pi * track.D, math.pi * track.D / track.n
     body = 0.9 * track.r + track.lift / 2
     for side, colour in ((1, UPPER), (-1, LOWER)):

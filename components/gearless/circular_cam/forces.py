@@ -1,6 +1,6 @@
-"""Forces in a circular-cam differential under a torque of the cage: eqs. (16)-(27) and (32)-(36), for any number of rollers.
+"""Forces in a circular-cam differential under a cage torque: eqs. (16)-(27) and (32)-(36), for any number of rollers.
 
-Half of the rollers of each track are wedged, two of four. Friction between rollers and cams or grooves is left out, as in the paper.
+Half of the rollers of each track are wedged, two of four. Friction between rollers and cams or grooves is neglected, as in the paper.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Forces:
     alpha_in: Array
     """Contact angle of the inner track [rad]."""
     share: Array
-    """lambda: part of the torque that the outer track carries [1]."""
+    """lambda: share of the torque that the outer track carries [1]."""
     F_u_out: Array
     """Circumferential force of the cage on an outer roller [N]; half of it goes to each cam, eq. (17)."""
     F_u_in: Array
@@ -54,9 +54,9 @@ def forces_at(
     sharing: Sharing = "elastic",
     stiffness: float = 1.0,
 ) -> Forces:
-    """The forces at given contact angles, which need not belong to one phase: the tables of the paper use the maxima of both.
+    """The forces at given contact angles, which need not belong to one phase: the paper's tables use the maxima of both.
 
-    If a track without inclination has to carry a torque by the rigid rule, the normal forces are infinite.
+    If a track with zero angle has to carry a torque by the rigid rule, the normal forces are infinite.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def forces_at(
     sharing : {"elastic", "rigid", "averaged"}
         How the tracks share the torque (``Sharing``).
     stiffness : float
-        Stiffness of the inner contacts over that of the outer ones [1].
+        Stiffness of the inner contacts relative to the outer ones [1].
 
     Returns
     -------
@@ -117,7 +117,7 @@ def forces(
     sharing : {"elastic", "rigid", "averaged"}
         How the tracks share the torque (``Sharing``).
     stiffness : float
-        Stiffness of the inner contacts over that of the outer ones [1].
+        Stiffness of the inner contacts relative to the outer ones [1].
 
     Returns
     -------
@@ -135,6 +135,6 @@ def forces(
 
 
 def _over(force: Array, steepness: Array) -> Array:
-    """force/steepness; nothing over nothing is nothing."""
+    """force/steepness, with 0/0 = 0."""
     infinite = np.where(force > 0, np.inf, 0.0)
     return np.divide(force, steepness, out=infinite, where=steepness > 0)

@@ -1,4 +1,4 @@
-"""Whether a circular-cam differential locks, at which phases, and what it takes: eqs. (37)-(42), and every phase beside them."""
+"""Whether and at which phases a circular-cam differential locks: eqs. (37)-(42), and an evaluation over all phases."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ _SAMPLES = 721
 def bias_ratio(kappa: ArrayLike) -> Array:
     """Torque of the slower half shaft over that of the faster one during relative motion: (1 + kappa)/(1 - kappa).
 
-    Infinite from kappa = 1 on, where the faster side may get no torque at all.
+    Infinite for kappa >= 1, where the faster side may receive no torque at all.
     """
     k = np.asarray(kappa, float)
     return np.asarray(np.where(k < 1, (1 + k) / np.where(k < 1, 1 - k, 1.0), np.inf))
 
 
 def latent_efficiency(kappa: ArrayLike) -> Array:
-    """eta_0 = (1 - kappa)/(1 + kappa): efficiency from one half to the other with the cage fixed; 0 where they lock."""
+    """eta_0 = (1 - kappa)/(1 + kappa): efficiency from one half to the other with the cage fixed; 0 if they lock."""
     k = np.asarray(kappa, float)
     return np.asarray(np.maximum(0.0, (1 - k) / (1 + k)))
 
 
 def optimal_outer_angle(alpha_m: float, xi: float) -> float:
-    """Eq. (41): the contact angle of the outer track at which small angles with the constant sum alpha_m press the disks least [rad]."""
+    """Eq. (41): the contact angle of the outer track that minimises the force on the disks for small angles with the sum alpha_m [rad]."""
     return alpha_m / (1 + math.sqrt(xi))
 
 
@@ -41,7 +41,7 @@ def critical_angle(D_R: float, D_out: float, xi: float, mu: float) -> float:
 
         D_R/D_out (1 + sqrt(xi))^2/(1 + xi^2) mu                               (42)
 
-    It says nothing about the phases at which one track carries alone: ``single_track_limit`` is stricter.
+    It does not cover the phases at which one track carries alone; ``single_track_limit`` is stricter.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def critical_angle(D_R: float, D_out: float, xi: float, mu: float) -> float:
     D_out : float
         Diameter of the outer track [m].
     xi : float
-        Inner over outer diameter [1].
+        Inner diameter relative to outer diameter [1].
     mu : float
         Coefficient of friction of the discs [1].
 
@@ -76,21 +76,21 @@ class Locking:
     never: bool
     """Whether it locks at no phase."""
     least: float
-    """Least kappa over all phases, those included at which one track carries alone."""
+    """Smallest kappa over all phases, including those at which one track carries alone."""
     theta: float
-    """The phase of the least kappa [rad]."""
+    """The phase of the smallest kappa [rad]."""
     interior: float
-    """Least kappa over the phases at which both tracks carry: what eq. (37) and its minimum (42) look at."""
+    """Smallest kappa over the phases at which both tracks carry, the case of eq. (37) and its minimum (42)."""
     theta_interior: float
-    """The phase of the least interior kappa [rad]."""
+    """The phase of the smallest interior kappa [rad]."""
     outer_alone: float
-    """kappa where the outer track carries alone, at its greatest angle."""
+    """kappa where the outer track carries alone, at its maximum angle."""
     inner_alone: float
-    """kappa where the inner track carries alone, at its greatest angle."""
+    """kappa where the inner track carries alone, at its maximum angle."""
     mu_interior: float
-    """Coefficient of friction that locks it at all phases at which both tracks carry."""
+    """Coefficient of friction with which it locks at all phases at which both tracks carry."""
     mu_every_phase: float
-    """Coefficient of friction that locks it at every phase."""
+    """Coefficient of friction with which it locks at every phase."""
 
     def __str__(self) -> str:
         answer = "at every phase" if self.every_phase else "at no phase" if self.never else "at some phases only"
@@ -104,8 +104,8 @@ class Locking:
 def locking(cams: CircularCams, sharing: Sharing = "elastic", stiffness: float = 1.0) -> Locking:
     """Whether it locks at every phase, without friction in the grooves.
 
-    By the rigid rule kappa grows without limit towards the phases at which one track's angle is zero; at these phases themselves the
-    other track carries alone, whatever the rule, and kappa is mu D_R/(D tan(alpha_max)) of that track.
+    With the rigid rule kappa grows without limit towards the phases at which one track's angle is zero. At these phases themselves the
+    other track carries alone with any rule, and kappa is mu D_R/(D tan(alpha_max)) of that track.
     """
     mu, unit = cams.disk.mu, with_friction(cams, 1.0)
     half = math.pi / cams.outer.n
@@ -141,7 +141,7 @@ def locking(cams: CircularCams, sharing: Sharing = "elastic", stiffness: float =
 
 
 def similar(cams: CircularCams, alpha_m: float) -> CircularCams:
-    """The same differential with tracks of the same greatest contact angle alpha_m [rad], as eq. (38) supposes.
+    """The same differential with both tracks at the maximum contact angle alpha_m [rad], as eq. (38) assumes.
 
     The rollers keep their radii. Errors: ParameterError if such tracks are impossible.
     """
@@ -155,10 +155,10 @@ def with_friction(cams: CircularCams, mu: float) -> CircularCams:
 
 
 def all_phase_limit(cams: CircularCams, sharing: Sharing = "elastic", *, interior: bool = False) -> float:
-    """Greatest angle alpha_m of similar tracks [rad] up to which they lock at every phase, by exact sines and tangents.
+    """Largest angle alpha_m of similar tracks [rad] up to which they lock at every phase, with exact sines and tangents.
 
-    It is the steepest angle that can be built where they lock even there.
-    ``interior``: only at the phases where both tracks carry, the exact counterpart of eq. (42).
+    If they lock even there, it is the steepest angle that can be built.
+    ``interior``: only at phases where both tracks carry, the exact counterpart of eq. (42).
     """
 
     def excess(alpha_m: float) -> float:
@@ -176,20 +176,20 @@ def all_phase_limit(cams: CircularCams, sharing: Sharing = "elastic", *, interio
 def locking_map(
     cams: CircularCams, alpha_m: ArrayLike, mu: ArrayLike, sharing: Sharing = "elastic", *, interior: bool = False
 ) -> Array:
-    """Least locking coefficient over the phases of similar tracks. They lock at every phase where it is at least 1.
+    """Smallest locking coefficient over the phases of similar tracks. They lock at every phase if it is at least 1.
 
     Parameters
     ----------
     cams : CircularCams
-        The design that the tracks are similar to.
+        The design on which the similar tracks are based.
     alpha_m : array_like
-        Greatest contact angles [rad].
+        Maximum contact angles [rad].
     mu : array_like
         Coefficients of friction of the discs [1].
     sharing : {"elastic", "rigid", "averaged"}
         How the tracks share the torque (``Sharing``).
     interior : bool
-        Whether only the phases count at which both tracks carry.
+        Whether to consider only the phases at which both tracks carry.
 
     Returns
     -------

@@ -1,6 +1,6 @@
-"""The friction that the load itself makes in a circular-cam differential: share of the tracks, locking coefficient.
+"""Load-dependent friction in a circular-cam differential: shares of the tracks, locking coefficient.
 
-All functions take numbers, arrays or symbols: sines of the contact angles, with which nothing need be inverted.
+All functions accept numbers, arrays or symbols; their arguments are sines of the contact angles, which avoids inverse functions.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ Sharing = Literal["elastic", "rigid", "averaged"]
 """How the tracks share the torque of the cage.
 
 - "rigid": eq. (19), circumferential forces in proportion to the diameters at every phase, lambda = 1/(1 + xi^2). A track whose contact
-  angle goes to zero would need an infinite normal force for its share, and the locking coefficient goes to infinity.
-- "elastic": normal contacts of equal stiffness, or of the ratio ``stiffness`` inner over outer. A small turn e of the cage against cams
-  that are held closes each contact of a track by e D/2 sin(alpha), so that F_n is in proportion to D sin(alpha) and the torque to
+  angle approaches zero would need an infinite normal force for its share, and the locking coefficient becomes infinite.
+- "elastic": normal contacts of equal stiffness, or with the ratio ``stiffness`` of inner to outer. A small rotation e of the cage against
+  fixed cams closes each contact of a track by e D/2 sin(alpha), so F_n is in proportion to D sin(alpha) and the torque to
   (D sin(alpha))^2. The share of a track goes smoothly to zero with its angle; forces and locking coefficient stay finite.
-- "averaged": the equivalent inclined plane of Fig. 13. Each track has half its greatest angle at every phase and its rigid share, so
-  that the locking coefficient is a constant.
+- "averaged": the equivalent inclined plane of Fig. 13. Each track has half its maximum angle at every phase and its rigid share, so
+  the locking coefficient is constant.
 """
 
 
@@ -32,7 +32,7 @@ def check_sharing(sharing: str, stiffness: float = 1.0) -> None:
 
 
 def outer_share(sharing: Sharing, sin_out: Any, sin_in: Any, xi: Any, stiffness: Any = 1.0) -> Any:
-    """lambda: the part of the cage's torque that the outer track carries. ``xi``: inner over outer diameter."""
+    """lambda: the share of the cage's torque that the outer track carries. ``xi``: inner over outer diameter."""
     if sharing == "elastic":
         return sin_out**2 / (sin_out**2 + stiffness * xi**2 * sin_in**2)
     return 1 / (1 + xi**2) + 0 * (sin_out + sin_in)
@@ -68,14 +68,14 @@ def disk_coefficient(
 def groove_coefficient(
     sharing: Sharing, sin_out: Any, sin_in: Any, xi: Any, mu_groove: Any, *, stiffness: Any = 1.0
 ) -> Any:
-    """Locking coefficient of the grooves, which adds to that of the disks.
+    """Locking coefficient of the grooves, to be added to that of the disks.
 
     kappa = mu_g (lambda (1 + sin(alpha_out))/cos(alpha_out) + (1 - lambda) (1 + sin(alpha_in))/cos(alpha_in))
 
-    The cage presses an active roller with F_u, against a side that slides along it with omega r + V_b = V (1 + sin(alpha))/cos(alpha):
-    spin and climb add up where a roller is wedged, whichever way it moves. The power mu_g F_u (1 + sin(alpha))/cos(alpha) V of all
-    active rollers is what the half shafts' torques differ by times their speed. The friction is balanced at the roller by tractions at
-    its two contacts; with equal and opposite tractions the sum of the axial forces stays what it is without.
+    The cage presses an active roller with F_u against a side of the groove that slides along it at omega r + V_b = V (1 +
+    sin(alpha))/cos(alpha): spin and climb add up at a wedged roller in either direction. The power mu_g F_u (1 + sin(alpha))/cos(alpha) V
+    of all active rollers equals the difference of the half shafts' torques times their speed. Tractions at the roller's two contacts
+    balance the friction; if they are equal and opposite, the sum of the axial forces is unchanged.
     """
     share = outer_share(sharing, sin_out, sin_in, xi, stiffness)
     cos_out, cos_in = (1 - sin_out**2) ** 0.5, (1 - sin_in**2) ** 0.5

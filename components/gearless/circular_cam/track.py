@@ -1,10 +1,10 @@
-"""Circular-arc cam tracks: their geometry, and how a roller between two of them moves.
+"""Circular-arc cam tracks: their geometry, and the motion of a roller between two of them.
 
 C. Provatidis, Power transmission using circular elements bounded by given central angle in rolling contact, Eng 4 (2023) 2309-2335.
 
-The cylinder that carries a track is unrolled: x runs along the circumference in the sense of positive rotation, y along the axis of
-the differential, from the lower cam (right half shaft) to the upper cam (left half shaft). The cage stands still; theta is the angle
-of the upper cam against it, and the lower cam stands at -theta.
+The cylinder with a track is unrolled: x runs along the circumference in the sense of positive rotation, y along the axis of
+the differential, from the lower cam (right half shaft) to the upper cam (left half shaft). The cage is at rest; theta is the angle
+of the upper cam against it, and that of the lower cam is -theta.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ Array = NDArray[np.float64]
 class Track:
     """A closed track of n equal circular arcs with curvature of alternating sign, on both cams, with n rollers.
 
-    An arc is as long as the circumference allows: 2 R_m sin(alpha_max) = pi D/n. The rollers stand 2 pi/n apart. ``phase`` is the
-    angle theta by which this track is ahead: all rollers are in the middle of their arcs (contact angle 0) at theta = -phase.
+    An arc is as long as the circumference permits: 2 R_m sin(alpha_max) = pi D/n. The rollers are 2 pi/n apart. ``phase`` is the
+    angle theta by which this track leads: all rollers are in the middle of their arcs (contact angle 0) at theta = -phase.
 
     Errors: ParameterError for an odd number of arcs (the curvature could not alternate around the circle), a contact angle outside (0, 90
-    degrees), rollers that touch their neighbours, and cams that touch each other where hill meets hill (lift >= 2 r). Rollers that do not
-    are small enough for every arc: r < R_m, so that the convex surfaces of radius R_m - r are never undercut.
+    degrees), rollers that touch their neighbours, and cams that touch each other where two hills meet (lift >= 2 r). Otherwise the rollers
+    are small enough for every arc: r < R_m, so the convex surfaces of radius R_m - r are never undercut.
     """
 
     D: float
@@ -37,7 +37,7 @@ class Track:
     r: float
     """Radius of the rollers [m]."""
     alpha_max: float
-    """Greatest contact angle, at the ends of an arc: half its central angle [rad]."""
+    """Maximum contact angle, at the ends of an arc: half its central angle [rad]."""
     n: int = 4
     """Number of arcs and of rollers."""
     phase: float = 0.0
@@ -80,7 +80,7 @@ class Track:
         return 2 * self.R_m * (1 - math.cos(self.alpha_max))
 
     def arc(self, theta: ArrayLike) -> tuple[Array, Array]:
-        """Which arc of the upper cam roller 0 is on, counted backwards as theta grows, and where: u from -1 to 1 along the arc."""
+        """The arc of the upper cam at roller 0, counted backwards as theta grows, and the position u from -1 to 1 along it."""
         turned = (np.asarray(theta, float) + self.phase) * self.n / (2 * np.pi)
         k = np.round(turned)
         return k, 2 * (turned - k)
@@ -90,19 +90,19 @@ class Track:
         return np.asarray(np.arcsin(np.abs(self.arc(theta)[1]) * math.sin(self.alpha_max)))
 
     def sense(self, theta: ArrayLike, roller: ArrayLike = 0) -> Array:
-        """+1 where the arc bulges down at this roller (a valley, as in Fig. 3), -1 where it bulges up."""
+        """+1 if the arc bulges down at this roller (a valley, as in Fig. 3), -1 if it bulges up."""
         return np.asarray(1.0 - 2.0 * np.mod(self.arc(theta)[0] + np.asarray(roller), 2))
 
     def active(self, theta: ArrayLike, roller: ArrayLike, drive: float = 1.0) -> NDArray[np.bool_]:
-        """Whether the roller is wedged by a torque of the sign of ``drive`` on the cage; none is where the contact angle is zero.
+        """Whether a cage torque with the sign of ``drive`` wedges the roller; none is wedged where the contact angle is zero.
 
-        In a valley both contacts of a roller with delta > 0 lie ahead of its axis (Fig. 6) and push it back: the cage pushes ahead.
+        In a valley both contacts of a roller with delta > 0 are ahead of its axis (Fig. 6) and push it back: the cage pushes forward.
         """
         u = self.arc(theta)[1]
         return np.asarray(self.sense(theta, roller) * np.where(np.abs(u) < 1e-9, 0.0, u) * np.sign(drive) > 0)
 
     def axis(self, theta: ArrayLike, roller: ArrayLike = 0) -> Array:
-        """Height of the roller's axis over the mean height [m]: eq. (10), counted from where the arcs join, with reversed sign on hills.
+        """Height of the roller's axis over the mean height [m]: eq. (10), measured from the arcs' joints, with reversed sign on hills.
 
         The axis is radial and moves along the groove; against each cam it describes the arc of radius R_m.
         """
@@ -110,9 +110,9 @@ class Track:
         return self.sense(theta, roller) * self.R_m * (math.cos(self.alpha_max) - cosine)
 
     def contacts(self, theta: ArrayLike, roller: ArrayLike = 0) -> tuple[Array, Array, Array]:
-        """Eqs. (11)-(13): x of both contact points against the groove's middle, y of the upper one A and of the lower one B [m].
+        """Eqs. (11)-(13): x of both contact points against the groove's centre, y of the upper one A and of the lower one B [m].
 
-        The instantaneous pole of the roller, eq. (14), has the same x and lies at the height of the axis.
+        The instantaneous pole of the roller, eq. (14), has the same x and the height of the axis.
         """
         u, y = self.arc(theta)[1], self.axis(theta, roller)
         x = self.sense(theta, roller) * self.r * u * math.sin(self.alpha_max)
@@ -120,10 +120,10 @@ class Track:
         return x, y + height, y - height
 
     def turned(self, theta: ArrayLike) -> Array:
-        """Angle by which each roller has turned in the cage since the middle of arc 0 [rad], clockwise as seen with y up.
+        """Angle by which each roller has turned in the cage since the middle of arc 0 [rad], clockwise with y up.
 
-        It rolls with the speed omega = V/(r cos(alpha)), eqs. (3) and (6), V = dx/dt of the upper cam: always the same way, on valleys
-        and hills, and by 2 alpha_max R_m/r per arc.
+        It rolls at the speed omega = V/(r cos(alpha)), eqs. (3) and (6), V = dx/dt of the upper cam: always in the same direction, in
+        valleys and on hills, and by 2 alpha_max R_m/r per arc.
         """
         k, u = self.arc(theta)
         return self.R_m / self.r * (2 * k * self.alpha_max + np.arcsin(u * math.sin(self.alpha_max)))
@@ -140,7 +140,7 @@ class Track:
     def pitch(self, x: ArrayLike) -> tuple[Array, Array]:
         """The curve of the rollers' axes on the lower cam, around its circumference x [m]: height [m] and slope angle [rad].
 
-        The upper cam has the same curve mirrored in x: both are cut alike.
+        The upper cam has the same curve mirrored in x, so both are cut alike.
         """
         angle = 2 * np.asarray(x, float) / self.D
         k, u = self.arc(angle)
@@ -151,14 +151,14 @@ class Track:
     def surface(self, x: ArrayLike, side: int) -> tuple[Array, Array]:
         """The surface at distance r above (``side`` = 1) or below (-1) the pitch curve: its points (x, y) [m].
 
-        Its arcs have the radius R_m - r where they are convex, R_m + r where they are concave.
+        Its convex arcs have the radius R_m - r, the concave ones R_m + r.
         """
         y, slope = self.pitch(x)
         return np.asarray(x, float) - side * self.r * np.sin(slope), y + side * self.r * np.cos(slope)
 
 
 def developed(track: Track, points: int = 721) -> dict[str, Array]:
-    """The track unrolled: curve of the rollers' axes and the surface of the lower cam over one turn, (n, 2) [m], for ``write_dxf``."""
+    """The unrolled track: curve of the rollers' axes and the surface of the lower cam over one turn, (n, 2) [m], for ``write_dxf``."""
     x = np.linspace(0.0, math.pi * track.D, points)
     pitch, surface = (x, track.pitch(x)[0]), track.surface(x, -1)
     return {"axes": np.stack(pitch, -1), "cam": np.stack(surface, -1)}

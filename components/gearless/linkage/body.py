@@ -1,4 +1,4 @@
-"""The parts of the linkage differential as bodies, to be drawn and made."""
+"""The parts of the linkage differential as solids, for drawings and manufacture."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from powertrain.components.gearless.solids import placed, revolved
 Array = NDArray[np.float64]
 Y = np.array([0.0, 1.0, 0.0])
 _RINGS = 16
-"""Rings along a bar: pictures sort triangles by their middle, so that long ones would shine through."""
+"""Rings along a bar: plots sort triangles by their centre, so parts behind would show through long triangles."""
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,9 @@ class LinkageBody:
             )
 
     def solids(self, alpha: float = 0.6) -> dict[str, Array]:
-        """Closed surfaces of the parts at an angle of the left shaft against the cage, triangles (n, 3, 3) [m], axes of the cage.
+        """Closed surfaces of the parts at an angle of the left shaft against the cage, triangles (n, 3, 3) [m], in axes of the cage.
 
-        coupler left, coupler right, lever, rod, shaft left, shaft right; each for ``gearless.solids.write_stl``.
+        The parts are coupler left, coupler right, lever, rod, shaft left, shaft right, each for ``gearless.solids.write_stl``.
         """
         points = self.linkage.points(alpha)
         found: dict[str, Array] = {}

@@ -23,9 +23,10 @@ class WheelSpeeds(NamedTuple):
 def in_bend(w_cage: float, radius: float, track: float) -> WheelSpeeds:
     """Speeds of wheels that roll in a bend of ``radius`` [m] (to the middle of the axle), ``track`` [m] apart.
 
-    The outer wheel's centre goes V_0 (R + x/2)/R (A.7), the inner one's V_0 (R - x/2)/R (A.8); rolling makes the wheels' speeds go as
-    these (5.7), and w_outer + w_inner = 2 w_cage gives w_diff = w_cage x/(2 R) (5.12), w = w_cage (1 +- x/(2 R)) (5.13), (5.14).
-    ``radius`` may be infinite: then nothing moves inside the differential. Errors: ParameterError if the bend is tighter than the axle.
+    The outer wheel's centre moves at V_0 (R + x/2)/R (A.7), the inner one's at V_0 (R - x/2)/R (A.8). With rolling, the wheel speeds are in
+    the same proportion (5.7), and w_outer + w_inner = 2 w_cage gives w_diff = w_cage x/(2 R) (5.12), w = w_cage (1 +- x/(2 R)) (5.13),
+    (5.14). ``radius`` may be infinite; then nothing moves inside the differential. Errors: ParameterError if the radius is less than half
+    the track.
     """
     _checked(radius, track)
     difference = w_cage * track / (2 * radius)

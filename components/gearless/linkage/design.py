@@ -1,4 +1,4 @@
-"""Choosing the lengths of the linkage: guidelines of the source (ch. 6, 7.3), and the optimisation that its 7.2 asks for."""
+"""The lengths of the linkage: guidelines of the source (ch. 6, 7.3), and the optimisation proposed in its 7.2."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class DifferentialDuty:
         return cls(w, radius, track, power / w)
 
     def accelerating(self, acceleration: float, mass: float, wheel_radius: float) -> DifferentialDuty:
-        """The same while the vehicle gains speed [m/s2]: torque + mass r acceleration, dw = acceleration/r. 7.2 leaves this case open."""
+        """The same while the vehicle accelerates [m/s2]: torque + mass r acceleration, dw = acceleration/r. 7.2 leaves this case open."""
         return replace(self, torque=self.torque + mass * wheel_radius * acceleration, dw=acceleration / wheel_radius)
 
     def drive(self, alpha: ArrayLike) -> Drive:
@@ -52,9 +52,9 @@ class DifferentialDuty:
 
 
 class Peaks(NamedTuple):
-    """Maximum values over an internal cycle: shaking force [N], moment [N.m], S-pair and C-pair force [N], C-pair moment [N.m].
+    """Maxima over an internal cycle: shaking force [N], moment [N.m], S-pair and C-pair force [N], C-pair moment [N.m].
 
-    Axial forces under the convention N_left = N_right (see ``forces``), without prestress.
+    Axial forces follow the convention N_left = N_right (see ``forces``), without prestress.
     """
 
     shaking_force: float
@@ -84,22 +84,22 @@ def peaks(
 
 
 def ball_force(linkage: Linkage, torque: float) -> float:
-    """Greatest static force in the S-pairs for ``torque`` on each output [N]: torque/(a cos beta) at the greatest |beta| (7.1)."""
+    """Maximum static force in the S-pairs for ``torque`` on each output [N]: torque/(a cos beta) at the maximum |beta| (7.1)."""
     return torque / (linkage.a * float(np.cos(np.abs(linkage.beta_range).max())))
 
 
 def rod_force(linkage: Linkage, torque: float) -> float:
-    """Greatest static force in the C-pair for ``torque`` on each output [N]: 2 torque |cos alpha|/(a cos beta), at alpha = 0."""
+    """Maximum static force in the C-pair for ``torque`` on each output [N]: 2 torque |cos alpha|/(a cos beta), at alpha = 0."""
     return 2 * torque / (linkage.a * float(np.cos(linkage.beta_range[0])))
 
 
 def guided(theta_max: float = np.pi / 6, a_max: float = 0.03) -> Linkage:
-    """The source's choice: a/b from the greatest angle of the lever (6.1), a as long as its slide may be (6.3): 3 cm and 5.8 cm."""
+    """The source's choice: a/b from the maximum angle of the lever (6.1), a limited by its slide (6.3): 3 cm and 5.8 cm."""
     return Linkage(a_max, a_max / ratio_from_theta(theta_max))
 
 
 def alternate(linkage: Linkage) -> Linkage:
-    """The same lengths with the C axis moved so that the couplers swing by the same angle to both sides (7.3).
+    """The same lengths with the C axis moved so that the couplers swing by equal angles to both sides (7.3).
 
     d = b - a sin(beta_1) with beta = -beta_1 at alpha = 0 and +beta_1 at 90 degrees: 3 a sin(beta_1)^2 - 4 b sin(beta_1) + a = 0.
     The S-pairs' force falls by cos(beta_1)/cos(beta_max), the C-pair's rises by 1/cos(beta_1), at alpha = 0.
@@ -115,7 +115,7 @@ def alternate(linkage: Linkage) -> Linkage:
 def over_length(
     lengths: ArrayLike, ratio: float | None = None, duty: DifferentialDuty | None = None
 ) -> dict[str, Array]:
-    """Peaks over the coupler's length at one a/b (that of 30 degrees where none is given): Figs. 6.2, 6.3, and the shaking beside them."""
+    """Peaks over the coupler's length at one a/b (by default that of 30 degrees): Figs. 6.2, 6.3, and additionally the shaking."""
     ratio = ratio_from_theta(np.pi / 6) if ratio is None else ratio
     designs = [Linkage(float(a), float(a) / ratio) for a in np.ravel(lengths)]
     found = np.array([peaks(design, scaled(design), duty) for design in designs])
@@ -137,7 +137,7 @@ class Front:
 
 @dataclass(frozen=True)
 class Space:
-    """The search space: bounds of a and b [m], of offset over a, and of the lever's angle [rad] (the source: 30 to 40 degrees at most)."""
+    """The search space: bounds of a and b [m], of offset over a, and of the lever's angle [rad] (source: at most 30 to 40 degrees)."""
 
     a: tuple[float, float] = (0.015, 0.06)
     b: tuple[float, float] = (0.02, 0.15)
@@ -159,10 +159,10 @@ class Space:
 
 
 class _Search:
-    """Minimises the peak of one quantity with the peak of another limited.
+    """Minimises the peak of one quantity with a limit on the peak of another.
 
-    Peaks have kinks where the greatest value changes its place; so the peak is an unknown of its own, t, that every point of the cycle
-    stays below (SLSQP). Unknowns: a, b [cm], offset over a, t.
+    Peaks have kinks where the position of the maximum changes. Therefore the peak is a separate unknown t, an upper bound for every point
+    of the cycle (SLSQP). Unknowns: a, b [cm], offset over a, t.
     """
 
     def __init__(
@@ -175,7 +175,7 @@ class _Search:
         self._last: tuple[bytes, dict[Objective, Array]] | None = None
 
     def curves(self, x: Array) -> dict[Objective, Array]:
-        """Over the cycle; the last result is kept, because constraints ask one after the other."""
+        """The quantities over the cycle; the last result is kept, because constraints request it repeatedly."""
         key = x[:3].tobytes()
         if self._last is None or self._last[0] != key:
             linkage = self.space.linkage(x)
@@ -183,7 +183,7 @@ class _Search:
         return self._last[1]
 
     def solve(self, name: Objective, x: Array, limited: Objective | None = None, limit: float = 1.0) -> Array | None:
-        """The design, or None where there is none."""
+        """The design, or None if there is none."""
         scale = float(self.curves(x)[name].max())
 
         def inside(x: Array) -> Array:
@@ -211,9 +211,9 @@ def pareto(
 ) -> Front:
     """Lengths with the best trade-off between two peaks (7.2: shaking against forces in the joints).
 
-    Every point minimises the first objective with the second one limited (epsilon constraint), the lever's angle within ``space``.
-    ``masses``: link masses of lengths, by default steel cylinders. Errors: ParameterError for unknown objectives, or if nothing is
-    found; single points that the search does not reach are omitted.
+    Every point minimises the first objective with a limit on the second (epsilon constraint), with the lever's angle within ``space``.
+    ``masses``: link masses as a function of the lengths, by default steel cylinders. Errors: ParameterError for unknown objectives, or if
+    nothing is found; single points for which the search fails are omitted.
     """
     known = get_args(Objective)
     if len(set(objectives)) != 2 or any(name not in known for name in objectives):

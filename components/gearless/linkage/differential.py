@@ -25,20 +25,20 @@ class LinkageDifferential(Differential, Lossy):
     d(M u)/dt - (M' u^2 + J' w^2)/2 = left.tau - right.tau - tau
     u > 0: tau = limit;  u < 0: tau = -limit;  u = 0: |tau| <= limit;  limit = kappa(alpha) |left.tau + right.tau|
 
-    Lagrange's equations of the kinetic energy (J(alpha) w^2 + M(alpha) u^2)/2 of cage, couplers, lever and outputs (see ``inertia``; there
-    is no product w u, because a half-turn about the C axis exchanges left and right) in the coordinates crown.phi and alpha: a virtual
-    turn of the shafts is crown.phi +- alpha, so that left.tau + right.tau works on crown.phi and left.tau - right.tau on alpha. ' is
-    d/d alpha. J' w^2/2 is the centrifugal torque that turns the lever towards its outermost place, alpha = 0 or 180 degrees.
+    These are Lagrange's equations of the kinetic energy (J(alpha) w^2 + M(alpha) u^2)/2 of cage, couplers, lever and outputs (see
+    ``inertia``; there is no product w u, because a half-turn about the C axis exchanges left and right) in the coordinates crown.phi and
+    alpha. A virtual rotation of the shafts is crown.phi +- alpha, so left.tau + right.tau works on crown.phi and left.tau - right.tau on
+    alpha. ' is d/d alpha. J' w^2/2 is the centrifugal torque that turns the lever towards its outermost position, alpha = 0 or 180 degrees.
     Gravity is neglected, as in the source. Without masses and friction it is the open bevel differential.
 
     Friction in the joints is computed from the joint forces due to the transmitted torque (see ``kappa``). At rest and in slow motion
-    right.tau/left.tau is within (1 + kappa)/(1 - kappa), hence the efficiency from one side to the other, cage held, is eta_0(alpha) =
-    (1 - kappa)/(1 + kappa); for kappa >= 1 the linkage is self-locking.
+    right.tau/left.tau is within (1 + kappa)/(1 - kappa), so the efficiency from one side to the other, with the cage held, is eta_0(alpha)
+    = (1 - kappa)/(1 + kappa); for kappa >= 1 the linkage is self-locking.
 
     The lengths must satisfy |offset| < a < 2 b - offset (without offset 0 < a/b < 2). Errors: ParameterError at construction otherwise,
     SimulationError if such lengths are given to a compiled model. Defaults: lengths and masses of the source (Table 5.1), no friction.
     Source: B. Madhavan, Systematic design of gearless differentials and analysis of a potential mechanism, M.S. 96-7, Univ. of Maryland,
-    1996, ch. 5, which computes the motion of DADS models and asks for these equations in 7.2.
+    1996, ch. 5, which computes the motion with DADS models and proposes these equations in 7.2.
     """
 
     a: Parameter = parameter("m", "Length of a coupler, from R-pair to S-pair", default=0.03, above=0)
@@ -77,7 +77,7 @@ class LinkageDifferential(Differential, Lossy):
     tau: Variable = variable("N.m", "Torque of friction, left.tau - right.tau at steady speeds")
 
     def check(self) -> Equations:
-        """The linkage can be assembled at every angle, and its links can be made of mass."""
+        """The linkage must be assemblable at every angle, and the inertias of its links physically possible."""
         yield ca.fabs(self.offset) < self.a  # or the coupler does not reach the lever's end at alpha = 0
         yield self.a + self.offset < 2 * self.b  # or the coupler does not reach the lever's end at alpha = 90 degrees
         yield self.axial_coupler <= 2 * (1 + ROUNDING) * self.transverse_coupler  # no body has more along its axis

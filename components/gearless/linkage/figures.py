@@ -1,6 +1,6 @@
-"""Figures of the linkage differential: the mechanism, its motion, what shakes, forces in the pairs, efficiency, design.
+"""Figures of the linkage differential: the mechanism, its motion, shaking forces, forces in the pairs, efficiency, design.
 
-Angles in degrees, lengths in cm, as the source has them. Every function takes and returns an ``Axes``.
+Angles are in degrees, lengths in cm, as in the source. Every function accepts and returns an ``Axes``.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def _cycle(points: int = 721) -> Array:
 
 
 def mechanism(linkage: Linkage | None = None, alpha: float = 0.6, phi: float = 0.0, ax: Axes | None = None) -> Axes:
-    """The mechanism in space at one angle, its cage turned by ``phi``: shafts, couplers, lever, and the C axis that the cage carries.
+    """The mechanism in space at one angle, its cage turned by ``phi``: shafts, couplers, lever, and the C axis of the cage.
 
     ``ax`` is a three-dimensional Axes. The thin line is the path of the left S-pair relative to the cage.
     """
@@ -198,7 +198,7 @@ def rod_forces(
 
 
 def efficiency(linkage: Linkage | None = None, joints: Sequence[JointFriction] = (), ax: Axes | None = None) -> Axes:
-    """eta_0 over alpha: by default for coefficients of friction of 0.02, 0.05 and 0.1 in all joints."""
+    """eta_0 over alpha; by default for coefficients of friction of 0.02, 0.05 and 0.1 in all joints."""
     ax, alpha = _axes(ax), _cycle()
     for one in joints or [JointFriction(mu, mu, mu, mu) for mu in (0.02, 0.05, 0.1)]:
         values = {name: getattr(one, f"mu_{name}") for name in ("shaft", "pin", "ball", "rod")}
@@ -214,7 +214,7 @@ def forces_over_length(
     duty: DifferentialDuty | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Greatest force in S-pairs (Fig. 6.2) and C-pair (6.3) over a at a/b = 0.5176, and the shaking force on the right."""
+    """Maximum forces in S-pairs (Fig. 6.2) and C-pair (6.3) over a at a/b = 0.5176, and the shaking force on the right."""
     ax, found = _axes(ax), over_length(lengths, duty=duty)
     for name, label in ("ball_force", "S-pair"), ("rod_force", "C-pair"):
         ax.plot(found["a"] * CM, found[name], marker=".", label=label)

@@ -1,14 +1,14 @@
-"""Forces between the links by Newton and Euler, and what shakes the housing.
+"""Forces between the links by Newton's and Euler's equations, and the shaking forces on the housing.
 
-The mechanism has one constraint more than it needs (30 of rank 29): couplers fitted a little too long stress it without any load. With
-axial forces +N in the left and -N in the right coupler everything is in balance, whatever N is. So the difference of the axial forces, and
-the C-pair's reaction to it, follow from no equation of rigid links. Everything else is determined. Here N_left = N_right: the convention
-under which (7.1) holds, F = T/(a cos beta), because both are zero then where nothing but torque acts. ``Reactions.prestress`` is the
-part left open, per newton of N; ``Reactions.with_prestress`` adds it.
+The mechanism has one redundant constraint (30 of rank 29): couplers that are slightly too long stress it without any load. Axial forces
++N in the left and -N in the right coupler leave everything in balance, for any N. So the equations of rigid links do not determine the
+difference of the axial forces, nor the C-pair's reaction to it. Everything else is determined. Here N_left = N_right, the convention
+under which (7.1) holds, F = T/(a cos beta), because both are zero if only torque acts. ``Reactions.prestress`` is the
+undetermined part, per newton of N; ``Reactions.with_prestress`` adds it.
 
-The C-pair's part in it is 2 N (sin beta, 0, sin alpha cos beta) in axes of the cage and a moment. So all its force along x is open, and
-a share of its force along z too; determined are the force across that direction in the plane x z, and the torque on the cage
-M_x + S F_z of (5.50).
+Its effect on the C-pair is 2 N (sin beta, 0, sin alpha cos beta) in axes of the cage, and a moment. The whole force of the C-pair along x
+is therefore undetermined, and a part of its force along z. Determined are the force perpendicular to that direction in the plane x z,
+and the torque on the cage M_x + S F_z of (5.50).
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Drive(NamedTuple):
     def at(
         cls, alpha: ArrayLike, *, u: ArrayLike = 0.0, w: ArrayLike = 0.0, du: ArrayLike = 0.0, dw: ArrayLike = 0.0
     ) -> Drive:
-        """From numbers or arrays that fit each other."""
+        """From numbers or arrays that broadcast."""
         return cls(*(np.array(v, float) for v in np.broadcast_arrays(alpha, u, w, du, dw)))
 
 
@@ -55,12 +55,12 @@ class Torques(NamedTuple):
 
 @dataclass(frozen=True)
 class Reactions:
-    """Forces [N] and moments [N.m] in axes of the cage, arrays (..., 3), under the convention N_left = N_right.
+    """Forces [N] and moments [N.m] in axes of the cage, arrays (..., 3), with the convention N_left = N_right.
 
     S_left, S_right: forces of the couplers on the lever;  C_force, C_moment: of the cage on the lever, at the lever's centre;
     R_left, R_right: forces of the output shafts on the couplers, which the shafts' bearings in the cage pass on; R_left_moment, ... about
-    the R-pair's centre;  axial: the axial forces N, the same on both sides, positive where a coupler pushes the lever's end away.
-    ``prestress``: what +N = 1 N on the left and -1 N on the right adds to each, not determined by statics.
+    the R-pair's centre;  axial: the axial forces N, equal on both sides, positive if a coupler pushes the lever's end away.
+    ``prestress``: the effect of +N = 1 N on the left and -1 N on the right on each of these, which statics does not determine.
     """
 
     drive: Drive
@@ -77,13 +77,13 @@ class Reactions:
     prestress: dict[str, Array] = field(repr=False)
 
     def with_prestress(self, N: ArrayLike) -> Reactions:
-        """The forces with axial forces +N more in the left and -N more in the right coupler [N]."""
+        """The forces with additional axial forces +N in the left and -N in the right coupler [N]."""
         scale = np.asarray(N, float)[..., None]
         return replace(self, **{name: getattr(self, name) + scale * one for name, one in self.prestress.items()})
 
     @property
     def across(self) -> tuple[Array, Array]:
-        """Forces in the S-pairs across the couplers, left and right [N]: these are determined."""
+        """Forces in the S-pairs perpendicular to the couplers, left and right [N]; these are determined."""
         left, right = (
             np.linalg.norm(np.cross(self.prestress[name], getattr(self, name)), axis=-1)
             for name in ("S_left", "S_right")
@@ -92,7 +92,7 @@ class Reactions:
 
 
 class _Coupler(NamedTuple):
-    """A coupler seen from the cage: its axis p, its R-pair's axis n, across q = n x p, d/d alpha of its angle and their derivative."""
+    """A coupler seen from the cage: its axis p, its R-pair's axis n, q = n x p, d/d alpha of its angle and of that derivative."""
 
     p: Array
     n: Array
@@ -122,7 +122,7 @@ def torques(
     crown: ArrayLike | None = None,
     right: ArrayLike | None = None,
 ) -> Torques:
-    """The torques that a motion needs, from Lagrange's equations without friction, with one of them given (crown or right).
+    """The torques required for a motion, from Lagrange's equations without friction; one of them (crown or right) is given.
 
     crown + left + right = d(J w)/dt,  left - right = d(M u)/dt - (M' u^2 + J' w^2)/2
     """
@@ -148,9 +148,10 @@ def reactions(
 ) -> Reactions:
     """Forces in the pairs for a motion and one torque, without friction in the joints.
 
-    Each coupler pushes the lever by F = N p + T n + G q (p along it, n along its R-pair, q = n x p). Its moments about the R-pair, fixed
-    in space: about n, G = -n.dH/dt / a; about x, where the shaft turns it by M = tau - J_output dw_side/dt, T = +-(x.dH/dt - M)/(a cos
-    beta), whose static part is (7.1). The lever: forces along y and moments about y, which its C-pair does not take, give the sum of the N.
+    Each coupler pushes the lever with F = N p + T n + G q (p along it, n along its R-pair, q = n x p). The moments about its R-pair, fixed
+    in space, give G about n, G = -n.dH/dt / a; and about x, where the shaft turns it with M = tau - J_output dw_side/dt, T = +-(x.dH/dt -
+    M)/(a cos beta), whose static part is (7.1). The forces along y and the moments about y on the lever, which its C-pair does not take,
+    give the sum of the N.
     """
     m, needed = linkage.motion(drive.alpha), torques(linkage, drive, masses, crown=crown, right=right)
     left = _Coupler.left(m)
@@ -193,7 +194,7 @@ def reactions(
 
 
 def acceleration(drive: Drive, r: Array, r1: Array, r2: Array) -> Array:
-    """Absolute acceleration of a point r(alpha) of the cage's axes, in these axes."""
+    """Absolute acceleration of a point r(alpha) given in axes of the cage, in these axes."""
     u, w, du, dw = (v[..., None] for v in drive[1:])
     spun = np.cross(X, r)
     found: Array = r2 * u**2 + r1 * du + 2 * w * u * np.cross(X, r1) + dw * spun + w**2 * np.cross(X, spun)
@@ -243,7 +244,7 @@ def _momenta(linkage: Linkage, drive: Drive, masses: LinkMasses, coupler: _Coupl
 def _coupler_forces(
     linkage: Linkage, drive: Drive, m: Motion, masses: LinkMasses, coupler: _Coupler, side: float, torque: Array
 ) -> Array:
-    """The force on the lever without its part along the coupler."""
+    """The force on the lever without its component along the coupler."""
     (H, _), a = _momenta(linkage, drive, masses, coupler), linkage.a
     shaft = torque - masses.output * (drive.dw + side * drive.du)
     T = side * (H[..., 0] - shaft) / (a * np.cos(m.beta))

@@ -43,26 +43,26 @@ class JointFriction:
                 )
 
     def kappa(self, linkage: Linkage, alpha: ArrayLike) -> Array:
-        """Locking number kappa over alpha: |T_right - T_left| = kappa |T_crown| where the sides turn against each other."""
+        """Locking number kappa over alpha: |T_right - T_left| = kappa |T_crown| while the sides turn against each other."""
         return np.asarray(kappa(linkage.loop(alpha), linkage.a, linkage.b, linkage.d, self))
 
     def eta_0(self, linkage: Linkage, alpha: ArrayLike) -> Array:
-        """Efficiency from one side to the other with the cage held, (1 - kappa)/(1 + kappa); not above 0: the linkage locks itself."""
+        """Efficiency from one side to the other with the cage held, (1 - kappa)/(1 + kappa); self-locking if it is not above 0."""
         locking = self.kappa(linkage, alpha)
         return (1 - locking) / (1 + locking)
 
 
 def kappa(loop: Loop, a: Any, b: Any, d: Any, joints: Any, of: Any = np) -> Any:
-    """Locking number from the joint forces without friction, to the first order in the coefficients of friction.
+    """Locking number from the joint forces without friction, to first order in the coefficients of friction.
 
-    Without friction each side carries T_crown/2, which makes a force F = T_crown/(2 a cos_beta) across each coupler (7.1), along the
-    axis n of its R-pair. For a turn by 1 of a shaft against the cage, friction does the following work; kappa T_crown is its sum:
+    Without friction each side carries T_crown/2, which causes a force F = T_crown/(2 a cos_beta) perpendicular to each coupler (7.1), along
+    the axis n of its R-pair. For a unit rotation of a shaft against the cage, friction does the following work; kappa T_crown is the sum:
 
-    shaft in the cage: mu r F on either side (the bearing being longer than 2 a sin_beta, its two reactions add up to F);
-    pin: thrust F on a collar of the pin's radius, and the moment a F by two forces a F/l_pin each: mu r F (1 + 2 a/l_pin) |beta'|;
-    ball, loaded at the pole of F: coupler against lever turns by x + beta' n - theta' y, across n by sqrt(1 + theta'^2 c^2);
-    rod: force 2 F |c| and moment 2 b F |s| in planes that are nearly square, so at the two ends of the bore together at most
-    2 F sqrt(c^2 + (2 b s/l_rod)^2) (exactly that at theta = 0), by the way sqrt(S'^2 + r^2 theta'^2).
+    shaft in the cage: mu r F on either side (the bearing is longer than 2 a sin_beta, so its two reactions add up to F);
+    pin: thrust F on a collar of the pin's radius, and the moment a F as two forces a F/l_pin: mu r F (1 + 2 a/l_pin) |beta'|;
+    ball, loaded at the pole of F: coupler against lever turns by x + beta' n - theta' y, perpendicular to n by sqrt(1 + theta'^2 c^2);
+    rod: force 2 F |c| and moment 2 b F |s| in planes that are nearly perpendicular, so at the two ends of the bore together at most
+    2 F sqrt(c^2 + (2 b s/l_rod)^2) (exact at theta = 0), over the distance sqrt(S'^2 + r^2 theta'^2).
 
     The axial forces of couplers assembled under prestress are unknown and would add to this; inertia forces are neglected.
     """

@@ -1,11 +1,11 @@
-"""Kinematics of the spatial linkage RRSCSRR: smooth closed forms for every angle of the shafts.
+"""Kinematics of the spatial linkage RRSCSRR: smooth closed forms for all angles of the shafts.
 
 B. Madhavan, Systematic design of gearless differentials and analysis of a potential mechanism, M.S. 96-7, University of Maryland, 1996.
 
-Axes of the cage, from its centre, where the C axis meets the shaft axis: x along the shafts to the right, y along the C axis,
+Axes of the cage, with the origin where the C axis meets the shaft axis: x along the shafts to the right, y along the C axis,
 z = x x y. A coupler of length a turns with its shaft about x by alpha and against it by beta; its other end holds, in an S-pair, the
-end of a lever of half length b, which turns by theta about y and slides by S along y. The R-pairs of the couplers lie on the shaft
-axis, d = b - offset from the centre on both sides. A half-turn about y exchanges left and right: that is why alpha_right = -alpha_left.
+end of a lever of half length b, which turns by theta about y and slides by S along y. The R-pairs of the couplers are on the shaft
+axis, at d = b - offset from the centre on both sides. A half-turn about y exchanges left and right; hence alpha_right = -alpha_left.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ HALF_TURN: Array = np.array([-1.0, 1.0, -1.0])
 
 
 class Loop(NamedTuple):
-    """The closed loop at one angle, as numbers or as symbols: quantities in which all other expressions are short.
+    """The closed loop at one angle, as numbers or symbols: quantities that keep all other expressions short.
 
     s, c = sin alpha, cos alpha;  sin_beta, cos_beta;  R = d - a c^2 sin_beta;  Q = a cos_beta/R
     d beta/d alpha = Q s c,  d theta/d alpha = Q c,  d S/d alpha = -Q s d
@@ -39,12 +39,12 @@ class Loop(NamedTuple):
 
 
 def closed_loop(alpha: Any, a: Any, b: Any, d: Any, of: Any = np) -> Loop:
-    """The loop solved. ``of``: numpy, or casadi where the arguments are symbols.
+    """Solve the loop. ``of``: numpy, or casadi for symbols.
 
-    The S-pair is where both halves want it (5.21)-(5.23): a sin beta = d - b cos theta, a sin alpha cos beta = b sin theta, S = a cos
+    Both halves must agree on the S-pair (5.21)-(5.23): a sin beta = d - b cos theta, a sin alpha cos beta = b sin theta, S = a cos
     alpha cos beta. Without theta: a^2 c^2 X^2 - 2 a d X + d^2 - b^2 + a^2 s^2 = 0 in X = sin beta, whose smaller root has the
     discriminant R^2 = d^2 - c^2 (d^2 - b^2 + a^2 s^2) and, free of 0/0, X = (d^2 - b^2 + a^2 s^2)/(a (d + R)). For d = b, k = a/b, D = R/b
-    this is sin beta = k s^2/(1 + D); (5.38) and (5.30) lose all digits near 90 and 0 degrees, (5.39) is 0 times infinity there.
+    this is sin beta = k s^2/(1 + D). Near 90 and 0 degrees (5.38) and (5.30) lose all digits, and (5.39) is 0 times infinity.
     The derivatives in ``Loop`` follow from the same three equations by b^2 = (d - a X)^2 + a^2 s^2 cos_beta^2.
     """
     s, c = of.sin(alpha), of.cos(alpha)
@@ -72,9 +72,9 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True)
 class Linkage:
-    """The lengths of the mechanism [m]: coupler a, half lever b, and how much the C axis is moved nearer to the R-pairs (7.3).
+    """The lengths of the mechanism [m]: coupler a, half lever b, and the offset of the C axis towards the R-pairs (7.3).
 
-    Errors: ParameterError where it cannot be assembled at every angle, which needs a triangle of a, b and d = b - offset:
+    Errors: ParameterError if it cannot be assembled at every angle, which requires a triangle of a, b and d = b - offset:
     |offset| < a < 2 b - offset. Without offset this is (5.34), 0 < a/b < 2.
     """
 
@@ -127,17 +127,17 @@ class Linkage:
 
     @property
     def theta_max(self) -> float:
-        """Greatest angle of the lever, at alpha = 90 degrees (5.32), (6.1) [rad]."""
+        """Maximum angle of the lever, at alpha = 90 degrees (5.32), (6.1) [rad]."""
         return float(self.motion(np.pi / 2).theta)
 
     @property
     def beta_range(self) -> tuple[float, float]:
-        """Angle of the couplers at alpha = 0 and at 90 degrees, which are its least and greatest [rad]."""
+        """Angles of the couplers at alpha = 0 and at 90 degrees, their minimum and maximum [rad]."""
         least, greatest = self.motion([0.0, np.pi / 2]).beta
         return float(least), float(greatest)
 
     def points(self, alpha: ArrayLike) -> dict[str, Array]:
-        """Where the pairs are, in axes of the cage [m], as (..., 3): R_left, S_left, C, S_right, R_right."""
+        """Positions of the pairs in axes of the cage [m], as (..., 3): R_left, S_left, C, S_right, R_right."""
         m = self.motion(alpha)
         zero, b = np.zeros_like(m.alpha), self.b
         left = np.stack([-b * np.cos(m.theta), m.S, b * np.sin(m.theta)], axis=-1)
@@ -153,7 +153,7 @@ class Linkage:
 
 
 def ratio_from_theta(theta_max: float) -> float:
-    """a/b for a greatest angle of the lever, without offset (6.1) [rad]: 2 sin(theta_max/2). Errors: ParameterError outside (0, pi)."""
+    """a/b for a maximum angle of the lever, without offset (6.1) [rad]: 2 sin(theta_max/2). Errors: ParameterError outside (0, pi)."""
     if not 0 < theta_max < np.pi:
         raise ParameterError(
             f"theta_max = {theta_max:g} rad is outside (0, pi) rad: a/b = 2 sin(theta_max/2) must lie in (0, 2)"

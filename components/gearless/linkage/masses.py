@@ -11,11 +11,11 @@ from powertrain import ParameterError
 from powertrain.components.gearless.linkage.kinematics import Linkage, Loop
 
 STEEL = 7900.0
-"""Density that App. B takes for steel [kg/m3]."""
+"""Density of steel in App. B [kg/m3]."""
 
 
 ROUNDING = 1e-9
-"""By what share an inertia may miss its limit."""
+"""Relative tolerance on the limit of an inertia."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,8 @@ class LinkBody:
 def cylinder(mass: float, radius: float, length: float, *, inner: float = 0.0, transverse: str = "rod") -> LinkBody:
     """A cylinder, solid (B.1)-(B.3) or hollow (B.4)-(B.6), with its length along its axis.
 
-    The axial moment of inertia is m (r_2^2 + r_1^2)/2: (B.4) has a minus sign in print, which ``thesis_cage`` repeats. The transverse one
-    is m L^2/12, that of a thin rod, as in the thesis; ``transverse="exact"`` adds m (r_2^2 + r_1^2)/4.
+    The axial moment of inertia is m (r_2^2 + r_1^2)/2; (B.4) is printed with a minus sign, which ``thesis_cage`` repeats. The transverse
+    one is m L^2/12, that of a thin rod, as in the thesis; ``transverse="exact"`` adds m (r_2^2 + r_1^2)/4.
 
     Parameters
     ----------
@@ -125,20 +125,20 @@ TABLE_5_1 = LinkMasses(
     coupler=LinkBody(0.23, 180 * GRAM_CM2, 690 * GRAM_CM2),
     lever=LinkBody(0.6, 468.75 * GRAM_CM2, 11250 * GRAM_CM2),
 )
-"""The thesis's data set as printed (I_yy of the cage, 93866.76 in print, is 93866.67 like I_zz). It leaves the outputs' values open."""
+"""The data set of the thesis as printed (the cage's I_yy, printed as 93866.76, is 93866.67 like I_zz). It has no values for outputs."""
 
 CYLINDERS = {"cage": (0.06, 0.16, 0.05), "coupler": (0.0125, 0.06, 0.0), "lever": (0.0125, 0.15, 0.0)}
-"""Radius, length and inner radius [m] of the cylinders that Table 5.1 is the result of (the figures are missing, its numbers give them)."""
+"""Radius, length and inner radius [m] of the cylinders in Table 5.1 (the figures are missing; derived from the numbers)."""
 
 OVERHANG = 0.03
-"""By how much coupler and lever are longer than the distance of their pairs in the thesis, both ends together [m]."""
+"""Excess length of coupler and lever over the distance of their pairs in the thesis, both ends together [m]."""
 
 CORRECTED = replace(TABLE_5_1, cage=cylinder(4.4, 0.06, 0.16, inner=0.05))
-"""Table 5.1 with the right formula for a hollow cylinder: 134 200 g.cm2 for the cage about its axis."""
+"""Table 5.1 with the correct formula for a hollow cylinder: 134 200 g.cm2 for the cage about its axis."""
 
 
 def scaled(linkage: Linkage, radius: float = 0.0125, density: float = STEEL) -> LinkMasses:
-    """Masses of couplers and lever of other lengths, as the thesis makes them: steel cylinders, with the overhang of its own ones.
+    """Masses of couplers and lever with other lengths, as in the thesis: steel cylinders with the thesis's overhang.
 
     The cage is unchanged: at constant speed it has no effect.
     """
@@ -150,7 +150,7 @@ def scaled(linkage: Linkage, radius: float = 0.0125, density: float = STEEL) -> 
 
 
 class ReflectedInertia(NamedTuple):
-    """Kinetic energy (J w^2 + M u^2)/2 of the whole, w the speed of the cage, u = d alpha/dt; J1, M1 = dJ/d alpha, dM/d alpha [kg.m2]."""
+    """Kinetic energy (J w^2 + M u^2)/2 of the mechanism, w the cage speed, u = d alpha/dt; J1, M1 = dJ/d alpha, dM/d alpha [kg.m2]."""
 
     J: Any
     M: Any
@@ -161,9 +161,9 @@ class ReflectedInertia(NamedTuple):
 def inertia(loop: Loop, a: Any, b: Any, d: Any, masses: LinkMasses) -> ReflectedInertia:
     """Moments of inertia of the mechanism as functions of alpha, from the kinetic energies of cage, couplers, lever and outputs.
 
-    Coupler left, centre h = coupler_centre a from its R-pair, J_t = transverse + m h^2: it turns about its fixed point by (w + u) about
-    x and by d beta/dt across, 2 T = (J_t cos_beta^2 + axial sin_beta^2) (w + u)^2 + J_t (d beta/dt)^2. On the right w - u: in the sum
-    the products w u cancel. Lever: its centre moves by d S/dt along y and w S across, 2 T = m ((d S/dt)^2 + w^2 S^2) + transverse
+    Coupler left, centre h = coupler_centre a from its R-pair, J_t = transverse + m h^2: it turns about its fixed point at (w + u) about
+    x and at d beta/dt across, 2 T = (J_t cos_beta^2 + axial sin_beta^2) (w + u)^2 + J_t (d beta/dt)^2. On the right w - u: in the sum
+    the products w u cancel. Lever: its centre moves at d S/dt along y and w S across, 2 T = m ((d S/dt)^2 + w^2 S^2) + transverse
     (d theta/dt)^2 + w^2 (transverse sin(theta)^2 + axial cos(theta)^2). Outputs: J_o ((w + u)^2 + (w - u)^2). Cage: J_c w^2.
     The derivatives use those of ``Loop`` and dQ/d alpha = -a Q s c (3 sin_beta - c^2 cos_beta Q)/R.
     """

@@ -1,4 +1,4 @@
-"""What the moving links do to the housing: shaking force and shaking moment about the centre, where C axis and shaft axis meet."""
+"""Reactions of the moving links on the housing: shaking force and moment about the centre, where C axis and shaft axis meet."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class Shaking(NamedTuple):
 
 
 def shaking(linkage: Linkage, drive: Drive, masses: LinkMasses = TABLE_5_1, *, phi: ArrayLike | None = None) -> Shaking:
-    """Force and moment about the centre on what holds the shafts: minus the rates of change of momentum and angular momentum.
+    """Force and moment about the centre on the shafts' bearings: minus the rates of change of momentum and angular momentum.
 
-    In axes of the cage, or, where its angle ``phi`` is given, in axes of the housing. The centre of lever and couplers together stays on
+    In axes of the cage or, if its angle ``phi`` is given, of the housing. The common centre of mass of lever and couplers stays on
     the C axis: the force is that of one mass m_lever + 2 coupler_centre m_coupler at S. There is none along x. The moment about x is the
-    sum of the torques on the three shafts, which is not the housing's, and is left out. Torques between the shafts have no effect.
+    sum of the torques on the three shafts, which does not act on the housing and is left out. Torques between the shafts have no effect.
     """
     m = linkage.motion(drive.alpha)
     place, place1, place2 = (v[..., None] * Y for v in (m.S, m.S1, m.S2))
@@ -43,13 +43,13 @@ def shaking(linkage: Linkage, drive: Drive, masses: LinkMasses = TABLE_5_1, *, p
 
 
 def turned(v: Array, phi: ArrayLike) -> Array:
-    """Vectors in axes of the cage, in axes of the housing, against which it is turned by ``phi`` about x."""
+    """Transform vectors from axes of the cage to axes of the housing; the cage is turned by ``phi`` about x."""
     s, c = np.sin(phi), np.cos(phi)
     x, y, z = np.moveaxis(v, -1, 0)
     return np.stack([x, c * y - s * z, s * y + c * z], axis=-1)
 
 
 def turns(force: Array) -> float:
-    """How many times a force in the plane y z turns about x along a fine record of it."""
+    """The number of turns of a force in the plane y z about x, along a finely sampled record."""
     angle = np.unwrap(np.arctan2(force[..., 2], force[..., 1]))
     return float((angle[-1] - angle[0]) / (2 * np.pi))

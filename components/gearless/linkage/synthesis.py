@@ -1,8 +1,8 @@
 """Type synthesis of 1:-1 couplings: the generator, which lists every mechanism of a given structure (Madhavan 1996, ch. 3).
 
-A coupling turns its two coaxial shafts at opposite speeds while its cage stands; with the cage turning it is a differential. Here it is
-only a graph: links are vertices, joints are edges (Figs. 3.4, 3.5). The chain 1-2-...-lever-...-l-1 leads from the cage (1) through the
-input link (2) to the lever and on to the output link (l) and back; the middle joint closes it into two loops.
+A coupling turns its two coaxial shafts at opposite speeds while its cage is at rest; with the cage turning it is a differential. Here it
+is only a graph: links are vertices, joints are edges (Figs. 3.4, 3.5). The chain 1-2-...-lever-...-l-1 leads from the cage (1) through the
+input link (2) to the lever, and on to the output link (l) and back; the middle joint closes it into two loops.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from powertrain import ParameterError
 
 @dataclass(frozen=True)
 class Joint:
-    """A kinematic pair by its turning and sliding freedoms; ``along`` are those about and along its own axis.
+    """A kinematic pair with its rotational and sliding freedoms; ``along`` are those about and along its own axis.
 
-    ``sliding``: a pair that the thesis counts as a slider (P and C; a ball in a cylinder slides too and is not counted).
-    ``surface``: its links touch in a surface, as in lower pairs.
+    ``sliding``: the thesis counts the pair as a slider (P and C; a ball in a cylinder also slides but is not counted).
+    ``surface``: its links are in surface contact, as in lower pairs.
     """
 
     name: str
@@ -45,16 +45,16 @@ S = Joint("S", turns=3, slides=0, along=1)
 E = Joint("E", turns=1, slides=2, along=1, sliding=True)
 Bc = Joint("Bc", turns=3, slides=1, along=2, surface=False)
 G = Joint("G", turns=1, slides=1, along=1, surface=False)
-"""Turning, prismatic, cylindrical, spherical and plane pair, ball in cylinder; two teeth that roll and slide in a plane or on a sphere."""
+"""Revolute, prismatic, cylindrical, spherical and plane pair, ball in cylinder; two teeth that roll and slide in a plane or on a sphere."""
 
 
 def middle_problem(joint: Joint) -> str | None:
-    """Why a joint cannot carry the lever of a linkage on the cage (p. 19); None where it can.
+    """Why a joint cannot carry the lever of a linkage on the cage (p. 19); None if it can.
 
-    The outputs are opposite since one half is the other after a half turn about the middle joint's axis (a half turn, where the thesis
-    writes of a mirror image). Motions of the lever that keep this symmetry are turns about that axis and slides along it, and no others.
-    With one of them alone the lever goes to and fro between two ends; there each half is at a dead point, from where the output may go
-    either way. With both, its ends run round on a cylinder.
+    The outputs are opposite because one half is the other after a half-turn about the middle joint's axis (the thesis calls it a mirror
+    image). The only motions of the lever that keep this symmetry are rotations about that axis and slides along it. With only one of them
+    the lever oscillates between two ends; there each half is at a dead point, from which the output may move either way. With both, its
+    ends move round on a cylinder.
     """
     if joint.freedom > joint.along:
         return f"{joint}: the lever could leave the symmetry, {joint.freedom - joint.along} of its freedoms are not of the axis"
@@ -107,7 +107,7 @@ class Coupling:
 
     @property
     def freedom(self) -> int:
-        """F = lambda (l - j - 1) + sum of f (eq. 3.1), which does not know of the symmetry: 0 for overconstrained couplings that move."""
+        """F = lambda (l - j - 1) + sum of f (eq. 3.1), which ignores the symmetry: 0 for overconstrained couplings that move."""
         return freedom(self.links, [joint for *_, joint in self.edges], self.mobility)
 
     def on_link(self, link: int) -> list[Joint]:
@@ -124,18 +124,18 @@ def freedom(links: int, joints: list[Joint] | tuple[Joint, ...], mobility: int =
 
 
 def idle(side: tuple[Joint, ...]) -> int:
-    """Links that spin between two joints which both turn every way, moving nothing else: freedoms that F counts and nobody has."""
+    """Links that spin between two joints with full rotational freedom and move nothing else: freedoms that F counts but no one uses."""
     return sum(one.turns == other.turns == 3 for one, other in pairwise(side))
 
 
 @dataclass(frozen=True)
 class CouplingStructure:
-    """What mechanisms to list: the structure specifications (3.2.1). The defaults are those of the thesis.
+    """The mechanisms to list: the structure specifications (3.2.1). The defaults are those of the thesis.
 
-    Both links that are ternary (cage and lever) share the middle joint; the two loops through it have ``loop_freedom`` each. ``joints`` may
-    stand between shaft and lever, ``ground`` carries the shafts, ``middle`` the lever (None: those of ``joints`` that can, by
-    ``middle_problem``). ``mobility``: lambda, 6 in space, 3 in a plane or on a sphere. ``symmetric``: both sides alike, without which
-    nothing makes the speeds opposite. Errors: ParameterError where no mechanism can have the structure.
+    Both ternary links (cage and lever) share the middle joint; the two loops through it have ``loop_freedom`` each. ``joints`` are allowed
+    between shaft and lever, ``ground`` carries the shafts, ``middle`` the lever (None: those of ``joints`` that can, by
+    ``middle_problem``). ``mobility``: lambda, 6 in space, 3 in a plane or on a sphere. ``symmetric``: both sides are equal; otherwise
+    nothing makes the speeds opposite. Errors: ParameterError if no mechanism can have the structure.
     """
 
     joints: tuple[Joint, ...] = (R, P, S, C, Bc)
@@ -184,7 +184,7 @@ class CouplingStructure:
                     yield Coupling(side, middle, other, self.mobility)
 
     def _sides(self, middle: Joint, longest: int) -> Iterator[tuple[Joint, ...]]:
-        """The joints from cage to lever of one loop with the freedom wanted; l = j in a loop (eqs. 3.2, 3.3)."""
+        """The joints from cage to lever of one loop with the required freedom; l = j in a loop (eqs. 3.2, 3.3)."""
         for between in range(1, longest):
             for side in product(self.ground, *[self.joints] * between):
                 loop = (*side, middle)

@@ -1,4 +1,4 @@
-"""Type synthesis of 1:-1 couplings: the tester, which keeps the mechanisms worth a look, and their order (Madhavan 1996, ch. 4)."""
+"""Type synthesis of 1:-1 couplings: the evaluation, which selects and ranks mechanisms (Madhavan 1996, ch. 4)."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from powertrain.components.gearless.linkage.synthesis import Coupling, CouplingS
 
 @dataclass(frozen=True)
 class Criteria:
-    """What a mechanism must not have: the evaluation criteria (3.2.2). Sliders rub, wear and lose energy.
+    """Limits on a mechanism: the evaluation criteria (3.2.2). Sliders rub, wear and lose energy.
 
-    ``sliding``: P and C pairs in all; ``sliding_on_a_link``: on one link; ``point_contacts``: joints that are no lower pairs (None: any).
+    ``sliding``: P and C pairs in total; ``sliding_on_a_link``: on one link; ``point_contacts``: joints that are not lower pairs (None:
+    any).
     """
 
     sliding: int = 3
@@ -20,7 +21,7 @@ class Criteria:
     point_contacts: int | None = None
 
     def problems(self, coupling: Coupling) -> tuple[str, ...]:
-        """The rules that reject a mechanism, in the order of the criteria; empty for one that is accepted."""
+        """The criteria that reject a mechanism, in order; empty if it is accepted."""
         found: list[str] = []
         if (count := sliders(coupling)) > self.sliding:
             found.append(f"{count} sliding pairs, {self.sliding} allowed")
@@ -42,18 +43,18 @@ def sliders(coupling: Coupling) -> int:
 
 
 def point_contacts(coupling: Coupling) -> int:
-    """Joints of a mechanism whose links touch in points or lines: high stress, and wear."""
+    """Joints of a mechanism in point or line contact: high stress, and wear."""
     return sum(not joint.surface for *_, joint in coupling.edges)
 
 
 def order(coupling: Coupling) -> tuple[int, int, int]:
-    """Joints without surface contact, sliding pairs, links: what chapter 4 compares, in its order; fewer is better."""
+    """Joints without surface contact, sliding pairs, links: the ranking of chapter 4; fewer is better."""
     return point_contacts(coupling), sliders(coupling), coupling.links
 
 
 @dataclass(frozen=True)
 class Synthesis:
-    """The mechanisms of a structure, and what the criteria say of them."""
+    """The mechanisms of a structure, and their evaluation by the criteria."""
 
     structure: CouplingStructure
     criteria: Criteria
@@ -61,7 +62,7 @@ class Synthesis:
 
     @property
     def problems(self) -> dict[Coupling, tuple[str, ...]]:
-        """The rules that reject each mechanism (Table 4.1)."""
+        """The criteria that reject each mechanism (Table 4.1)."""
         return {coupling: self.criteria.problems(coupling) for coupling in self.couplings}
 
     @property
@@ -76,15 +77,15 @@ class Synthesis:
 
     @property
     def ranking(self) -> list[list[Coupling]]:
-        """The potential mechanisms, best first; those in one list are equal by all that counts, and a choice among them is the designer's.
+        """The potential mechanisms, best first; those in one list rank equally, and the choice among them is the designer's.
 
-        The thesis ends with RRSCSRR and RSRCRSR, which are equal, and takes the first.
+        The thesis ends with RRSCSRR and RSRCRSR, which rank equally, and chooses the first.
         """
         return [list(group) for _, group in groupby(sorted(self.accepted, key=order), key=order)]
 
 
 def synthesize(structure: CouplingStructure | None = None, criteria: Criteria | None = None) -> Synthesis:
-    """Generates and tests; without arguments the search of the thesis: six mechanisms, four of them accepted."""
+    """Generate and evaluate mechanisms; by default the search of the thesis: six mechanisms, four of them accepted."""
     what = structure or CouplingStructure()
     return Synthesis(what, criteria or Criteria(), tuple(what.generate()))
 

@@ -14,7 +14,7 @@ from powertrain.components.gearless.spherical_cam.profile import SphericalCam
 
 
 def animation(cam: SphericalCam = CAM, *, frames: int = 60) -> FuncAnimation:
-    """One stroke of the cams, 2 pi/N of a side wheel against the cage, after which it looks the same; see ``mechanism``."""
+    """One stroke of the cams, 2 pi/N of a side wheel against the cage, after which it repeats; see ``mechanism``."""
     figure = plt.figure(layout="constrained")
     solid = figure.add_subplot(projection="3d")
 

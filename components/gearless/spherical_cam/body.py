@@ -1,4 +1,4 @@
-"""Sizes of a spherical cam differential: contact pressure, volume, mass and inertia of its cams and rollers."""
+"""Dimensions of a spherical cam differential: contact pressure, volume, mass and inertia of its cams and rollers."""
 
 from __future__ import annotations
 
@@ -18,26 +18,27 @@ from powertrain.components.gearless.spherical_cam.rollers import contact
 
 POINTS = 721
 ARC = 6
-"""Steps from the bore to the profile with which a spherical face is drawn."""
+"""Steps from the bore to the profile for drawing a spherical face."""
 
 
 @dataclass(frozen=True)
 class CamBody:
-    """A cam of a spherical cam differential as a body: the inner and the outer conjugate cam, the rollers on them, and how many pairs.
+    """A cam of a spherical cam differential as a body: the inner and the outer conjugate cam, their rollers, and the number of pairs.
 
-    ``inner``, ``outer``: from which to which distance from the centre the cams reach [m]; they are conical, all their generators pass
-    through the centre. ``bore``: radius of the hole for the shaft [m]. ``pairs`` of cams stand around the axle. ``E`` [Pa], ``nu``,
+    ``inner``, ``outer``: distances from the centre between which the cams extend [m]; they are conical, with all generators through the
+    centre. ``bore``: radius of the hole for the shaft [m]. ``pairs``: pairs of cams around the axle. ``E`` [Pa], ``nu``,
     ``density`` [kg/m3] of cams and rollers.
 
-    Cam and roller turn about axes through the centre, so an elastic approach grows with the distance rho from it: the load per length is k
-    rho. So does the radius of relative curvature, rho c with c the ``conformity`` of the profile, and the pressure of Hertz's line contact
-    is the same all along the line:
+    Cam and roller turn about axes through the centre, so an elastic approach grows with the distance rho from it: the load per length is
+    k rho. So does the radius of relative curvature, rho c, with c the ``conformity`` of the profile. The pressure of Hertz's line contact
+    is therefore constant along the line:
 
     p = sqrt(k rho E'/(pi rho c)),  E' = E/(2 (1 - nu^2)),  moment of the line k (rho_o^3 - rho_i^3)/3
 
-    For one pressure, torque and volume are in proportion. Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, ch. 4.
+    For a given pressure, torque and volume are in proportion. Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985,
+    ch. 4.
 
-    Errors: ParameterError for cams inside out or inside of each other, a bore as large as the cam, or a material that is none.
+    Errors: ParameterError for cams inside out or overlapping, a bore as large as the cam, or impossible material data.
 
     >>> body = CamBody(SphericalCam(4, 5), inner=(0.020, 0.029), outer=(0.030, 0.036), bore=0.006)
     >>> round(body.mass, 2), round(1e6 * body.spin_inertia, 1)
@@ -77,7 +78,7 @@ class CamBody:
         return (self.inner[1] ** 3 - self.inner[0] ** 3) / 3, (self.outer[1] ** 3 - self.outer[0] ** 3) / 3
 
     def _lines(self, cycle: Cycle, s: Array, torque: ArrayLike) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """Moment of the line load on the inner and the outer cam about the centre [N.m], and u of their rollers."""
+        """Moments of the line loads on the inner and the outer cam about the centre [N.m], and u of their rollers."""
         first, second = cycle.contact_force(s, 1.0, 1.0, cams=self.pairs)
         phase, size = np.mod(s, cycle.cam.half), np.abs(torque)
         on_first = np.floor(s / cycle.cam.half) % 2 == 0
@@ -101,10 +102,10 @@ class CamBody:
         return normal[0], normal[1], total
 
     def pressure(self, cycle: Cycle, s: ArrayLike, torque: ArrayLike) -> tuple[Array, Array]:
-        """Hertz's greatest pressure [Pa] on the inner and the outer cam at the cam angle s, for the torque of one side wheel [N.m].
+        """Hertz's maximum pressure [Pa] on the inner and the outer cam at the cam angle s, for the torque of one side wheel [N.m].
 
-        Without friction. s = 0 is the middle of a stroke of the inner cam; the period is a stroke, 2 pi/M. The rule of sharing tells what
-        part of the torque each roller carries.
+        Without friction. s = 0 is the middle of a stroke of the inner cam; the period is a stroke, 2 pi/M. The rule of load sharing
+        determines the share of the torque that each roller carries.
         """
         moments, places = self._lines(cycle, np.asarray(s, float), torque)
         stiff = self.E / (2 * (1 - self.nu**2)) / math.pi
@@ -115,12 +116,12 @@ class CamBody:
         return inner, outer
 
     def greatest_pressure(self, cycle: Cycle, torque: float) -> float:
-        """The greatest pressure of a cycle [Pa]. Below the surface the greatest shear stress is 0.30 of it (Johnson, 4.1)."""
+        """The maximum pressure of a cycle [Pa]. Below the surface the maximum shear stress is 0.30 of it (Johnson, 4.1)."""
         s = np.linspace(0.0, 2 * cycle.cam.half, POINTS)
         return -lowest(lambda at: -np.maximum(*self.pressure(cycle, at, torque)), s)
 
     def sized(self, cycle: Cycle, torque: float, pressure: float) -> Self:
-        """The similar body that a torque of one side wheel [N.m] loads to a pressure [Pa]: torque/(pressure^2 size^3) is a constant."""
+        """The similar body in which a torque of one side wheel [N.m] causes a pressure [Pa]: torque/(pressure^2 size^3) is constant."""
         if not (torque > 0 and pressure > 0):
             raise ParameterError(
                 f"CamBody.sized: torque = {torque:g} N.m and pressure = {pressure:g} Pa must be positive"
@@ -131,23 +132,23 @@ class CamBody:
 
     @property
     def volume(self) -> float:
-        """Of all cams [m3]."""
+        """Volume of all cams [m3]."""
         return self.pairs * sum(self._moments(*reach)[0] for reach in (self.inner, self.outer))
 
     @property
     def mass(self) -> float:
-        """Of all cams [kg]."""
+        """Mass of all cams [kg]."""
         return self.density * self.volume
 
     @property
     def spin_inertia(self) -> float:
-        """Of all cams about their shafts [kg.m2]."""
+        """Moment of inertia of all cams about their shafts [kg.m2]."""
         return self.density * self.pairs * sum(self._moments(*reach)[1] for reach in (self.inner, self.outer))
 
     def _moments(self, low: float, high: float) -> tuple[float, float]:
-        """Volume [m3] and its second moment about the shaft [m5] of what lies between two spheres, the profile and the bore.
+        """Volume [m3] and its second moment about the shaft [m5] between two spheres, the profile and the bore.
 
-        A wedge between azimuths reaches from the bore, sin(theta) = bore/rho, to the profile at theta, and
+        A wedge between azimuths extends from the bore, sin(theta) = bore/rho, to the profile at theta, and
         int rho^2 sin(theta), int rho^4 sin(theta)^3 over theta and rho are, with t = rho^2 - bore^2,
         t^(3/2)/3 - cos(theta) rho^3/3,  2 t^(5/2)/15 + bore^2 t^(3/2)/3 - (cos(theta) - cos(theta)^3/3) rho^5/5
         """
@@ -186,12 +187,12 @@ class CamBody:
 
     @property
     def roller_mass(self) -> float:
-        """Of one roller on the inner cam and one on the outer cam, as full cones [kg]."""
+        """Masses of one roller on the inner cam and one on the outer cam, as full cones [kg]."""
         return self.density * 2 * math.pi * (1 - math.cos(self.cam.alpha_4)) * sum(self._sizes)
 
     @property
     def roller_inertias(self) -> tuple[float, float]:
-        """Of one roller on the inner cam and of one on the outer cam about their axes, as full cones [kg.m2]."""
+        """Moments of inertia of one roller on the inner and one on the outer cam about their axes, as full cones [kg.m2]."""
         c = math.cos(self.cam.alpha_4)
         around = 2 * math.pi * self.density * (2 / 3 - c + c**3 / 3) / 5
         inner, outer = (around * (high**5 - low**5) for low, high in (self.inner, self.outer))
@@ -199,7 +200,7 @@ class CamBody:
 
 
 def cone_solid(edge: Array, low: float, high: float, bore: float = 0.0) -> Array:
-    """Triangles of what a cone over a closed curve on the unit sphere (n, 3), around z, contains between two spheres, but for a bore."""
+    """Triangles of the body between two spheres in a cone over a closed curve on the unit sphere (n, 3), around z, minus a bore."""
     azimuth, polar = np.arctan2(edge[:, 1], edge[:, 0]), np.arccos(edge[:, 2])
 
     def face(rho: float) -> Array:

@@ -1,4 +1,4 @@
-"""What makes a spherical cam impossible: its numbers, its angles, cusps, double points, gaps, interference."""
+"""Checks of a spherical cam: numbers, angles, cusps, double points, gaps, interference."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from powertrain import ParameterError
 from powertrain.components.gearless.spherical_cam.curves import FINE, Array, CamCurves
 
 LEAST = 3
-"""The fewest lobes or rollers that keep two strokes apart."""
+"""Minimum number of lobes or rollers for separate strokes."""
 TOUCH = 1e-9
-"""What a roller may seem to cut into the profile by round-off [rad]."""
+"""Interference of roller and profile within round-off [rad]."""
 
 
 def check_numbers(cam: CamCurves) -> None:
-    """Refuses what has no geometry at all. Errors: ParameterError."""
+    """Reject numbers without any geometry. Errors: ParameterError."""
     _check_counts(cam)
     for name in ("alpha_1", "alpha_3", "alpha_4"):
         _between(cam, name, 0.0, math.pi / 2, "it is an angle between crossing axes, or of a cone")
@@ -29,7 +29,7 @@ def _check_counts(cam: CamCurves) -> None:
 
 
 def check_angles(cam: CamCurves) -> None:
-    """Refuses numbers and angles before anything is computed. Errors: ParameterError."""
+    """Reject numbers and angles before anything is computed. Errors: ParameterError."""
     _check_counts(cam)
     _check_pressure(cam)
     _between(cam, "alpha_1", 0.0, math.pi / 2, "the axes of cam and carrier cross at an angle of at most 90°")
@@ -59,7 +59,7 @@ def _check_pressure(cam: CamCurves) -> None:
 
 
 def check_cut(cam: CamCurves) -> None:
-    """Refuses a profile that cannot drive, does not close, or is undercut. Errors: ParameterError."""
+    """Reject a profile that cannot drive, does not close, or is undercut. Errors: ParameterError."""
     _check_pressure(cam)
     sigma = cam.sigma
     if not sigma > 0:
@@ -78,7 +78,7 @@ def check_cut(cam: CamCurves) -> None:
 
 
 def check_profile(cam: CamCurves) -> None:
-    """Refuses a cam that cannot be cut or does not keep contact. Errors: ParameterError."""
+    """Reject a cam that cannot be cut or does not keep contact. Errors: ParameterError."""
     check_cut(cam)
     if (crossings := double_points(cam)).size:
         said = " and ".join(_deg(float(psi)) for psi in crossings[0])
@@ -95,8 +95,8 @@ def check_profile(cam: CamCurves) -> None:
 def cusps(cam: CamCurves) -> Array:
     """Cam angles after the middle of a stroke at which the profile turns back [rad]; those before it are their mirror images.
 
-    The profile's speed (see ``CamCurves.profile_speed``) changes its sign there. Searched up to the lobe's tip, sigma, or to pi/M where
-    the profile does not reach that.
+    The profile's speed (see ``CamCurves.profile_speed``) changes sign there. The search extends to the lobe's tip, sigma, or to pi/M if
+    the profile does not reach the tip.
     """
     psi = np.linspace(-cam.half, _end(cam), FINE)
     back = cam.profile_speed(psi) >= 0
@@ -106,9 +106,9 @@ def cusps(cam: CamCurves) -> Array:
 
 
 def double_points(cam: CamCurves, points: int = 400) -> Array:
-    """Pairs of cam angles at which one valley of the profile meets itself, one row each [rad], to a step of the chain of points.
+    """Pairs of cam angles at which one valley of the profile intersects itself, one row each [rad], accurate to a segment of the polygon.
 
-    The chain is projected from the pole at -z, and every two of its segments are tried. The tip, where two valleys meet, is not among them.
+    The polygon is projected from the pole at -z, and all pairs of segments are tested. The tip, where two valleys meet, is not included.
     """
     psi = np.linspace(-2 * cam.half - _end(cam), _end(cam), points)
     x, y, z = cam.profile(psi).T
@@ -132,9 +132,9 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def clearance(cam: CamCurves, points: int = 241, positions: int = 60) -> float:
-    """Least distance of any of the N rollers from the whole profile, over a whole turn of the carrier [rad]; 0 where they just touch.
+    """Smallest distance of any of the N rollers from the whole profile, over one turn of the carrier [rad]; 0 if they just touch.
 
-    All N rollers over one stroke are one roller over N strokes, and by symmetry over half of them.
+    All N rollers over one stroke are equivalent to one roller over N strokes, and by symmetry over half of them.
     """
     psi = -cam.half + np.linspace(0.0, cam.N * cam.half, cam.N * positions + 1)
     nearest = (cam.pitch_curve(psi) @ cam.valleys(points).T).max(axis=1)

@@ -1,6 +1,6 @@
 """The spherical cam and its rollers: kinematics, profile, pressure angles; Chaudhary, Angeles & Morozov 2014, eqs. (1)-(8).
 
-Frame: the axes of cam and roller carrier cross at the origin, e_psi = (0, 0, 1), e_phi = (sin alpha_1, 0, cos alpha_1); everything lies on
+Frame: the axes of cam and roller carrier cross at the origin, e_psi = (0, 0, 1), e_phi = (sin alpha_1, 0, cos alpha_1); everything is on
 the unit sphere. The middle of a stroke, where a roller is deepest between two lobes, is psi = -pi/M.
 """
 
@@ -18,23 +18,23 @@ from scipy.optimize import minimize_scalar
 
 Array = NDArray[np.float64]
 FINE = 721
-"""Points over half a stroke with which a profile is checked."""
+"""Points over half a stroke for checking a profile."""
 
 
 @dataclass(frozen=True)
 class CamCurves:
-    """The equations of a cam of M lobes that meshes with a carrier of N conical rollers, for any numbers.
+    """The equations of a cam with M lobes in mesh with a carrier of N conical rollers, without checks of the numbers.
 
     phi = -(M/N) psi + phi_0,  phi_0 = (1 - 1/N) pi;  tan(beta_1) = M sin(alpha_1)/(M cos(alpha_1) + N)  (1)
 
     ``alpha_1``: angle between the axes of cam and carrier; ``alpha_3``: of a roller's axis e_p against the carrier's axis; ``alpha_4``:
-    half-angle of the roller's cone. e_e = (sin beta_1, 0, cos beta_1) is the axis about which carrier and cam turn against each other;
-    every contact normal passes through it. The contact e_c lies on the great circle from e_p to e_e, at alpha_4 from e_p:
+    half-angle of the roller's cone. e_e = (sin beta_1, 0, cos beta_1) is the axis of relative rotation of carrier and cam;
+    every contact normal passes through it. The contact e_c is on the great circle from e_p to e_e, at alpha_4 from e_p:
 
     cos(beta_4) = e_e . e_p,  beta_3 = beta_4 - alpha_4,  e_c = (sin(beta_3) e_p + sin(alpha_4) e_e)/sin(beta_4),  s_c = Q_z(-psi) e_c
 
-    which is eqs. (2)-(4) written in vectors (the paper's eq. (2) has e_c for e_e; its (4) is turned by -90 degrees about z against its
-    own unit vectors, and takes sin(gamma) < 0 for psi < -pi/M). beta_3 < 0 where e_e lies inside the roller. The profile ends where it
+    These are eqs. (2)-(4) in vectors (the paper's eq. (2) has e_c for e_e; its (4) is turned by -90 degrees about z against its
+    own unit vectors, and takes sin(gamma) < 0 for psi < -pi/M). beta_3 < 0 where e_e is inside the roller. The profile ends where it
     meets that of the next stroke in the plane of symmetry of a lobe, at psi = sigma (5)-(6).
     """
 
@@ -46,7 +46,7 @@ class CamCurves:
 
     @property
     def half(self) -> float:
-        """Half a stroke on the cam, pi/M [rad]: the period of everything that both conjugate cams do together."""
+        """Half a stroke on the cam, pi/M [rad]: the period of both conjugate cams together."""
         return math.pi / self.M
 
     @property
@@ -69,7 +69,7 @@ class CamCurves:
         return -self.M / self.N * np.asarray(psi, float) + (1 - 1 / self.N) * math.pi
 
     def roller_axis(self, psi: ArrayLike, roller: int = 0) -> Array:
-        """Unit vector e_p, of the roller so many pitches after the first one."""
+        """Unit vector e_p of the roller this many pitches after the first one."""
         phi = self.phi(psi) + 2 * math.pi * roller / self.N
         along, across = math.cos(self.alpha_3), math.sin(self.alpha_3)
         x, y = across * np.cos(phi), across * np.sin(phi)
@@ -97,9 +97,9 @@ class CamCurves:
         return turned(self.roller_axis(psi), -np.asarray(psi, float))
 
     def profile_speed(self, psi: ArrayLike) -> Array:
-        """Arc length of the profile per cam angle: negative all over; it vanishes at a cusp and is positive on an undercut part.
+        """Arc length of the profile per cam angle: normally negative; zero at a cusp and positive on an undercut part.
 
-        The component of ds_c/dpsi along e_e x e_p (unit vector), to which the profile is parallel.
+        It is the component of ds_c/dpsi along e_e x e_p (unit vector), to which the profile is parallel.
         """
         axis, beta_4, contact = self.roller_axis(psi), self.beta_4(psi)[..., None], self.contact(psi)
         motion = -self.M / self.N * np.cross(self.e_phi, axis)
@@ -110,11 +110,11 @@ class CamCurves:
         return np.asarray((against_cam * unit(np.cross(self.e_e, axis))).sum(-1))
 
     def conformity(self, psi: ArrayLike) -> Array:
-        """Radius of the relative curvature of roller and cam at their contact, over its distance from the centre; 0 at a cusp.
+        """Radius of the relative curvature of roller and cam at their contact, divided by its distance from the centre; 0 at a cusp.
 
-        On the sphere the roller is a circle with the curvature cot(alpha_4), the profile is parallel to the pitch curve at the distance
-        alpha_4. With kappa_p the curvature of the pitch curve, positive where its centre lies on the cam's side, that of the profile is
-        cot(arccot(kappa_p) - alpha_4), and their sum 1/(sin(alpha_4)^2 (cot(alpha_4) - kappa_p)).
+        On the sphere the roller is a circle with the curvature cot(alpha_4), and the profile is parallel to the pitch curve at the distance
+        alpha_4. With kappa_p the curvature of the pitch curve, positive if its centre is on the cam's side, the profile has the curvature
+        cot(arccot(kappa_p) - alpha_4), and the sum is 1/(sin(alpha_4)^2 (cot(alpha_4) - kappa_p)).
         """
         axis, beta_4 = self.roller_axis(psi), self.beta_4(psi)[..., None]
         turning = -self.M / self.N * self.e_phi
@@ -138,16 +138,16 @@ class CamCurves:
 
     @property
     def stroke(self) -> tuple[float, float]:
-        """(psi_min, psi_max), eq. (6): where one roller touches one valley of the cam [rad]."""
+        """(psi_min, psi_max), eq. (6): the range in which one roller touches one valley of the cam [rad]."""
         return -self.sigma - 2 * self.half, self.sigma
 
     def valleys(self, points: int = 361) -> Array:
-        """The profile of all M lobes: ``points`` for each valley; it closes only where sigma > 0."""
+        """The profile of all M lobes: ``points`` per valley; it closes only if sigma > 0."""
         valley = self.profile(np.linspace(self.stroke[1], self.stroke[0], points))
         return np.concatenate([turned(valley, 2 * self.half * i) for i in range(self.M)])
 
     def lever_arms(self, psi: ArrayLike) -> tuple[Array, Array]:
-        """Torques of a unit normal force, at unit distance from the centre: on the carrier, and on the cam (reversed).
+        """Torques of a unit normal force at unit distance from the centre: on the carrier, and on the cam (reversed).
 
         A_phi = e_phi . (e_c x n), A_psi = e_psi . (e_c x n) with n the normal on the roller. No slip along n: -M A_phi = N A_psi.
         """
@@ -157,7 +157,7 @@ class CamCurves:
     def pressure_angle_p(self, psi: ArrayLike) -> Array:
         """mu_p: between the cam's force on the roller and the velocity of the roller's axis, cam driving (7) [rad].
 
-        Above 90 degrees in the first half of the stroke, where the cam cannot drive for psi' > 0.
+        It exceeds 90 degrees in the first half of the stroke, where the cam cannot drive for psi' > 0.
         """
         axis = self.roller_axis(psi)
         force = np.cross(axis, np.cross(axis, self.e_e))
@@ -166,8 +166,8 @@ class CamCurves:
     def pressure_angle_n(self, psi: ArrayLike) -> Array:
         """mu_n: between the roller's force on the cam and the velocity of the cam at the contact, roller driving (8) [rad].
 
-        v_c = e_psi x e_c (printed: e_phi x e_c), and the force is normal to e_e x e_p, which unlike e_e x e_c does not vanish at beta_3 =
-        0. As the roller drives for psi' > 0 before the middle of its stroke, this is above 90 degrees after it; by symmetry
+        v_c = e_psi x e_c (printed: e_phi x e_c). The force is normal to e_e x e_p, which unlike e_e x e_c does not vanish at beta_3 = 0.
+        The roller drives for psi' > 0 before the middle of its stroke, so this exceeds 90 degrees after it; by symmetry
         mu_n(-2 pi/M - psi) = pi - mu_n(psi).
         """
         contact = self.contact(psi)
@@ -176,7 +176,7 @@ class CamCurves:
 
     @cached_property
     def minimum_pressure_angle(self) -> float:
-        """Least mu_n of the stroke, the minimum of Fig. 5 and Table 1 [rad]."""
+        """Smallest mu_n of the stroke, the minimum of Fig. 5 and Table 1 [rad]."""
         psi = np.linspace(-2 * self.half - self.sigma, -self.half, FINE)[:-1]
         return lowest(self.pressure_angle_n, psi)
 
@@ -194,7 +194,7 @@ def unit(vectors: Array) -> Array:
 
 
 def bisected(function: Callable[[float], float], low: float, high: float) -> float:
-    """Where the function changes its sign, once, to round-off."""
+    """The place where a function changes sign, once, to round-off."""
     sign = function(low) > 0
     while low < (middle := (low + high) / 2) < high:
         low, high = (middle, high) if (function(middle) > 0) == sign else (low, middle)
@@ -202,7 +202,7 @@ def bisected(function: Callable[[float], float], low: float, high: float) -> flo
 
 
 def lowest(function: Callable[[Any], Array], grid: Array) -> float:
-    """The least value of a function of arrays, sought around the least one on a grid."""
+    """The smallest value of a function of arrays, searched around the smallest one on a grid."""
     values = function(grid)
     i = int(values.argmin())
     bounds = grid[max(i - 1, 0)], grid[min(i + 1, grid.size - 1)]

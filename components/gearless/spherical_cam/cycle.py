@@ -26,13 +26,13 @@ from powertrain.components.gearless.spherical_cam.rollers import (
 
 @dataclass(frozen=True)
 class CamFriction:
-    """Friction of rollers and cams, with radii as shares.
+    """Friction of rollers and cams, with relative radii.
 
-    ``mu_pin``: coefficient of friction of the rollers' pins; ``pin``: radius of a pin over that of its roller at the contact.
-    ``mu_thrust``, ``thrust``: the same for the collar that holds the conical roller against being pushed outward.
-    ``mu_contact``: what roller and cam can transmit before the roller slips; with a roller that does not turn it is what remains.
-    ``mu_bearing``: of the cam on its shaft, with ``shaft`` and ``washer``: radius of the shaft, and mean radius of the thrust washer, over
-    the distance of the contacts from the centre. Errors: ParameterError for negative values, or a pin as large as the roller.
+    ``mu_pin``: coefficient of friction of the rollers' pins; ``pin``: radius of a pin relative to its roller's at the contact.
+    ``mu_thrust``, ``thrust``: the same for the collar that takes the outward thrust of the conical roller. ``mu_contact``: limit of
+    traction between roller and cam, at which the roller slips; with a fixed roller it is the only friction. ``mu_bearing``: of the cam on
+    its shaft, with ``shaft`` and ``washer``: radius of the shaft, and mean radius of the thrust washer, relative to the distance of the
+    contacts from the centre. Errors: ParameterError for negative values, or a pin as large as the roller.
     """
 
     mu_pin: float = 0.05
@@ -63,7 +63,7 @@ NO_FRICTION = CamFriction(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class CamMesh:
-    """What the rollers of one carrier that carry do to both shafts, per unit of ``normal`` forces, at unit distance from the centre.
+    """Effect of the loaded rollers of one carrier on both shafts, per unit of ``normal`` forces, at unit distance from the centre.
 
     ``carrier``, ``cam``: torques on the carrier about e_phi, and from the cam about e_psi; ``force``: on the carrier, in the fixed frame.
     """
@@ -77,28 +77,28 @@ class CamMesh:
 class Cycle:
     """A cam with its friction and its rule of load sharing, as a differential: side wheels (carriers) left and right of the cam.
 
-    Let the cage rest and the cam turn with psi' > 0. The cage's torque T_C pushes the cam's shaft, and the cam pushes both carriers the
-    same way; relative to the motion the roller of one carrier drives the cam, and the cam drives the roller of the other carrier. Let s be
-    the cam's angle from the middle of a stroke. The carrier that is driven does its work at s in (0, pi/M + sigma), the carrier that drives
-    is its mirror image: it does its work at -s. Both cams being half a stroke apart, everything has the period pi/M.
+    Let the cage be at rest and the cam turn with psi' > 0. The cage's torque T_C pushes the cam's shaft, and the cam pushes both carriers
+    in the same direction. Relative to the motion, the roller of one carrier drives the cam, and the cam drives the roller of the other
+    carrier. Let s be the cam's angle from the middle of a stroke. The driven carrier works at s in (0, pi/M + sigma); the driving carrier
+    is its mirror image and works at -s. Both cams are half a stroke apart, so everything has the period pi/M.
 
-    One contact: n, the normal on the roller; v = (phi' e_phi - psi' e_psi) x e_c, the velocity of a roller that does not turn against the
-    cam, which is along the profile: v.n = 0 by conjugacy. The force on the roller is F = N (n - f v/|v|). A roller that rolls spins on its
-    pin with |v|/sin(alpha_4) and meets there the friction torque f N sin(alpha_4), with f = mu_pin pin cos(alpha_4) + mu_thrust thrust
+    One contact: n is the normal on the roller; v = (phi' e_phi - psi' e_psi) x e_c is the velocity of a non-rotating roller against the
+    cam, which is along the profile: v.n = 0 by conjugacy. The force on the roller is F = N (n - f v/|v|). A rolling roller spins on its
+    pin at |v|/sin(alpha_4) against the friction torque f N sin(alpha_4), with f = mu_pin pin cos(alpha_4) + mu_thrust thrust
     sin(alpha_4) (or f = mu_contact: it slips). Virtual work:
 
     T_phi phi' - T_psi psi' = F . v = -f N |v|,  T_phi = e_phi . (e_c x F) on the carrier, T_psi = e_psi . (e_c x F) from the cam
 
-    |v| = |phi' e_phi - psi' e_psi| |sin(beta_3)|: nothing is lost where the axis of relative rotation passes through the contact. A roller
-    changes the sense in which it turns there, and the friction of its pin its sign: with two rollers that carry, or a rough bearing, the
-    efficiency jumps a little. With the sums over the rollers that carry, the ratio of torques out and in is -(M/N) T_phi/T_psi where the
-    cam drives, -(N/M) T_psi/T_phi where the carrier drives. Between them the cam rubs on its shaft: T_psi(driving) = T_psi(driven) +
-    mu_bearing (shaft |F_xy| + washer |F_z|), F the sum of both carriers' forces. eta_0 = T_phi(driven)/T_phi(driving), the efficiency of
-    the relative motion, and kappa = (1 - eta_0)/(1 + eta_0), 0 <= kappa because no contact and no bearing gives energy. It does not depend
+    |v| = |phi' e_phi - psi' e_psi| |sin(beta_3)|: nothing is lost where the axis of relative rotation passes through the contact. There a
+    roller reverses its rotation, and the friction of its pin changes sign: with two loaded rollers, or a rough bearing, the
+    efficiency jumps slightly. With the sums over the loaded rollers, the ratio of output to input torque is -(M/N) T_phi/T_psi if the
+    cam drives, -(N/M) T_psi/T_phi if the carrier drives. Between them the cam rubs on its shaft: T_psi(driving) = T_psi(driven) +
+    mu_bearing (shaft |F_xy| + washer |F_z|), F the sum of both carriers' forces. eta_0 = T_phi(driven)/T_phi(driving) is the efficiency of
+    the relative motion, and kappa = (1 - eta_0)/(1 + eta_0) >= 0, because contacts and bearing supply no energy. It does not depend
     on which side is faster, nor on the sign of T_C, except that the cam turning backward at s is as forward at -s.
 
-    Where rollers are so rough that a member would have to push with the wrong sign, no torque of the cage turns the sides against each
-    other (self-locking): kappa = 3 and eta_0 = -0.5 stand for that; any kappa above 1 would.
+    If friction is so large that a member would have to push with the wrong sign, no torque of the cage turns the sides against each
+    other (self-locking). This is represented by kappa = 3 and eta_0 = -0.5; any kappa above 1 would do.
     """
 
     cam: SphericalCam
@@ -115,7 +115,7 @@ class Cycle:
 
     @cached_property
     def handover(self) -> float:
-        """Angle s at which a roller takes over from the one of the other cam (for "elastic": where the leaving one is off) [rad]."""
+        """Angle s at which a roller takes over from that of the other cam (for "elastic": where the leaving one is unloaded) [rad]."""
         sigma, half = self.cam.sigma, self.cam.half
         if self.sharing == "elastic":
             return sigma
@@ -126,7 +126,7 @@ class Cycle:
         return bisected(gain, 0.0, sigma) if gain(sigma) > 0 else sigma
 
     def weights(self, s: ArrayLike) -> tuple[Array, Array]:
-        """Normal forces, up to a factor, of the roller at s (in [0, pi/M)) and of the one half a stroke ahead of it, at s + pi/M."""
+        """Normal forces, up to a factor, of the roller at s (in [0, pi/M)) and of the one half a stroke ahead, at s + pi/M."""
         phase: Array = np.mod(np.asarray(s, float), self.cam.half)
         if self.sharing == "single":
             taken = (phase >= self.handover).astype(float)
@@ -141,7 +141,7 @@ class Cycle:
         return rollers(self.cam, self.sharing, self.handover, s)
 
     def mesh(self, s: ArrayLike, *, cam_drives: bool) -> CamMesh:
-        """The carrier at e_phi = (1, 0, 0), its rollers working at s > 0, cam turning with psi' = 1 where it drives, else with -1."""
+        """The carrier at e_phi = (1, 0, 0), its rollers working at s > 0; the cam turns with psi' = 1 if it drives, else with -1."""
         on = self._rollers(np.asarray(s, float))
         found = loaded(on, self.friction.rolling(self.cam.alpha_4), 1 if cam_drives else -1)
         return CamMesh(np.asarray(found.carrier), np.asarray(found.cam), np.stack(found.force, -1))
@@ -173,12 +173,12 @@ class Cycle:
         Returns
         -------
         tuple of numpy.ndarray
-            Forces of the roller at ``s`` and of the one ahead of it [N].
+            Forces of the roller at ``s`` and of the one ahead [N].
 
         Raises
         ------
         ParameterError
-            Without a positive radius and at least one pair of cams.
+            Unless the radius is positive and there is at least one pair of cams.
         """
         if radius <= 0 or cams < 1:
             raise ParameterError(

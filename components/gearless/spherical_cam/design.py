@@ -1,4 +1,4 @@
-"""The choice of lobes and rollers: the paper's tables, and the search that they are made for."""
+"""The choice of lobes and rollers: the paper's tables, and the search for which they are made."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ COMBINATIONS = tuple((M, N) for M in (3, 4) for N in range(M, 9) if (M, N) != (3
 
 
 def pressure_angle_range(cam: CamGeometry) -> tuple[float, float]:
-    """(least mu_n, mu_n where two conjugate cams half a stroke apart have the same) [rad]; nan where no such angle is reached.
+    """(smallest mu_n, mu_n at which two conjugate cams half a stroke apart are equal) [rad]; nan if no such angle is reached.
 
     The minimum is that of Table 1 for alpha_3 = 44 and alpha_4 = 19 degrees, which the paper does not state, to about 0.01 rad ((4, 7):
     0.92, not the printed 1.01; 0 for M = N). The maxima of Table 1 are not reproducible, neither as this intersection nor as that with the
-    next stroke of the same cam; "16.62" is no angle in radians. Both the range and its end here are what the equations give.
+    next stroke of the same cam; "16.62" is not an angle in radians. The values here are what the equations give.
     """
     s = np.linspace(0.0, 3 * cam.half, FINE)[1:-1]
 
@@ -42,9 +42,9 @@ def pressure_angle_range(cam: CamGeometry) -> tuple[float, float]:
 
 
 def table_2(standard: Iterable[float] = STANDARD_RATIOS) -> dict[tuple[int, int], tuple[float, ...]]:
-    """For each (M, N): the "differential ratio" M/N, then M/N times each standard ratio, all cut off after two decimals, as printed.
+    """For each (M, N): the "differential ratio" M/N, then M/N times each standard ratio, truncated to two decimals, as printed.
 
-    This is arithmetic. It says nothing about a vehicle: whatever M and N, the mean speed of both sides is that of the cage.
+    These numbers say nothing about a vehicle: for any M and N, the mean speed of both sides is that of the cage.
     """
     exact = [Fraction(str(ratio)) for ratio in (1, *standard)]
     return {(M, N): tuple(_cut(Fraction(M, N) * ratio) for ratio in exact) for M, N in COMBINATIONS}
@@ -57,7 +57,7 @@ def _cut(value: Fraction) -> float:
 
 @dataclass(frozen=True)
 class Choice:
-    """One combination: what it is like, or why it is refused."""
+    """One combination: its properties, or why it is rejected."""
 
     M: int
     N: int
@@ -75,10 +75,10 @@ def search(
     alpha_4: float = math.radians(19),
     friction: CamFriction | None = None,
 ) -> list[Choice]:
-    """All combinations with at least as many rollers as lobes, by their least pressure angle. Those that cannot be built come last.
+    """All combinations with at least as many rollers as lobes, by their smallest pressure angle; infeasible ones come last.
 
-    With the default angles the first is {M = 4, N = 5}, before {3, 4}, as the paper chooses. M = N is refused; so are 7 and 8 rollers,
-    which overlap at these angles. More than four lobes, which the paper leaves out, have even smaller pressure angles ({5, 6}), in smaller
+    With the default angles the first is {M = 4, N = 5}, before {3, 4}, the paper's choice. M = N is rejected, and so are 7 and 8 rollers,
+    which overlap at these angles. More than four lobes, which the paper omits, have even smaller pressure angles ({5, 6}), but smaller
     lobes.
 
     Parameters
@@ -93,8 +93,8 @@ def search(
     Returns
     -------
     list of Choice
-        ``off_standard`` is the least distance of M/N times a standard final-drive ratio from a standard ratio, the paper's second
-        criterion; ``mean_eta`` the efficiency of the relative motion, averaged over a cycle.
+        ``off_standard`` is the smallest distance of M/N times a standard final-drive ratio from a standard ratio, the paper's second
+        criterion; ``mean_eta`` is the efficiency of the relative motion, averaged over a cycle.
     """
     rollers = tuple(rollers)
     found = [_judged(M, N, alpha_3, alpha_4, friction or CamFriction()) for M in lobes for N in rollers if N >= M]

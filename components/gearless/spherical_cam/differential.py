@@ -20,12 +20,12 @@ _LAWS = Algebra(ca, lambda condition, a, b, name: switch(condition, a, b, name=n
 
 
 class CamMasses(Component):
-    """Masses inside of a spherical cam differential that move while the sides turn against each other: cams, and rollers on their pins.
+    """Moving masses inside a spherical cam differential while the sides turn against each other: cams, and rollers on their pins.
 
-    On either side each cam has one roller in its stroke, which rolls. A roller between two strokes coasts on with the speed with which it
-    left, and at constant speed that is the one with which the next stroke takes it on; what it slips there otherwise is left out.
-    Rollers as rigid parts of their carriers belong to the inertia of the side wheels, but for their moments of inertia about the pins,
-    which belong to that of the cage.
+    On either side each cam has one roller in its stroke, which rolls. A roller between two strokes coasts at the speed at which it
+    left; at constant speed it enters the next stroke at just that speed, and other slip at the entry is neglected.
+    Rollers as rigid parts of their carriers belong to the inertia of the side wheels, except for their moments of inertia about the
+    pins, which belong to that of the cage.
     """
 
     J_cam: Parameter = parameter("kg.m2", "Moment of inertia of all cams about their shafts", above=0)
@@ -35,37 +35,37 @@ class CamMasses(Component):
     J_outer: Parameter = parameter("kg.m2", "The same for the outer cams", default=0.0, min=0)
 
     def equations(self) -> Equations:
-        """None: the differential moves them."""
+        """None: the differential moves these masses."""
         yield from ()
 
     @classmethod
     def of(cls, body: CamBody) -> Self:
-        """Those of a design, with full conical rollers."""
+        """The masses of a design, with full conical rollers."""
         inner, outer = (2 * body.pairs * J for J in body.roller_inertias)
         return cls(J_cam=body.spin_inertia, J_inner=inner, J_outer=outer)
 
 
 class SphericalCamDifferential(Differential, Lossy):
-    """The differential whose side wheels are carriers of conical rollers, and whose planets are pairs of conjugate spherical cams.
+    """The differential with carriers of conical rollers as side wheels, and pairs of conjugate spherical cams as planets.
 
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0,  w_rel = w_left - w_right,  tau = (left.tau - right.tau)/2
     w_cam = (N/M) (w_left - w_crown): the spin of a cam of M lobes between carriers of N rollers, on its shaft in the cage
     w_rel > 0: tau = kappa(psi) |crown.tau|/2;  w_rel < 0: tau = -kappa(-psi) |crown.tau|/2;  w_rel = 0: anything between
 
-    Conjugate profiles keep the speeds exact at every angle; that both halves turn alike does not depend on M and N, which only say how fast
-    the cams spin. What changes with the angle psi of the cam is friction: with eta_0(psi) the efficiency of the relative motion (cage at
-    rest, from one side wheel to the cam to the other), kappa = (1 - eta_0)/(1 + eta_0), and the torque-bias ratio is 1/eta_0. This is the
-    mesh law with R_o = -1. eta_0 follows by virtual work from the pressure angles, the friction of the rollers' pins, and that of the cam
-    on its shaft; the derivation stands at ``Cycle``, and what is simulated is that law itself. It repeats every pi/M of the cam, where one
-    of the two conjugate cams hands over to the other: with a jump for ``sharing`` = "single", continuously for "elastic". Where a roller
-    changes its sense of turning it jumps a little. Turning the other way is the mirror image: psi becomes -psi. psi = 0 is the middle of a
-    stroke on both sides.
+    Conjugate profiles keep the speeds exact at every angle. The equality of the halves does not depend on M and N, which only determine the
+    spin of the cams. Friction depends on the angle psi of the cam. With eta_0(psi), the efficiency of the relative motion (cage at
+    rest, from one side wheel through the cam to the other), kappa = (1 - eta_0)/(1 + eta_0), and the torque-bias ratio is 1/eta_0. This is
+    the mesh law with R_o = -1. eta_0 follows by virtual work from the pressure angles and the friction of the rollers' pins and of the cam
+    on its shaft; the derivation is given in ``Cycle``, and the simulation uses that law itself. It repeats every pi/M of the cam, where one
+    of the two conjugate cams takes over from the other: with a jump for ``sharing`` = "single", continuously for "elastic". Where a roller
+    reverses its rotation it jumps slightly. Relative motion in the other direction is the mirror image: psi becomes -psi. psi = 0 is the
+    middle of a stroke on both sides.
 
-    Where rollers are so rough that the sides are locked, kappa = 3, halves at rest stay so under any torque of the cage.
+    If friction is so large that the sides are locked (kappa = 3), halves at rest remain so under any torque of the cage.
 
     Without friction it is the open bevel differential. ``masses``: the inertia of cams and rollers, as ``CamMasses.of(body)``; otherwise it
-    has none: put inertias at its flanges. Geometry is structure; friction is
-    parameters: ``friction`` = CamFriction(...) at construction gives all eight. The cam by default is the paper's choice {M = 4, N = 5};
+    has none: connect inertias to its flanges. The geometry is structural. Friction consists of
+    parameters: ``friction`` = CamFriction(...) at construction sets all eight. The default cam is the paper's choice {M = 4, N = 5};
     its friction is assumed. Source: M. Chaudhary, J. Angeles, A. Morozov, Design of a spherical cam mechanism for an automotive
     differential, Trans. CSME (2014). Errors: ParameterError for a cam that cannot be built, axes not at right angles, or an unknown rule of
     sharing.
@@ -114,7 +114,7 @@ class SphericalCamDifferential(Differential, Lossy):
             return CamFriction(**{field.name: self._values[field.name] for field in fields(CamFriction)})
 
     def check(self) -> Equations:
-        """The cam's axes are at right angles, the rule of sharing is known."""
+        """The cam's axes must be at right angles, and the rule of sharing known."""
         _ = self.cycle
         yield from ()
 
@@ -124,7 +124,7 @@ class SphericalCamDifferential(Differential, Lossy):
         return Cycle(self.cam, self.friction, self.sharing)
 
     def equations(self) -> Equations:
-        """Symmetric kinematics, and friction that the load makes."""
+        """Symmetric kinematics, and load-dependent friction."""
         yield self.left.phi + self.right.phi == 2 * self.crown.phi
         yield 2 * self.theta == self.left.phi - self.right.phi
         yield self.w_rel == 2 * der(self.theta)
@@ -146,7 +146,7 @@ class SphericalCamDifferential(Differential, Lossy):
         """I(psi) of the relative motion over the spin of the cams [kg.m2]: I psi'^2/2 is its kinetic energy.
 
         I = J_cam + J_inner Q(u)^2 + J_outer Q(pi/M - u)^2, u the distance of the roller on an inner cam from the middle of its stroke. A
-        roller turns about its pin with Q psi', against the carrier so that it rolls on the cam, and with the carrier:
+        roller turns about its pin at Q psi': its rolling on the cam relative to the carrier, plus the rotation of the carrier.
 
         Q = |(M/N) e_phi + e_psi| sin(beta_3)/sin(alpha_4) + (M/N) cos(alpha_3)
         """

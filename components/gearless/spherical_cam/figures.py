@@ -24,7 +24,7 @@ CYCLE = Cycle(CAM)
 BODY = CamBody(CAM, inner=(0.020, 0.029), outer=(0.030, 0.036), bore=0.006)
 INNER, OUTER, LEFT, RIGHT = "tab:blue", "tab:orange", "tab:green", "tab:red"
 SIZES = (0.58, 0.78), (0.80, 1.0)
-"""Between which radii the inner and the outer cam are drawn."""
+"""Radii between which the inner and the outer cam are drawn."""
 BORE = 0.14
 
 
@@ -39,7 +39,7 @@ def _solid_axes(ax: Axes | None) -> Axes3D:
 
 
 def flat_profile(cam: CamGeometry = CAM, ax: Axes | None = None) -> Axes:
-    """Profile and pitch curve over x and y, as Fig. 2; dotted what lies beyond a lobe's tip and is cut off."""
+    """Profile and pitch curve over x and y, as in Fig. 2; dotted: the part beyond a lobe's tip, which is cut off."""
     ax = _axes(ax)
     low, high = cam.stroke
     profile, psi = cam.whole_profile(), np.linspace(low, high, 361)
@@ -62,7 +62,7 @@ def flat_profile(cam: CamGeometry = CAM, ax: Axes | None = None) -> Axes:
 
 
 def profile_on_sphere(cam: CamGeometry = CAM, ax: Axes | None = None) -> Axes:
-    """The cam's cone on the unit sphere, the axes of cam, carrier and relative rotation, as Figs. 1 and 3."""
+    """The cam's cone on the unit sphere, with the axes of cam, carrier and relative rotation, as in Figs. 1 and 3."""
     solid = _solid_axes(ax)
     u, v = np.meshgrid(np.linspace(0, 2 * math.pi, 37), np.linspace(0, math.pi / 2, 13))
     solid.plot_wireframe(
@@ -88,9 +88,9 @@ def profile_on_sphere(cam: CamGeometry = CAM, ax: Axes | None = None) -> Axes:
 
 
 def pressure_angles(cam: CamGeometry = CAM, ax: Axes | None = None, *, cycles: int = 3) -> Axes:
-    """mu_p and mu_n of successive strokes, as Fig. 5, those of the inner cam drawn, of the outer one dashed.
+    """mu_p and mu_n of successive strokes, as in Fig. 5; solid: inner cam, dashed: outer cam.
 
-    Drawn where each can drive: mu_p after the middle of a stroke, mu_n before it (mirrored onto the same side), as far as they touch.
+    They are drawn where each can drive: mu_p after the middle of a stroke, mu_n before it (mirrored onto the same side), while in contact.
     """
     ax = _axes(ax)
     s = np.linspace(0.0, cam.half + cam.sigma, 721)[1:]
@@ -131,7 +131,7 @@ def load_sharing(cycle: Cycle = CYCLE, ax: Axes | None = None, *, cycles: int = 
 
 
 def efficiency(cycle: Cycle = CYCLE, ax: Axes | None = None, *, cycles: int = 2) -> Axes:
-    """eta_0 over the cam's angle, turning forward (drawn) and backward (dashed); kappa = (1 - eta_0)/(1 + eta_0) is the same fact."""
+    """eta_0 over the cam's angle, turning forward (solid) and backward (dashed); equivalent to kappa = (1 - eta_0)/(1 + eta_0)."""
     ax = _axes(ax)
     s = np.linspace(0.0, 2 * cycle.cam.half * cycles, 1441)
     for sign, style in ((1, "-"), (-1, "--")):
@@ -159,10 +159,10 @@ def contact_pressures(body: CamBody = BODY, ax: Axes | None = None, *, torque: f
 
 
 def mechanism(cam: SphericalCam = CAM, theta: float = 0.0, ax: Axes | None = None, *, exploded: float = 0.0) -> Axes:
-    """Both conjugate cams and the rollers of both side wheels, seen from the cage, the left side turned by theta against it [rad].
+    """Both conjugate cams and the rollers of both side wheels, seen from the cage, with the left side turned by theta against it [rad].
 
-    The inner cam and its rollers are blue, the outer ones orange; rollers that touch are in full colour. ``exploded``: how far the sides
-    are drawn apart, and the outer cam off the inner one, in radii of the outer cam.
+    The inner cam and its rollers are blue, the outer ones orange; rollers in contact have full colour. ``exploded``: distance of the sides,
+    and of the outer cam from the inner one, in radii of the outer cam.
     """
     solid = _solid_axes(ax)
     triangles, colors = mechanism_solids(cam, theta, exploded=exploded)
@@ -181,7 +181,7 @@ def mechanism(cam: SphericalCam = CAM, theta: float = 0.0, ax: Axes | None = Non
 def mechanism_solids(
     cam: SphericalCam, theta: float, *, exploded: float = 0.0, points: int = 17
 ) -> tuple[Array, Array]:
-    """The triangles of ``mechanism`` (n, 3, 3), the outer cam's radius being 1, and their colours (n, 3)."""
+    """The triangles of ``mechanism`` (n, 3, 3), with outer cam radius 1, and their colours (n, 3)."""
     s, parts = cam.N / cam.M * theta, []
     pale = np.array([0.86, 0.86, 0.88])
     for (low, high), name, shift, lift in zip(SIZES, (INNER, OUTER), (0.0, cam.half), (0.0, exploded), strict=True):
@@ -199,7 +199,7 @@ def mechanism_solids(
 
 
 def _onto(axis: Array) -> Array:
-    """A rotation that takes z onto the axis."""
+    """A rotation that maps z to the axis."""
     x = unit(np.cross(axis, [0.3, 0.5, 0.81]))
     return np.stack([x, np.cross(axis, x), axis], axis=1)
 
@@ -211,7 +211,7 @@ def _circle(cam: CamGeometry, points: int = 20) -> Array:
 
 
 def _touches(cam: CamGeometry, psi: float, roller: int) -> bool:
-    """Whether this roller is in a stroke: its own angle from the middle, in strokes of the cam, is less than half a stroke and sigma."""
+    """Whether a roller is in a stroke: its angle from the middle, in strokes of the cam, is less than half a stroke plus sigma."""
     own = psi + cam.half - 2 * cam.half * roller
     around = 2 * cam.half * cam.N
     own = (own + around / 2) % around - around / 2
@@ -219,7 +219,7 @@ def _touches(cam: CamGeometry, psi: float, roller: int) -> bool:
 
 
 def _add(solid: Axes3D, parts: list[tuple[Array, str]]) -> None:
-    """Draws bodies, opaque and shaded."""
+    """Draw bodies, opaque and shaded."""
     triangles = np.concatenate([body for body, _ in parts])
     colors = np.concatenate([np.tile(to_rgb(name), (len(body), 1)) for body, name in parts])
     solid.add_collection3d(

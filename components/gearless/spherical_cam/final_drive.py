@@ -11,17 +11,17 @@ from powertrain.components.rotational.interfaces import TwoFlanges
 from powertrain.components.thermal import HeatPort
 
 STANDARD_RATIOS = (3.05, 3.29, 3.73, 4.1, 4.56)
-"""Final-drive ratios of the GM 4T65-E, as Chaudhary, Angeles & Morozov 2014, 4.3, give them."""
+"""Final-drive ratios of the GM 4T65-E, from Chaudhary, Angeles & Morozov 2014, 4.3."""
 
 
 class PlanetaryFinalDrive(TwoFlanges):
     """A speed reducer coaxial with the differential: a planetary gear, sun in (flange_a), ring held by the case, carrier out (flange_b).
 
-    w_a = ratio w_b,  ratio = 1 + Z_ring/Z_sun;  flange_b.tau = -(1 + (ratio - 1) eta_ab) flange_a.tau where the sun drives
+    w_a = ratio w_b,  ratio = 1 + Z_ring/Z_sun;  flange_b.tau = -(1 + (ratio - 1) eta_ab) flange_a.tau if the sun drives
 
-    The carrier carries the cage of the differential: connect flange_b with its crown. The planets turn against the sun, the carrier with
-    it. The ratio is that of the final drive alone: no differential changes the mean speed of its sides. Source: Chaudhary, Angeles &
-    Morozov 2014, 4.3. Errors: ParameterError for a ratio of 2 or less, where the ring would be no larger than the sun.
+    The carrier drives the cage of the differential: connect flange_b to its crown. The planets turn against the sun, the carrier in its
+    direction. The ratio is that of the final drive alone: no differential changes the mean speed of its sides. Source: Chaudhary, Angeles &
+    Morozov 2014, 4.3. Errors: ParameterError for a ratio of 2 or less, for which the ring would be no larger than the sun.
     """
 
     ratio: Parameter = parameter("1", "Speed of the sun over speed of the carrier", above=2)
@@ -54,12 +54,12 @@ class PlanetaryFinalDrive(TwoFlanges):
         n : int
             Number of planets.
         eta_ab, eta_ba : float
-            Efficiencies where flange a and where flange b drives [1].
+            Efficiencies if flange a and if flange b drives [1].
 
         Raises
         ------
         ParameterError
-            Where the wheels cannot be assembled with n planets.
+            If the wheels cannot be assembled with n planets.
         """
         gear = PlanetaryGear.from_teeth(sun, ring, planet, n)
         return cls(ratio=1 + float(gear.ratio), eta_ab=eta_ab, eta_ba=eta_ba)

@@ -1,4 +1,4 @@
-"""Spherical cams whose numbers are checked: those that mesh, and those that can be built."""
+"""Spherical cams with checked numbers: those that mesh, and those that can be built."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from powertrain.components.gearless.spherical_cam.curves import Array, CamCurves
 
 @dataclass(frozen=True)
 class CamGeometry(CamCurves):
-    """The equations of a cam of M lobes that meshes with a carrier of N conical rollers, whether or not it can be built.
+    """The equations of a cam with M lobes in mesh with a carrier of N conical rollers, whether or not it can be built.
 
     Errors: ParameterError for fewer than 3 lobes or rollers, and for angles outside (0, 90 degrees].
     """
@@ -19,7 +19,7 @@ class CamGeometry(CamCurves):
         check_numbers(self)
 
     def whole_profile(self, points: int = 361) -> Array:
-        """The closed profile of all M lobes: ``points`` for each valley. Errors: ParameterError where undercut, open, or M = N."""
+        """The closed profile of all M lobes: ``points`` per valley. Errors: ParameterError if undercut, open, or M = N."""
         check_cut(self)
         return self.valleys(points)
 
@@ -28,13 +28,13 @@ class CamGeometry(CamCurves):
 class SphericalCam(CamGeometry):
     """A spherical cam that can be built, with its rollers: ``CamGeometry``, checked.
 
-    Cam and roller can only push. With the roller beyond the middle of its stroke (psi > -pi/M) the cam drives it for psi' > 0, up to
-    sigma; the rest is done by a second, conjugate cam and a second set of rollers, the same but half a stroke apart: by pi/M on the
-    cam, by pi/N on the carrier. One lies inside of the other along the radius. The angles by default are those that the pressure
-    angles of Table 1 belong to.
+    Cam and roller can only push. With the roller beyond the middle of its stroke (psi > -pi/M), the cam drives it for psi' > 0, up to
+    sigma. A second, conjugate cam with a second set of rollers does the rest; it is equal but half a stroke apart: by pi/M on the
+    cam, by pi/N on the carrier. One is inside the other along the radius. The default angles are those of the pressure angles in
+    Table 1.
 
-    Errors: ParameterError for fewer than 3 lobes or rollers, M = N, angles outside of their limits, rollers that overlap, a pitch curve
-    with cusps or loops, an undercut profile, a double point, a gap between the strokes of the conjugate cams, a roller that cuts into a
+    Errors: ParameterError for fewer than 3 lobes or rollers, M = N, angles outside their limits, overlapping rollers, a pitch curve
+    with cusps or loops, an undercut profile, a double point, a gap between the strokes of the conjugate cams, or a roller that cuts into a
     lobe.
 
     >>> cam = SphericalCam(4, 5)

@@ -1,4 +1,4 @@
-"""Forces between the rollers of a carrier and the conjugate cams, and what friction makes of them: in numbers or in symbols.
+"""Forces between the rollers of a carrier and the conjugate cams, with friction: in numbers or in symbols.
 
 Frame, angles and signs are those of ``CamGeometry`` with its axes at right angles, e_phi = (1, 0, 0). s is the cam's angle from the middle
 of a stroke, u that of one roller, psi = u - pi/M; the carrier has turned by M u/N. Forces are per unit of normal force, torques at unit
@@ -16,24 +16,24 @@ import numpy as np
 from powertrain.components.gearless.spherical_cam.profile import SphericalCam
 
 Sharing: TypeAlias = Literal["elastic", "single"]
-"""How the two rollers of one carrier that can carry at the same time share the load, one on each of the conjugate cams.
+"""How two rollers of one carrier, one on each of the conjugate cams, share the load when both can carry.
 
-"elastic": normal forces in proportion to the lever arms, as of contacts of equal stiffness, times a relief that takes the leaving roller
-off before the lobe's tip, (1 - x)^2 (1 + 2 x) with x from 0 to 1 over the overlap of length sigma. The forces are continuous.
-"single": one carries alone, the one with the longer lever arm, that is the smaller mu_p, as long as it touches: they change where the
+"elastic": normal forces in proportion to the lever arms, as for contacts of equal stiffness, times a relief that unloads the leaving
+roller before the lobe's tip, (1 - x)^2 (1 + 2 x), with x from 0 to 1 over the overlap of length sigma. The forces are continuous.
+"single": one carries alone, the one with the longer lever arm, i.e. the smaller mu_p, while in contact. They change where the
 pressure angles are equal (the paper's "intersection of cycle 1 with cycle 2") or, before that, where the leaving roller reaches the
 lobe's tip. The efficiency jumps there.
 """
 LOCKED = 3.0
-"""The locking coefficient where the cage cannot turn the sides against each other. Any number above 1 means the same."""
+"""The locking coefficient if the cage cannot turn the sides against each other. Any number above 1 has the same meaning."""
 TINY = 1e-12
-"""A torque per unit of normal force that counts as none."""
+"""A torque per unit of normal force that counts as zero."""
 
 Vector: TypeAlias = tuple[Any, Any, Any]
 
 
 class Algebra(NamedTuple):
-    """``of``: numpy or casadi; ``choose(condition, a, b, name)``: a where the condition holds, else b, in a model with an event."""
+    """``of``: numpy or casadi; ``choose(condition, a, b, name)``: a if the condition holds, else b, in a model with an event."""
 
     of: Any
     choose: Callable[[Any, Any, Any, str], Any]
@@ -48,7 +48,7 @@ class CamContact(NamedTuple):
     side = e_e x e_p/sin(beta_4),  n = side x e_c = (cos(beta_3) e_p - cos(alpha_4) e_e)/sin(beta_4)
     v = (phi' e_phi - psi' e_psi) x e_c = -psi' |(M/N) e_phi + e_psi| sin(beta_3) side
 
-    v is the velocity of a roller that does not turn against the cam. ``spin`` = sign(sin(beta_3)) is the sense in which the roller turns,
+    v is the velocity of a non-rotating roller against the cam. ``spin`` = sign(sin(beta_3)) is the direction in which the roller turns,
     ``slip`` = |v/psi'|.
     """
 
@@ -59,7 +59,7 @@ class CamContact(NamedTuple):
 
 
 class Rollers(NamedTuple):
-    """Sums over the rollers of a carrier that carry, N the normal force of each.
+    """Sums over the loaded rollers of a carrier, N the normal force of each.
 
     ``force``: N n;  ``moment``: N side, their moment;  ``drag``: N spin side;  ``twist``: N spin n, its moment reversed;
     ``slip``: N |v/psi'|
@@ -82,7 +82,7 @@ class Loaded(NamedTuple):
 
 
 def contact(cam: SphericalCam, u: Any, since: float, by: Algebra = NUMBERS) -> CamContact:
-    """The contact of one roller at u, which carries nothing before ``since``."""
+    """The contact of one roller at u, which is unloaded before ``since``."""
     of, v = by.of, cam.M / cam.N * u
     e_x, e_z = math.sin(cam.beta_1), math.cos(cam.beta_1)
     x, across = math.cos(cam.alpha_3), math.sin(cam.alpha_3)
@@ -98,11 +98,11 @@ def contact(cam: SphericalCam, u: Any, since: float, by: Algebra = NUMBERS) -> C
 
 
 def _spin(cam: SphericalCam, u: Any, since: float, by: Algebra) -> Any:
-    """-1 while the axis of relative rotation lies inside the roller. A roller that carries nothing keeps +1: its turning is no event.
+    """-1 while the axis of relative rotation is inside the roller. An unloaded roller keeps +1, so its reversal is no event.
 
-    It carries nothing before ``since`` and past the tip. The event is continuous also where ``place`` jumps, from ``last`` to ``first``.
+    It is unloaded before ``since`` and past the tip. The event is continuous also where ``place`` jumps, from ``last`` to ``first``.
     """
-    if cam.alpha_1 - cam.alpha_3 - cam.beta_1 >= cam.alpha_4:  # beta_4 in the middle of a stroke, its least
+    if cam.alpha_1 - cam.alpha_3 - cam.beta_1 >= cam.alpha_4:  # beta_4 in the middle of a stroke, its minimum
         return 1.0
     e_x, e_z = math.sin(cam.beta_1), math.cos(cam.beta_1)
 
@@ -112,14 +112,14 @@ def _spin(cam: SphericalCam, u: Any, since: float, by: Algebra) -> Any:
 
     centre = (cam.half + cam.sigma) / 2
     first, last = centre - math.pi / cam.M, centre + math.pi / cam.M
-    past = (cam.half + cam.sigma + last) / 2  # well past the tip, so that it is no event of a roller that hands over
+    past = (cam.half + cam.sigma + last) / 2  # well past the tip, so it is no event of a roller at the handover
     top = max(since - first, outside(first, np), outside(last, np))
     idle = by.of.fmax((since - u) * (top / (since - first)), (u - past) * (top / (last - past)))
     return by.choose(by.of.fmax(outside(u, by.of), idle) > 0, 1.0, -1.0, "spin")
 
 
 def roller_spin(cam: SphericalCam, u: Any, of: Any = np) -> Any:
-    """Speed of a rolling roller about its pin over that of the cam, cage at rest: against the carrier and with it.
+    """Speed of a rolling roller about its pin over that of the cam, cage at rest: relative to the carrier, plus the carrier's rotation.
 
     (phi' e_phi + s e_p - psi' e_psi) x e_c = 0 gives s = -psi' |(M/N) e_phi + e_psi| sin(beta_3)/sin(alpha_4), and phi' = -(M/N) psi'.
     """
@@ -131,20 +131,20 @@ def roller_spin(cam: SphericalCam, u: Any, of: Any = np) -> Any:
 
 
 def place(cam: SphericalCam, s: Any, by: Algebra = NUMBERS) -> tuple[Any, Any]:
-    """Angle u of the roller on either conjugate cam. It jumps to that of the next roller halfway between two strokes, out of touch."""
+    """Angle u of the roller on either conjugate cam. It jumps to that of the next roller halfway between two strokes, out of contact."""
     centre = (cam.half + cam.sigma) / 2
     sine, cosine = by.of.sin(cam.M * (s - centre)), by.of.cos(cam.M * (s - centre))
     return centre + by.of.atan2(sine, cosine) / cam.M, centre + by.of.atan2(-sine, -cosine) / cam.M
 
 
 def elastic_weight(cam: SphericalCam, u: Any, arm: Any, by: Algebra = NUMBERS) -> Any:
-    """Normal force up to a factor, by the rule "elastic". ``arm``: the lever arm on the carrier, positive where the roller can carry."""
+    """Normal force up to a factor, by the rule "elastic". ``arm``: the lever arm on the carrier, positive if the roller can carry."""
     x = by.of.fmin(by.of.fmax((u - cam.half) / cam.sigma, 0.0), 1.0)
     return by.of.fmax(arm, 0.0) * (1 - x) ** 2 * (1 + 2 * x)
 
 
 def rollers(cam: SphericalCam, sharing: Sharing, handover: float, s: Any, by: Algebra = NUMBERS) -> Rollers:
-    """What carries at s. ``handover``: the angle u at which a roller takes over by the rule "single"."""
+    """The loaded rollers at s. ``handover``: the angle u at which a roller takes over by the rule "single"."""
     places = place(cam, s, by)
     since = handover if sharing == "single" else 0.0
     contacts = [contact(cam, u, since, by) for u in places]
@@ -169,7 +169,7 @@ def _total(pairs: list[tuple[Any, Vector]]) -> Vector:
 
 
 def loaded(on: Rollers, f: Any, psi_dot: int) -> Loaded:
-    """With the ratio f of tangential to normal force: F = N n - f N v/|v|, for psi' = 1 (the cam drives) or -1 (the carrier drives)."""
+    """The forces with the ratio f of tangential to normal force: F = N n - f N v/|v|, for psi' = 1 (cam drives) or -1 (carrier drives)."""
     g = psi_dot * f
     force = [n + g * t for n, t in zip(on.force, on.drag, strict=True)]
     return Loaded(
@@ -178,7 +178,7 @@ def loaded(on: Rollers, f: Any, psi_dot: int) -> Loaded:
 
 
 def rolling(friction: Any, alpha_4: float, of: Any = np) -> Any:
-    """Tangential over normal force at a turning roller: its pin carries N cos(alpha_4), its collar N sin(alpha_4); or it slips."""
+    """Ratio of tangential to normal force at a turning roller: its pin carries N cos(alpha_4), its collar N sin(alpha_4); or it slips."""
     turning = friction.mu_pin * friction.pin * math.cos(alpha_4) + friction.mu_thrust * friction.thrust * math.sin(
         alpha_4
     )
@@ -186,17 +186,17 @@ def rolling(friction: Any, alpha_4: float, of: Any = np) -> Any:
 
 
 def locking(ahead: Rollers, behind: Rollers, cam: SphericalCam, friction: Any, by: Algebra = NUMBERS) -> Any:
-    """The locking coefficient (T_slow - T_fast)/(T_slow + T_fast) from what carries at s (``ahead``) and at -s (``behind``), see ``Cycle``.
+    """The locking coefficient (T_slow - T_fast)/(T_slow + T_fast) from the rollers at s (``ahead``) and at -s (``behind``), see ``Cycle``.
 
-    T_fast is the torque on the carrier that the cam drives, T_slow that of the one that drives the cam, both positive here. y is the sum of
-    normal forces on the driving carrier over that on the driven one. Moments about the cam's axis give it:
+    T_fast is the torque on the driven carrier, T_slow that on the driving carrier, both positive here. y is the ratio of the sums of
+    normal forces on the driving and on the driven carrier. Moments about the cam's axis give it:
 
     y T_psi(driving) = T_psi(driven) + mu_bearing (shaft |F_xy| + washer |F_z|),  F = F(driven) + y F(driving)
 
-    and what is lost gives kappa: T_slow - T_fast = (N/M) (loss of both carriers' rollers + loss of the bearing)/psi', which is never
-    negative. kappa > 1 where the cam turns a carrier only with help, T_fast < 0. The sides are locked where a member would have to push
-    with the wrong sign: where the rollers of the driving carrier do not even overcome the friction that they make in the cam's bearing,
-    or where friction alone would carry them along (T_slow <= 0).
+    The loss gives kappa: T_slow - T_fast = (N/M) (loss of both carriers' rollers + loss of the bearing)/psi', which is never
+    negative. kappa > 1 if the cam turns a carrier only with help, T_fast < 0. The sides are locked if a member would have to push
+    with the wrong sign: if the rollers of the driving carrier do not even overcome the friction that they cause in the cam's bearing,
+    or if friction alone would carry them along (T_slow <= 0).
     """
     of, f = by.of, rolling(friction, cam.alpha_4, by.of)
     driven, driving = loaded(ahead, f, 1), loaded(behind, f, -1)
@@ -214,13 +214,13 @@ def locking(ahead: Rollers, behind: Rollers, cam: SphericalCam, friction: Any, b
 
 
 def _balance(a: Any, b: Any, A: Vector, B: Vector, arms: tuple[Any, Any], of: Any) -> tuple[Any, Any]:
-    """The y for which b y = a + k |(A + y B)_xy| + m |(A + y B)_z|, and a number that is positive where there is one.
+    """The y for which b y = a + k |(A + y B)_xy| + m |(A + y B)_z|, and a number that is positive if it exists.
 
     With z = +-(A + y B)_z, c = a + m z_A and d = b - m z_B it is d y - c = k |A + y B|_xy, whose root is
 
     y = (c d + k^2 A.B + k sqrt(|d A + c B|^2 - k^2 (A x B)^2))/(d^2 - k^2 B.B)
 
-    where d > k |B|: the driving rollers overcome what they make the bearing rub. As |z| is the greater of both signs, so is y.
+    if d > k |B|: the driving rollers overcome the bearing friction that they cause. |z| is the larger of both signs, hence so is y.
     """
     k, m = arms
     AA, AB, BB = A[0] ** 2 + A[1] ** 2, A[0] * B[0] + A[1] * B[1], B[0] ** 2 + B[1] ** 2
