@@ -15,7 +15,7 @@ from powertrain.components.wheels.tyre_file import parameters as parameters_of_f
 NEWTON_STEPS = 6
 """Steps from the nearer bound of the root: enough for 1e-11 in the range of pEx1 and pCx1."""
 SMALL = 1e-6
-"""Part of the peak force below which force and slip are proportional."""
+"""Part of the peak force below which force and slip are proportional; the least friction coefficient of a road."""
 
 
 def shape(x: Symbol, E: Symbol) -> Symbol:
@@ -108,7 +108,7 @@ class MagicFormulaWheel(SlippingWheel):
         load = ca.fmax(self.Fz, SMALL * self.Fz0)  # a wheel off the ground still has a formula
         dfz = load / self.Fz0 - 1
         stiffness = ca.fmax(self.pKx1 + self.pKx2 * dfz, SMALL) * ca.exp(self.pKx3 * dfz) * load
-        peak = self.mu * ca.fmax(self.pDx1 + self.pDx2 * dfz, SMALL) * load
+        peak = ca.fmax(self.mu, SMALL) * ca.fmax(self.pDx1 + self.pDx2 * dfz, SMALL) * load
         # The rising branch, solved for the slip at the spring's force: B kappa = x.
         part = ca.fmin(ca.fmax(ca.fabs(self.c * self.u) / peak, SMALL), 1 - SMALL)
         x = inverse_shape(ca.tan(ca.asin(part) / self.pCx1), self.pEx1)
