@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from powertrain import Component, Equations, connect, der, port
-from powertrain.components.differentials import Differential, LimitedSlipDifferential
+from powertrain.components.differentials import BevelDifferential, Differential, LimitedSlipDifferential
 from powertrain.components.rotational import Flange, SpringDamper
 
 
@@ -13,6 +13,10 @@ class TransferCase(Component):
     input: Flange = port(Flange)
     front: Flange = port(Flange)
     rear: Flange = port(Flange)
+
+    def lumped(self) -> TransferCase:
+        """The transfer case as it is on a straight road without slip: its differential turns as one block and shares equally."""
+        return self
 
 
 class RigidTransferCase(TransferCase):
@@ -45,6 +49,12 @@ class CentreDifferential(TransferCase):
         yield connect(self.differential.right, self.rear_shaft.flange_a)
         yield connect(self.front_shaft.flange_b, self.front)
         yield connect(self.rear_shaft.flange_b, self.rear)
+
+    def lumped(self) -> CentreDifferential:
+        """With a differential without friction: what friction adds at rest between the axles is not determined there."""
+        return CentreDifferential(
+            front_shaft=self.front_shaft, rear_shaft=self.rear_shaft, differential=BevelDifferential()
+        )
 
     def initial(self) -> Equations:
         """The input turns with the axles, and the shafts to them are not twisted."""

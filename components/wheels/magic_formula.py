@@ -15,7 +15,7 @@ from powertrain.components.wheels.tyre_file import parameters as parameters_of_f
 NEWTON_STEPS = 6
 """Steps from the nearer bound of the root: sufficient for 1e-11 in the range of pEx1 and pCx1."""
 SMALL = 1e-6
-"""Share of the peak force below which force and slip are proportional."""
+"""Share of the peak force below which force and slip are proportional; the least friction coefficient of a road."""
 
 
 def shape(x: Symbol, E: Symbol) -> Symbol:
@@ -108,7 +108,7 @@ class MagicFormulaWheel(SlippingWheel):
         load = ca.fmax(self.Fz, SMALL * self.Fz0)  # the formula must be defined for a wheel off the ground
         dfz = load / self.Fz0 - 1
         stiffness = ca.fmax(self.pKx1 + self.pKx2 * dfz, SMALL) * ca.exp(self.pKx3 * dfz) * load
-        peak = self.mu * ca.fmax(self.pDx1 + self.pDx2 * dfz, SMALL) * load
+        peak = ca.fmax(self.mu, SMALL) * ca.fmax(self.pDx1 + self.pDx2 * dfz, SMALL) * load
         # The rising branch, solved for the slip at the spring's force: B kappa = x.
         part = ca.fmin(ca.fmax(ca.fabs(self.c * self.u) / peak, SMALL), 1 - SMALL)
         x = inverse_shape(ca.tan(ca.asin(part) / self.pCx1), self.pEx1)
@@ -117,6 +117,7 @@ class MagicFormulaWheel(SlippingWheel):
         angle = self.pCx1 * ca.atan(shape(B * ca.fabs(self.kappa_c), self.pEx1))
         limit = peak * ca.sin(ca.fmax(angle, math.pi / 2))
         yield from self._slip(self.c, x / (B * part * peak), limit / load, load)
+        self._count_beyond(peak / load)
         # The slip of the contact, v_c/|v| at a steady speed.
         sliding = self.v_creep + self.v_slide
         rolling = ca.fmax(ca.fabs(self.v), SLOW - ca.fabs(sliding))

@@ -6,7 +6,7 @@ import math
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, variable
+from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, variable, within
 from powertrain.components.wheels.interfaces import Wheel
 
 SLOW = 3.0
@@ -24,7 +24,9 @@ class SlippingWheel(Wheel):
     v_slip = radius w - v = der(u) + v_creep + v_slide
     u: the tyre is a spring and a damper in parallel;  v_creep = |v| f (slip per force): loaded rubber leaves the contact
     and unloaded rubber enters it;  v_slide: sliding beyond the limit of friction
-    The limit of friction is load root(grip^2 - side^2), by Kamm's circle, with ``side`` the side force over the load.
+
+    The limit of friction is load root(grip^2 - side^2), by Kamm's circle, with ``side`` the side force over the load. Steps in which the
+    side force alone exceeds the largest grip are counted: the vehicle would leave its path there.
     Nothing is divided by the speed. At standstill there is no creep: the tyre is a spring that holds the vehicle, also on a slope. As the
     creep that damps a rolling tyre is then missing, the damping increases by d_low towards standstill (Pacejka, section 8.6):
     damping = d + d_low (1 + cos(pi |v|/v_low))/2 for |v| < v_low = 3 m/s,  else damping = d
@@ -47,6 +49,10 @@ class SlippingWheel(Wheel):
         yield self.v_creep == ca.fabs(self.v) * self.f * slip_per_force
         limit = load * ca.sqrt(ca.fmax(grip**2 - self.side.value**2, (LEFT * grip) ** 2 + ROUND**2))
         yield friction(self.v_slide, self.f, -limit, limit, name="sliding")
+
+    def _count_beyond(self, grip: Symbol) -> None:
+        """``grip``: the largest that there is."""
+        within(self.side.value, -grip, grip, name="side force over load", unit="1", action="count")
 
     def _loss(self) -> Symbol:
         stretching = self.v_slip - self.v_creep - self.v_slide
@@ -74,6 +80,7 @@ class SlipWheel(SlippingWheel):
     def equations(self) -> Equations:
         """Creep in proportion to the force."""
         yield from self._slip(self.C / self.sigma, 1 / self.C, self.mu, self.fn)
+        self._count_beyond(self.mu)
 
     def energy(self) -> Symbol:
         """Kinetic energy and the tyre's deflection."""

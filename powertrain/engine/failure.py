@@ -1,17 +1,13 @@
-"""Messages for runs that cannot continue: rates that are not finite, steps that become too small, values outside guards."""
+"""Messages for runs that cannot continue: rates that are not finite, steps that become too small."""
 
 from __future__ import annotations
 
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Guard, HybridDae
-from powertrain.language.units import with_unit
-from powertrain.modes.tolerances import LIMIT
+from powertrain.compiler.hybrid import HybridDae
 from powertrain.numerics.buffers import Array, Memory
 
-_AT_LIMIT = 1e-6
-"""A value as near to its limit, relative to one and to the limit, is not quoted: it would look like the limit."""
 OUTSIDE = "A function of the model is evaluated outside its range there."
 
 
@@ -53,38 +49,3 @@ def underflow(dae: HybridDae, memory: Memory, side: int, t: float, h: float) -> 
         f"the step size becomes too small at t = {t:.9g} s (h = {h:.3g} s); {worst} changes fastest. "
         "The model may have a singularity there, or a jump that is not declared as an event."
     )
-
-
-def guard_violation(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> str | None:
-    """The message for a guard whose value is outside its limits, or None."""
-    value, low, high = _guard_values(dae, memory, side, guard, t)
-    tolerance = LIMIT * (1.0 + min(abs(low), abs(high)))
-    return _guard_text(guard, value, low, high, t) if value < low - tolerance or value > high + tolerance else None
-
-
-def guard_message(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> str:
-    """The message for a guard whose limits are exceeded."""
-    return _guard_text(guard, *_guard_values(dae, memory, side, guard, t), t)
-
-
-def _guard_values(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> tuple[float, float, float]:
-    outputs = [ca.SX(guard.value), ca.SX(guard.low), ca.SX(guard.high)]
-    function = ca.Function("powertrain_guard", [dae.t, dae.x, dae.z, dae.m, dae.p], outputs)
-    n, y = dae.x.numel(), memory.y[side]
-    values = function(t, y[:n], y[n : n + dae.z.numel()], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()])
-    value, low, high = (float(v) for v in values)
-    return value, low, high
-
-
-def _guard_text(guard: Guard, value: float, low: float, high: float, t: float) -> str:
-    """Name the limit that was passed: at an event the value itself would look equal to it."""
-    above = high - value < value - low
-    limit = high if above else low
-    said = with_unit(f"{value:.9g}", guard.unit)
-    if abs(value - limit) <= _AT_LIMIT * (1.0 + abs(limit)):
-        said = f"it {'rises above' if above else 'falls below'} {with_unit(f'{limit:.9g}', guard.unit)}"
-    span = f"{low:.9g} to {high:.9g}"
-    if not np.isfinite([low, high]).all():
-        span = f"at least {low:.9g}" if high == np.inf else f"at most {high:.9g}"
-    allowed = with_unit(span, guard.unit)
-    return f"{guard.name} ({guard.where}) leaves its range at t = {t:.9g} s: {said}; allowed is {allowed}"

@@ -9,13 +9,14 @@ import numpy as np
 
 from powertrain.compiler.hybrid import Guard
 from powertrain.engine.chatter import Chatter
-from powertrain.engine.failure import guard_message, guard_violation, not_finite, underflow
+from powertrain.engine.failure import not_finite, underflow
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import just_after
 from powertrain.engine.trajectory import Instant, Trajectory, TrajectoryRecorder
 from powertrain.errors import SimulationError
 from powertrain.integration.specialized import Calls
 from powertrain.modes.algebra import NotConsistent
+from powertrain.modes.guards import first_violation, guard_message
 from powertrain.modes.tolerances import EPS, SHORTEST
 from powertrain.numerics.buffers import Array, view
 
@@ -96,7 +97,7 @@ class Run:
             "events": float(len(self.recorder.instants)),
         }
         pairs = zip(self.catalogue.counted, self.outside.tolist(), strict=True)
-        statistics |= {f"outside {guard.name}": n for guard, n in pairs}
+        statistics |= {f"outside {name}": n for name, n in pairs}
         final, notes = self.memory.y[self.side], tuple(self.engine.resolver.notes)
         return self.recorder.trajectory(self.t, final, self.memory.m, statistics, notes)
 
@@ -318,11 +319,8 @@ class Run:
             )
 
     def _check_guards(self) -> None:
-        for guard in self.dae.guards:
-            if guard.action == "error":
-                message = guard_violation(self.dae, self.memory, self.side, guard, self.t)
-                if message:
-                    raise SimulationError(message)
+        if message := first_violation(self.dae, self.memory, self.side, self.t):
+            raise SimulationError(message)
 
 
 def _depth(idle: int) -> float:

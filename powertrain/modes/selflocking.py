@@ -12,6 +12,7 @@ import casadi as ca
 
 from powertrain.compiler.hybrid import Friction, HybridDae
 from powertrain.errors import SimulationError
+from powertrain.modes.guards import first_violation
 from powertrain.modes.jam import law_values
 from powertrain.modes.tolerances import CROSSED, LEAST_TORQUE, ZONE
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
@@ -26,14 +27,19 @@ class SelfLocking:
         self._bound_slopes: list[Bound] = []
 
     def check(self, side: int) -> None:
-        """Raise SimulationError if the last pass of the mode rules found a law sliding with its limits in the wrong order."""
+        """Raise SimulationError if the last pass of the mode rules found a law sliding with its limits in the wrong order.
+
+        If a value has left its range, such as the load of a wheel in the air, the error names that as the cause.
+        """
         if self._memory.flags[5] <= 0.0:
             return
         for law, row in zip(self._dae.frictions, law_values(self._dae, self._memory, side).tolist(), strict=True):
             w, _, low, high, _, _ = row
             if abs(w) > ZONE and self._memory.m[law.index] != 0.0 and low > high:
+                t = float(self._memory.time[0])
                 raise SimulationError(
-                    f"{_said(law)}. At t = {self._memory.time[0]:.9g} s it slides with limits of {low:.6g} and {high:.6g} {law.unit}, "
+                    first_violation(self._dae, self._memory, side, t)
+                    or f"{_said(law)}. At t = {t:.9g} s it slides with limits of {low:.6g} and {high:.6g} {law.unit}, "
                     f"in the wrong order: friction would drive. {_ADVICE}"
                 )
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import powertrain as pt
-from powertrain.components.body import Axle, RoadProfile, RollingRoad
+from powertrain.components.body import Axle, RoadProfile, RollingRoad, TransferCase
 from powertrain.components.control import AlwaysOn, EngineSwitch, SetPedals
 from powertrain.components.cvu import Actuator, IdealActuator
 from powertrain.components.engines import EngineCooling, WarmEngine
@@ -64,7 +64,7 @@ def _steady(part: Any) -> Any:
     """The replacement of a part at constant speed on a level road."""
     if isinstance(part, Actuator):
         return IdealActuator(ratio_min=float(part.ratio_min), ratio_max=float(part.ratio_max))
-    if isinstance(part, Axle):
+    if isinstance(part, Axle | TransferCase):
         return part.lumped()
     if isinstance(part, RoadProfile):
         return RoadProfile()

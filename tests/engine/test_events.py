@@ -122,6 +122,17 @@ def test_guards_stop_or_count() -> None:
         Simulator(dae(t, x, m, p, ca.cos(t), ["a"], guards=(stops,))).run([2.0], [], stop=3.0)
 
 
+def test_counts_of_one_name_are_told_apart() -> None:
+    t, x, m, p = symbols(1, 0)
+    low, high = (
+        Guard("current", f"{path}: within(i, ...) (car.py:4)", x[0], ca.SX(-np.inf), ca.SX(limit), "A", "count")
+        for path, limit in (("front.battery", 0.5), ("rear.battery", 2.0))
+    )
+    found = Simulator(dae(t, x, m, p, ca.cos(t), ["a"], guards=(low, high))).run([0.0], [], stop=1.0).statistics
+    assert found["outside current (front.battery)"] > 0
+    assert found["outside current (rear.battery)"] == 0
+
+
 def test_chattering_is_named() -> None:
     t, x, m, p = symbols(1, 1)
     switch = Switch("thermostat", "hand", 0, x[0])

@@ -21,6 +21,7 @@ from powertrain.trials.operating import on_rolling_road, operating_map
 from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
+from powertrain.vehicles.four_wheel_drive import FourWheelDriveCar
 from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
 from powertrain.vehicles.series_hybrid import SeriesHybrid
@@ -264,6 +265,16 @@ def test_axles_are_lumped_on_a_rolling_road() -> None:
 
 
 @pytest.mark.slow
+def test_a_centre_differential_shares_equally_on_a_rolling_road() -> None:
+    """Between axles that the road holds at one speed any friction fits; without it the sum is (engine - oil) ratio 3.9 0.95/r - rolling."""
+    car = FourWheelDriveCar()
+    found = driveline_map(car, [5.0, 13.0, 20.0], [0.3, 0.6])
+    assert (found["status"] == OK).all()
+    ratios = np.array([float(gear.ratio) for gear in car.gearbox.gears])[found["gear"].values - 1]  # type: ignore[attr-defined]
+    rolling = 0.01 * 1700 * 9.80665
+    np.testing.assert_allclose(found["force"], (found["tau"] - 0.003 * found["w"]) * ratios * 3.9 * 0.95 / 0.3 - rolling)
+
+
 def test_an_engine_is_warm_on_a_rolling_road() -> None:
     """At full load and low speed a cooling circuit of its own would settle far above the temperature of any drive."""
     assert isinstance(value_at(on_rolling_road(SplitPathCar(cooling=CoolantCircuit())), "cooling"), WarmEngine)

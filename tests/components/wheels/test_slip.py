@@ -167,10 +167,22 @@ def test_a_side_force_takes_of_the_grip(wheel: Wheel) -> None:
         assert result["drum.wheel.f"][-1] == pytest.approx(left * whole, rel=1e-5)
 
 
-def test_a_smooth_road_gives_nothing() -> None:
-    result = tight(plain(SlipWheel(mu=0.0, Cr=0), torque=Constant(k=50)), 1.0)
-    assert result["body.v"][-1] == pytest.approx(0, abs=1e-12)
-    assert result["front.w"][-1] == pytest.approx(50, rel=1e-8)
+@pytest.mark.parametrize("wheel", few([SlipWheel(mu=0.5), MagicFormulaWheel(mu=0.5)]), ids=["linear", "magic"])
+def test_a_side_force_beyond_the_grip_is_counted(wheel: Wheel) -> None:
+    """Both tyres grip with 0.5 of their load: a bend that takes 0.49 is driven, one that takes 0.51 is not."""
+    drum = Drum(wheel=wheel, rolling=tr.ConstantSpeed(v_fixed=3), turning=rot.ConstantSpeed(w_fixed=3 / 0.3))
+    for side, beyond in ((0.49, False), (0.51, True), (-0.51, True)):
+        result = pt.simulate(Cornering(drum=drum, side=Constant(k=side)), 1.0)
+        counted = result.statistics["outside side force over load"]
+        assert counted == (result.statistics["steps"] if beyond else 0)
+
+
+@pytest.mark.parametrize(("kind", "left"), [(SlipWheel, 1e-12), (MagicFormulaWheel, 1e-5)])
+def test_a_smooth_road_gives_nothing(kind: type[SlipWheel | MagicFormulaWheel], left: float) -> None:
+    """Next to nothing: a millionth of the load is left to the Magic Formula tyre, 1e-6 g for a second."""
+    result = tight(plain(kind(mu=0.0, Cr=0), torque=Constant(k=50)), 1.0)
+    assert result["body.v"][-1] == pytest.approx(0, abs=left)
+    assert result["front.w"][-1] == pytest.approx(50, rel=1e-4)
 
 
 TIR = """[MDI_HEADER]

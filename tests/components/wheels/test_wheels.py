@@ -13,8 +13,9 @@ import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components import translational as tr
 from powertrain.components.blocks import Constant, Ramp, Sine
-from powertrain.components.body import VehicleBody
+from powertrain.components.body import DrivenAxle, VehicleBody
 from powertrain.components.wheels import MagicFormulaWheel, RigidWheel, SlipWheel, WheelBrake
+from powertrain.vehicles.rear_drive import RearDriveCar
 
 G = 9.80665
 M = 1500 + 2 / 0.3**2
@@ -172,6 +173,16 @@ def test_a_wheel_in_the_air_is_refused(name: str) -> None:
         match=r"load of the wheel \(rear: .* leaves its range.*it falls below 0 N; allowed is at least 0",
     ):
         pt.simulate(model, 5.0, starts={"body.v": 50.0})
+
+
+@pytest.mark.parametrize("wheel", few([SlipWheel(), MagicFormulaWheel()]), ids=["linear", "magic"])
+def test_a_wheel_in_the_air_at_the_start_is_refused(wheel: SlipWheel | MagicFormulaWheel) -> None:
+    """2 g to the side turn the inner wheel's load round: 1 - 2 h/track 2 = -0.47 of its share, so that its friction would drive."""
+    car = RearDriveCar.in_one_gear(rear=DrivenAxle(left=wheel, right=wheel))
+    with pytest.raises(
+        pt.InitializationError, match=r"load of the wheel \(rear.left: .* -\d+.* N; allowed is at least 0 N"
+    ):
+        pt.simulate(car, 1.0, starts={"body.v": 20.0}, inputs={"curvature": 0.05})
 
 
 def test_load_of_a_wheel_without_a_body() -> None:

@@ -1,0 +1,54 @@
+"""Values that leave the range in which a model holds."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.hybrid import Guard, HybridDae
+from powertrain.language.units import with_unit
+from powertrain.modes.tolerances import LIMIT
+from powertrain.numerics.buffers import Memory
+
+_AT_LIMIT = 1e-6
+
+
+def first_violation(dae: HybridDae, memory: Memory, side: int, t: float) -> str:
+    """The message for the first guard that ends a run and whose value lies outside its limits at present; '' where there is none."""
+    found = (guard_violation(dae, memory, side, guard, t) for guard in dae.guards if guard.action == "error")
+    return next((message for message in found if message), "")
+
+
+def guard_violation(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> str | None:
+    """The message for a guard whose value lies outside its limits at present, or None."""
+    value, low, high = _guard_values(dae, memory, side, guard, t)
+    tolerance = LIMIT * (1.0 + min(abs(low), abs(high)))
+    return _guard_text(guard, value, low, high, t) if value < low - tolerance or value > high + tolerance else None
+
+
+def guard_message(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> str:
+    """The message for a guard that is left at present."""
+    return _guard_text(guard, *_guard_values(dae, memory, side, guard, t), t)
+
+
+def _guard_values(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> tuple[float, float, float]:
+    outputs = [ca.SX(guard.value), ca.SX(guard.low), ca.SX(guard.high)]
+    function = ca.Function("powertrain_guard", [dae.t, dae.x, dae.z, dae.m, dae.p], outputs)
+    n, y = dae.x.numel(), memory.y[side]
+    values = function(t, y[:n], y[n : n + dae.z.numel()], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()])
+    value, low, high = (float(v) for v in values)
+    return value, low, high
+
+
+def _guard_text(guard: Guard, value: float, low: float, high: float, t: float) -> str:
+    """Mostly it has just passed a limit, so that its value would look like the limit itself."""
+    above = high - value < value - low
+    limit = high if above else low
+    said = with_unit(f"{value:.9g}", guard.unit)
+    if abs(value - limit) <= _AT_LIMIT * (1.0 + abs(limit)):
+        said = f"it {'rises above' if above else 'falls below'} {with_unit(f'{limit:.9g}', guard.unit)}"
+    span = f"{low:.9g} to {high:.9g}"
+    if not np.isfinite([low, high]).all():
+        span = f"at least {low:.9g}" if high == np.inf else f"at most {high:.9g}"
+    allowed = with_unit(span, guard.unit)
+    return f"{guard.name} ({guard.where}) leaves its range at t = {t:.9g} s: {said}; allowed is {allowed}"
