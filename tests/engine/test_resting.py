@@ -314,3 +314,12 @@ def test_a_clutch_that_cannot_turn_says_nothing_of_what_holds(ratios: tuple[floa
 
 def test_a_clutch_that_cannot_turn_in_c(tmp_path: Path) -> None:
     break_away_together(tied((0.6, 0.2, 3.0)).export_c(tmp_path).simulate(1.0))
+
+
+@pytest.mark.parametrize("ratios", [(3.0, 0.3, 10.0), (3.0, 0.1 * 3.0, 10.0), (0.6, 0.2, 3.0), (2.1, 0.7, 3.0)])
+def test_a_clutch_that_cannot_turn_does_not_stop_its_shafts(ratios: tuple[float, float, float]) -> None:
+    """Its speed is a round-off times that of the shaft, which was set to zero with it: the shaft began with 1 rad/s or none of its 10."""
+    open_brakes = {"weak.fn_max": 0.0, "strong.fn_max": 0.0}
+    result = tied(ratios).simulate(1.0, starts={"shaft.w": 10.0}, parameters=open_brakes)
+    assert result["shaft.w"][0] == pytest.approx(10.0, rel=1e-14)
+    assert result["shaft.w"][-1] == pytest.approx(10.0 + 5.0 / 0.1, rel=1e-6)
