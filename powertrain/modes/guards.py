@@ -1,4 +1,4 @@
-"""Values that leave the range in which a model holds."""
+"""Messages for values outside the range in which a model is valid."""
 
 from __future__ import annotations
 
@@ -11,23 +11,24 @@ from powertrain.modes.tolerances import LIMIT
 from powertrain.numerics.buffers import Memory
 
 _AT_LIMIT = 1e-6
+"""A value as near to its limit, relative to one and to the limit, is not quoted: it would look like the limit."""
 
 
 def first_violation(dae: HybridDae, memory: Memory, side: int, t: float) -> str:
-    """The message for the first guard that ends a run and whose value lies outside its limits at present; '' where there is none."""
+    """The message for the first violated guard that ends a run; '' if there is none."""
     found = (guard_violation(dae, memory, side, guard, t) for guard in dae.guards if guard.action == "error")
     return next((message for message in found if message), "")
 
 
 def guard_violation(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> str | None:
-    """The message for a guard whose value lies outside its limits at present, or None."""
+    """The message for a guard whose value is outside its limits, or None."""
     value, low, high = _guard_values(dae, memory, side, guard, t)
     tolerance = LIMIT * (1.0 + min(abs(low), abs(high)))
     return _guard_text(guard, value, low, high, t) if value < low - tolerance or value > high + tolerance else None
 
 
 def guard_message(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> str:
-    """The message for a guard that is left at present."""
+    """The message for a guard whose limits are exceeded."""
     return _guard_text(guard, *_guard_values(dae, memory, side, guard, t), t)
 
 
@@ -41,7 +42,7 @@ def _guard_values(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: fl
 
 
 def _guard_text(guard: Guard, value: float, low: float, high: float, t: float) -> str:
-    """Mostly it has just passed a limit, so that its value would look like the limit itself."""
+    """Name the limit that was passed: at an event the value itself would look equal to it."""
     above = high - value < value - low
     limit = high if above else low
     said = with_unit(f"{value:.9g}", guard.unit)

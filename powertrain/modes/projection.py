@@ -6,15 +6,19 @@ what rounding and nonlinear speeds leave.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import casadi as ca
 
+from powertrain.compiler.cancellation import terms
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.language.symbols import column
 
 _DEPENDENT = 1e-13
-"""A row of W is dependent if elimination leaves less than this share of its square."""
+"""A row of W is dependent if elimination leaves less than this share of its square: others hold its motion already, or it cannot be.
+
+Round-off leaves such rows where a clutch connects two shafts that gears tie to one speed.
+"""
 
 
 def at_rest(dae: HybridDae) -> ca.SX:
@@ -45,16 +49,22 @@ def _projected(dae: HybridDae, x: ca.SX, free: ca.SX, laws: list[tuple[ca.SX, ca
         return ca.if_else(stuck, w, 0.0), W
 
     w, W = at(x)
-    rows, columns = W.sparsity().get_triplet()
-    held = [ca.if_else(stuck[i], W[i, j], 0.0) * free[j] for i, j in zip(rows, columns, strict=True)]
+    entries = list(zip(*W.sparsity().get_triplet(), ca.vertsplit(ca.vec(W.nz[:])), strict=True))
+    sizes = [ca.SX(0)] * len(laws)
+    for i, _, entry in entries:
+        sizes[i] += terms(entry) ** 2
+    held = [ca.if_else(stuck[i], entry, 0.0) * free[j] for i, j, entry in entries]
     W = ca.SX(W.sparsity(), column(held))
-    solve = _semidefinite(W @ W.T)
+    solve = _semidefinite(W @ W.T, sizes)
     x -= W.T @ solve(w)
     return x - W.T @ solve(at(x)[0])
 
 
-def _semidefinite(A: ca.SX) -> Callable[[ca.SX], ca.SX]:
-    """Solve with a symmetric matrix by L D L'; unknowns of rows that depend on earlier rows are zero."""
+def _semidefinite(A: ca.SX, sizes: Sequence[ca.SX]) -> Callable[[ca.SX], ca.SX]:
+    """Solve with a symmetric matrix by L D L'; unknowns of rows that depend on earlier rows are zero.
+
+    ``sizes``: the diagonal as it would be if no terms cancelled.
+    """
     n = A.rows()
     rows: list[dict[int, ca.SX]] = [{} for _ in range(n)]
     for i, j in zip(*A.sparsity().get_triplet(), strict=True):
@@ -62,7 +72,7 @@ def _semidefinite(A: ca.SX) -> Callable[[ca.SX], ca.SX]:
     inverse, L = [], []
     for k in range(n):
         pivot = rows[k].get(k, ca.SX(0))
-        inverse.append(ca.if_else(pivot > _DEPENDENT * A[k, k], 1.0 / pivot, 0.0))
+        inverse.append(ca.if_else(pivot > _DEPENDENT * sizes[k], 1.0 / pivot, 0.0))
         L.append({i: value * inverse[k] for i, value in rows[k].items() if i > k})
         for i, factor in L[k].items():
             for j in L[k]:

@@ -32,22 +32,24 @@ def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[tupl
     if not limited or not holds.any():
         return []
     near = problem.laws.at(point, np.zeros(problem.laws.count))
-    G = -near.rate_slope
-    if not np.isfinite(G).all():
+    if not np.isfinite(near.rate_slope).all():
         return []
-    held = _follow(G, near.rate, limited, holds)
+    size = np.sqrt(_mobility(-np.diag(near.rate_slope), near.reach))
+    held = _follow(-near.rate_slope / np.outer(size, size), near.rate / size, limited, holds)
     rest = problem.laws.at_rest(point, near, INTEGRATED)
     return [(k, float(near.peak[k])) for k, follows in zip(limited, held, strict=True) if follows and rest[k]]
 
 
+def _mobility(own: NDArray[np.float64], terms: NDArray[np.float64]) -> NDArray[np.float64]:
+    """G_ii; the size of its terms where they cancel, as those of a clutch do between two shafts that gears tie to each other."""
+    return np.where(np.abs(own) > SINGULAR * terms, np.abs(own), np.where(terms > 0.0, terms, 1.0))
+
+
 def _follow(G: NDArray[np.float64], b: NDArray[np.float64], rows: list[int], holds: NDArray[np.bool_]) -> list[bool]:
-    """Whether each of these rates is a combination of the rates of the holding laws."""
-    size = np.sqrt(np.abs(np.diag(G)))
-    scaled = G / np.maximum(np.outer(size, size), 1e-300)
-    c = np.linalg.lstsq(scaled[np.ix_(holds, holds)], scaled[holds][:, rows], rcond=SINGULAR)[0]
-    left = np.abs(scaled[rows] - c.T @ scaled[holds]).max(axis=1)
-    free = b / np.maximum(size, 1e-300)
-    moved = np.abs(free[rows] - c.T @ free[holds])
-    terms = np.abs(free[rows]) + np.abs(c.T) @ np.abs(free[holds])
-    known = NOTHING * terms + SINGULAR * np.abs(free[holds]).sum()
+    """Whether each of these rates is a combination of the rates of the holding laws, each scaled by its own size."""
+    c = np.linalg.lstsq(G[np.ix_(holds, holds)], G[holds][:, rows], rcond=SINGULAR)[0]
+    left = np.abs(G[rows] - c.T @ G[holds]).max(axis=1)
+    moved = np.abs(b[rows] - c.T @ b[holds])
+    terms = np.abs(b[rows]) + np.abs(c.T) @ np.abs(b[holds])
+    known = NOTHING * terms + SINGULAR * np.abs(b[holds]).sum()
     return [bool(one) for one in (left <= NOTHING) & (moved <= known)]

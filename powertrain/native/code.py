@@ -79,8 +79,8 @@ def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
     """Functions of (time and step, y, m, p) for laws at rest.
 
     ``still``: the friction laws that are, by torques, and have no peak. ``mobility``, where laws may rest at a limit of their torque, held
-    by others: the rates of all laws by their torques, row by row, and without torques; the peaks of those, and whether they are at rest
-    but for the error of the integration.
+    by others: the rates of all laws by their torques, row by row, and without torques, and their reach; the peaks of those, and whether
+    they are at rest but for the error of the integration.
     """
     laws, opened = [f for f in dae.frictions if f.rests is not None], dae.opened
     y, moment = ca.SX.sym("y", dae.x.numel() + dae.z.numel()), ca.SX.sym("time", 2)
@@ -98,16 +98,17 @@ def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
 
 
 def _mobility(dae: HybridDae, laws: Sequence[Friction], opened: Opened) -> list[ca.SX]:
-    """Rates of all laws by their torques and without torques; of ``laws`` the peaks and whether they are at rest."""
+    """Rates of all laws by their torques and without torques, and their reach; of ``laws`` the peaks and whether they are at rest."""
     mobility, free = -ca.jacobian(opened.rate, opened.tau), opened.rate
     if n := opened.residual.numel():
         z = dae.z[:n]
         right = ca.horzcat(ca.jacobian(opened.residual, opened.tau), opened.residual)
         moved = ca.jacobian(opened.rate, z) @ ca.solve(ca.jacobian(opened.residual, z), right)
         mobility, free = mobility + moved[:, :-1], free - moved[:, -1]
-    mobility, free = ca.substitute([mobility, free], [opened.tau], [ca.DM.zeros(opened.tau.numel())])
+    given = [mobility, free, opened.reach]
+    mobility, free, reach = ca.substitute(given, [opened.tau], [ca.DM.zeros(opened.tau.numel())])
     peaks, rest = zip(*map(_peak_and_rest, laws), strict=True)
-    return [mobility.T, free, ca.vertcat(*peaks), ca.vertcat(*rest)]
+    return [mobility.T, free, reach, ca.vertcat(*peaks), ca.vertcat(*rest)]
 
 
 def _peak_and_rest(law: Friction) -> tuple[ca.SX, ca.SX]:

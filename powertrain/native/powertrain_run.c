@@ -210,13 +210,16 @@ static int one_by_one(pt_model *a)
 static void eliminate_what_holds(pt_model *a)
 {
     double (*G)[PT_F] = a->mobility;
-    for (int i = 0; i < PT_F; i++) a->size[i] = sqrt(fabs(G[i][i]));
+    for (int i = 0; i < PT_F; i++) {  /* where the terms of G_ii cancel, their size */
+        double own = fabs(G[i][i]), terms = a->size[i];
+        a->size[i] = sqrt(own > SINGULAR * terms ? own : terms > 0 ? terms : 1);
+    }
     for (int i = 0; i < PT_F; i++)
-        for (int j = 0; j < PT_F; j++) G[i][j] /= fmax(a->size[i] * a->size[j], 1e-300);
+        for (int j = 0; j < PT_F; j++) G[i][j] /= a->size[i] * a->size[j];
     a->rate_known = 0;
     for (int i = 0; i < PT_F; i++) {
         a->holds[i] = a->m[pt_frictions[i]] == 0;
-        a->rate[i] /= fmax(a->size[i], 1e-300);
+        a->rate[i] /= a->size[i];
         a->terms[i] = fabs(a->rate[i]);
         if (a->holds[i]) a->rate_known += PT_SINGULAR * a->terms[i];
     }
@@ -241,7 +244,7 @@ static void eliminate_what_holds(pt_model *a)
 static int marked(pt_model *a, int asked)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p};
-    double *wanted[] = {a->mobility[0], a->rate, a->peak, a->calm};
+    double *wanted[] = {a->mobility[0], a->rate, a->size, a->peak, a->calm};
     int some = asked, all = 1;
     for (int k = 0; k < PT_RESTS; k++) some |= a->m[pt_rests[k]] != 0;
     if (!some) return 1;

@@ -96,3 +96,16 @@ def test_a_chain_costs_as_much_as_it_is_long() -> None:
         return int(ca.Function("f", [model.x, model.m], [at_rest(model)]).n_instructions())
 
     assert size(80) < 2.2 * size(40)
+
+
+@pytest.mark.parametrize("coefficients", [(1.0, 1e-16, 0.0), (0.0, (0.1 * 3.0) / 0.3 - 1.0, 0.0), (1.0, -2e-15, 1e-15)])
+def test_round_off_is_no_motion(coefficients: tuple[float, ...]) -> None:
+    """A stuck law whose speed follows, but for round-off, from one that is zero already, or from none: the other states stay."""
+    x = np.array([0.0, 100.0, -30.0])
+
+    def speeds(t: Any, y: Any, p: Any) -> list[Any]:
+        slope = (1.0 + coefficients[1] + p) - (1.0 + p)  # as a ratio over its equal
+        return [y[0], coefficients[0] * y[0] + slope * y[1] + coefficients[2] * y[2]]
+
+    found = projected(laws(speeds, 3, 2), x, np.zeros(2), p=0.3)
+    np.testing.assert_allclose(found, x, rtol=1e-12)

@@ -270,3 +270,56 @@ def test_redundant_laws_with_peaks_break_away(seed: int) -> None:
     elif (excess > 1e-3).any():
         assert result.at(time[np.argmax(excess > 0.0)] - 1e-4, "a.w") == pytest.approx(0.0, abs=1e-9)
         assert np.abs(result["a.w"]).max() > 0.0
+
+
+class Tied(pt.Component):
+    """A rising torque on a shaft that two brakes hold; a clutch between two shafts that both follow it at one speed, through gears."""
+
+    gears: tuple[rot.IdealGear, rot.IdealGear, rot.IdealGear]
+    rise: blocks.Ramp = blocks.Ramp(height=10.0, duration=1.0)
+    drive: rot.Torque = rot.Torque()
+    shaft: rot.Inertia = rot.Inertia(J=0.1)
+    weak: rot.Brake = rot.Brake(fn_max=2.0, mue_pos=((0.0, 1.0),), peak=1.5)
+    strong: rot.Brake = rot.Brake(fn_max=5.0, mue_pos=((0.0, 1.0),))
+    clutch: rot.Clutch = rot.Clutch(fn_max=10.0, mue_pos=((0.0, 1.0),))
+    full: blocks.Constant = blocks.Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        one, first, second = self.gears
+        yield pt.connect(self.rise.y, self.drive.tau)
+        yield pt.connect(self.full.y, self.weak.f_normalized, self.strong.f_normalized, self.clutch.f_normalized)
+        yield pt.connect(self.drive.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.weak.flange_a, self.strong.flange_a, one.flange_a, first.flange_a)
+        yield pt.connect(first.flange_b, second.flange_a)
+        yield pt.connect(one.flange_b, self.clutch.flange_a)
+        yield pt.connect(second.flange_b, self.clutch.flange_b)
+
+
+def tied(ratios: tuple[float, float, float]) -> pt.Plant[Tied]:
+    one, first, second = (rot.IdealGear(ratio=ratio) for ratio in ratios)
+    return pt.compile(Tied(gears=(one, first, second)))
+
+
+def break_away_together(run: pt.Result[Any]) -> None:
+    """At what both hold at rest, 3 + 5 N.m."""
+    assert sorted((e.name, e.new) for e in run.events) == [("strong.mode", 1.0), ("weak.mode", 1.0)]
+    assert run.events.times == pytest.approx(0.8, abs=1e-6)
+
+
+@pytest.mark.parametrize("ratios", [(3.0, 0.3, 10.0), (3.0, 0.1 * 3.0, 10.0), (0.6, 0.2, 3.0)])
+def test_a_clutch_that_cannot_turn_says_nothing_of_what_holds(ratios: tuple[float, float, float]) -> None:
+    """Its torque moves nothing but for the round-off of the ratios, which counted as a motion."""
+    break_away_together(tied(ratios).simulate(1.0))
+
+
+def test_a_clutch_that_cannot_turn_in_c(tmp_path: Path) -> None:
+    break_away_together(tied((0.6, 0.2, 3.0)).export_c(tmp_path).simulate(1.0))
+
+
+@pytest.mark.parametrize("ratios", [(3.0, 0.3, 10.0), (3.0, 0.1 * 3.0, 10.0), (0.6, 0.2, 3.0), (2.1, 0.7, 3.0)])
+def test_a_clutch_that_cannot_turn_does_not_stop_its_shafts(ratios: tuple[float, float, float]) -> None:
+    """Its speed is a round-off times that of the shaft, which was set to zero with it: the shaft began with 1 rad/s or none of its 10."""
+    open_brakes = {"weak.fn_max": 0.0, "strong.fn_max": 0.0}
+    result = tied(ratios).simulate(1.0, starts={"shaft.w": 10.0}, parameters=open_brakes)
+    assert result["shaft.w"][0] == pytest.approx(10.0, rel=1e-14)
+    assert result["shaft.w"][-1] == pytest.approx(10.0 + 5.0 / 0.1, rel=1e-6)
