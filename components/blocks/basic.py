@@ -199,7 +199,8 @@ class Exponentials(_StartingSource):
 class TimeTable(_Source):
     """Rows (time in s, value) with linear interpolation; constant before the first and after the last.
 
-    A time that appears in two rows is a jump.
+    A time that appears in two rows is a jump. The Modelica Standard Library continues the line through the last two rows instead; add a
+    row for that.
     """
 
     table: tuple[tuple[float, float], ...]
