@@ -12,6 +12,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.transmissions import (
+    DualClutchGearbox,
     GearScheme,
     Lever,
     double_planetary,
@@ -167,3 +168,14 @@ def test_misspelt_shafts(changes: dict[str, Any], said: str) -> None:
     options: dict[str, Any] = {"elements": {"A": "in-ring", "B": "ring-housing"}, "gears": {"1": "B", "2": "A"}}
     with pytest.raises(pt.ParameterError, match=said):
         GearScheme.of(planetary("p", "in", "ring", "out", teeth=(30, 60)), **(options | changes))
+
+
+def test_a_dual_clutch_gearbox_with_two_final_drives() -> None:
+    """Ratios of the VW DQ250: the fifth gear is published with a higher ratio than the fourth, before a final drive of its own."""
+    lower, upper = (3.462, 2.150, 1.464, 1.079), (1.094, 0.921)
+    with pytest.raises(
+        pt.ParameterError, match=r"two final drives.*\n.*gears\[3\].ratio = 1.079, gears\[4\].ratio = 1.094"
+    ):
+        DualClutchGearbox.of_ratios(*lower, *upper)
+    box = DualClutchGearbox.of_ratios(*(4.118 * r for r in lower), *(3.043 * r for r in upper))
+    assert box.gear_count == 6
