@@ -117,6 +117,17 @@ class Cosine(_Wave):
         yield self.y.value == self._after_start(self.amplitude * ca.cos(self._angle()))
 
 
+class ExpSine(_Wave):
+    """A damped sine from startTime on: y = offset + amplitude exp(-damping t) sin(2 pi f t + phase), t = time - startTime."""
+
+    damping: Parameter = parameter("1/s", "Damping coefficient")
+
+    def equations(self) -> Equations:
+        """A damped sine."""
+        envelope = ca.exp(-self.damping * ca.fmax(time - self.startTime, 0))
+        yield self.y.value == self._after_start(self.amplitude * envelope * ca.sin(self._angle()))
+
+
 class _Periodic(_StartingSource):
     """Partial: a signal that starts anew with every period, nperiod times (without end where nperiod < 0).
 
