@@ -10,6 +10,7 @@ from powertrain.components.blocks import Constant as Constant
 from powertrain.components.blocks import Cosine as Cosine
 from powertrain.components.blocks import Delay as Delay
 from powertrain.components.blocks import Exponentials as Exponentials
+from powertrain.components.blocks import ExpSine as ExpSine
 from powertrain.components.blocks import Feedback as Feedback
 from powertrain.components.blocks import FirstOrder as FirstOrder
 from powertrain.components.blocks import Gain as Gain

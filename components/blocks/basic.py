@@ -117,6 +117,17 @@ class Cosine(_Wave):
         yield self.y.value == self._after_start(self.amplitude * ca.cos(self._angle()))
 
 
+class ExpSine(_Wave):
+    """A damped sine from startTime on: y = offset + amplitude exp(-damping t) sin(2 pi f t + phase), t = time - startTime."""
+
+    damping: Parameter = parameter("1/s", "Damping coefficient")
+
+    def equations(self) -> Equations:
+        """A damped sine."""
+        envelope = ca.exp(-self.damping * ca.fmax(time - self.startTime, 0))
+        yield self.y.value == self._after_start(self.amplitude * envelope * ca.sin(self._angle()))
+
+
 class _Periodic(_StartingSource):
     """Partial: a signal that repeats with every period, nperiod times (endlessly if nperiod < 0).
 
@@ -199,7 +210,8 @@ class Exponentials(_StartingSource):
 class TimeTable(_Source):
     """Rows (time in s, value) with linear interpolation; constant before the first and after the last.
 
-    A time that appears in two rows is a jump.
+    A time that appears in two rows is a jump. The Modelica Standard Library continues the line through the last two rows instead; add a
+    row for that.
     """
 
     table: tuple[tuple[float, float], ...]

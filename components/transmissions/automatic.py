@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from powertrain import Equations, ParameterError, connect
 from powertrain.components.differentials.churning import ChurningLoss
@@ -27,17 +27,19 @@ from powertrain.components.transmissions.gearsets import (
 
 TORQUE, MARGIN, J_SHAFT = 400.0, 1.5, 0.004
 """Input torque [N.m] for sizing elements, capacity relative to their load at that torque, inertia of a shaft [kg.m2]."""
+SAME = 1e-9
+"""Ratios that differ relatively by less are equal."""
 
 
 def _levers(scheme: GearScheme) -> tuple[FundamentalDifferential, ...]:
     return tuple(FundamentalDifferential(ratio=x.ratio, eta_ab=x.eta, eta_ba=x.eta) for x in scheme.levers)
 
 
-def _shafts(scheme: GearScheme, J: float) -> tuple[Inertia, ...]:
+def _shafts(scheme: GearScheme, J: float = J_SHAFT) -> tuple[Inertia, ...]:
     return (Inertia(J=J),) * (max(scheme.free.nodes.values()) + 1)
 
 
-def _elements(scheme: GearScheme, torque: float) -> tuple[Clutch | Brake, ...]:
+def _elements(scheme: GearScheme, torque: float = TORQUE) -> tuple[Clutch | Brake, ...]:
     return tuple(_element(scheme, each, torque) for each in scheme.elements)
 
 
@@ -48,23 +50,34 @@ def _element(scheme: GearScheme, element: ShiftElement, torque: float) -> Clutch
     return kind(fn_max=MARGIN * torque * carried, mue_pos=((0.0, 1.0),))
 
 
+_PARTS = {"levers": _levers, "shafts": _shafts, "elements": _elements}
+
+
 class Automatic(ClutchToClutch):
     """An automatic gearset from its scheme: a differential for every lever, a clutch or brake for every shift element, and inertias.
 
     w_a - w_carrier = R_o (w_b - w_carrier) of every lever, with the loss of ``MeshLaw``; shift elements as ``Clutch`` and ``Brake``
 
     The law of ``ClutchToClutch`` presses the elements. Lever position k selects the k-th forward gear, 0 neutral, -1 the reverse gear.
-    ``shafts`` and ``elements`` are in the order of the scheme; ``churning`` is the drag of pump, oil and open elements at the input.
-    ``of`` makes the component from a scheme; ``trials.gear_table`` computes its ratios, efficiencies and torques.
+    ``levers``, ``shafts`` and ``elements`` are in the order of the scheme; those not given are made for it, as by ``of``. ``churning`` is
+    the drag of pump, oil and open elements at the input. ``trials.gear_table`` computes ratios, efficiencies and torques.
     Errors: ParameterError if the parts do not match the scheme.
     """
 
     scheme: GearScheme = SIMPSON_THREE
     levers: tuple[FundamentalDifferential, ...] = _levers(SIMPSON_THREE)
-    shafts: tuple[Inertia, ...] = _shafts(SIMPSON_THREE, J_SHAFT)
-    elements: tuple[Clutch | Brake, ...] = _elements(SIMPSON_THREE, TORQUE)
+    shafts: tuple[Inertia, ...] = _shafts(SIMPSON_THREE)
+    elements: tuple[Clutch | Brake, ...] = _elements(SIMPSON_THREE)
     churning: ChurningLoss = ChurningLoss(d=0.01)
     housing: Fixed = Fixed()
+
+    if not TYPE_CHECKING:
+
+        def __init__(self, *unnamed: Any, **given: Any) -> None:
+            scheme = given.get("scheme", SIMPSON_THREE)
+            if isinstance(scheme, GearScheme):
+                given |= {name: make(scheme) for name, make in _PARTS.items() if name not in given}
+            super().__init__(*unnamed, **given)
 
     @classmethod
     def of(cls, scheme: GearScheme, *, torque: float = TORQUE, J: float = J_SHAFT, **parts: Any) -> Self:
@@ -81,7 +94,7 @@ class Automatic(ClutchToClutch):
         **parts
             Other parts and parameters of the component.
         """
-        made = {"levers": _levers(scheme), "shafts": _shafts(scheme, J), "elements": _elements(scheme, torque)}
+        made = {"shafts": _shafts(scheme, J), "elements": _elements(scheme, torque)}
         return cls(scheme=scheme, **(made | parts))
 
     @classmethod
@@ -128,6 +141,12 @@ class Automatic(ClutchToClutch):
     def gear_count(self) -> int:
         """The number of forward gears."""
         return len(self.scheme.forward)
+
+    def check(self) -> Equations:
+        """The differentials are those of the scheme, whose ratios the law of the shifts knows."""
+        for lever, part in zip(self.scheme.levers, self.levers, strict=False):
+            R = lever.ratio
+            yield abs(part.ratio - R) <= SAME * abs(R)  # levers have the ratios of the scheme: Automatic.of(scheme)
 
     def friction_elements(self) -> dict[str, str]:
         """The paths of the shift elements, by their names in the scheme."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any, Self
 
 import casadi as ca
@@ -35,8 +36,9 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
     within 0..1 starts the vehicle with the clutch of the engaged gear, and lets the engine idle when it stops, also during a shift. While
     a gear is engaged, the gear below is preselected on the other shaft. An upshift therefore begins with the synchronisation of the gear
     above, in the first 30 % of the lever's travel, against an open clutch; a downshift ends with that of the gear two below. The meshes
-    have no loss; as in ``ManualGearbox`` it is included in the final drive. ``churning`` is the drag at the input.
-    Errors: ParameterError if the numbers of gears and synchronisers differ.
+    have no loss; as in ``ManualGearbox`` it is included in the final drive. ``churning`` is the drag at the input. If two output shafts
+    have final drives of their own, ``ratios`` are the products with them.
+    Errors: ParameterError if the numbers of gears and synchronisers differ, and for ratios that do not decrease from gear to gear.
     """
 
     torque_phase: float = 0.15
@@ -60,6 +62,11 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
     def gear_count(self) -> int:
         """The number of gears."""
         return len(self.gears)
+
+    def check(self) -> Equations:
+        """An upshift slows the engine down."""
+        for low, high in pairwise(self.gears):
+            yield high.ratio < low.ratio  # ratios decrease; with two final drives, give the products with them
 
     def friction_elements(self) -> dict[str, str]:
         """The paths of the two clutches and of the synchronisers."""

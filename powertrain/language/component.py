@@ -274,15 +274,27 @@ def _check_conditions(component: Component) -> None:
     """ParameterError where the values of a component do not meet its own ``check()``."""
     if type(component).check is Component.check:
         return
+    parameters: list[tuple[Symbol, float, str]] = []
+    bound = _named(component, "", parameters)
+    check_conditions(bound.check(), type(component).__name__, parameters)
+
+
+def _named(component: Component, path: str, parameters: list[tuple[Symbol, float, str]]) -> Component:
+    """A copy of a component whose parameters, and those of its parts, are symbols; ``parameters`` gets them with value and unit."""
     bound: Component = object.__new__(type(component))
     bound.__dict__.update(component.__dict__)
-    parameters = {n: s for n, s in component._fields.items() if isinstance(s, Parameter)}
-    bound.__dict__["_symbols"] = symbols = {n: Symbol.sym(n) for n in parameters}
-    check_conditions(
-        bound.check(),
-        type(component).__name__,
-        [(symbols[n], component._values[n], s.unit) for n, s in parameters.items()],
-    )
+    bound.__dict__["_symbols"] = {}
+    for name, spec in component._fields.items():
+        if isinstance(spec, Parameter):
+            bound._symbols[name] = Symbol.sym(f"{path}{name}")
+            parameters.append((bound._symbols[name], component._values[name], spec.unit))
+    parts = {name: _named(part, f"{path}{name}.", parameters) for name, part in children(component)}
+    for name, value in component._values.items():
+        if isinstance(value, Component):
+            bound.__dict__[name] = parts[name]
+        elif isinstance(value, tuple):
+            bound.__dict__[name] = tuple(parts.get(f"{name}[{i}]", item) for i, item in enumerate(value))
+    return bound
 
 
 def _evaluated(annotation: str, scope: dict[str, Any]) -> Any:

@@ -60,6 +60,14 @@ def test_waves(wave: type[b.Sine] | type[b.Cosine], function: np.ufunc) -> None:
     np.testing.assert_allclose(result["parts[0].y"][away], expected[away], atol=1e-12)
 
 
+def test_damped_sine() -> None:
+    result = integrated(b.ExpSine(amplitude=3, f=2, phase=0.4, damping=1.5, offset=0.5, startTime=0.25))
+    t = result.time - 0.25
+    expected = 0.5 + np.where(t < 0, 0, 3 * np.exp(-1.5 * t) * np.sin(4 * np.pi * t + 0.4))
+    away = t != 0  # it jumps there
+    np.testing.assert_allclose(result["parts[0].y"][away], expected[away], atol=1e-12)
+
+
 def test_pulse() -> None:
     result = integrated(b.Pulse(amplitude=3, width=30, period=0.2, offset=1, startTime=0.05))
     t = result.time

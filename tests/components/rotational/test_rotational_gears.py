@@ -241,13 +241,17 @@ def test_gearbox_is_its_gear_and_its_shaft() -> None:
     times = np.linspace(0, 2, 101)
     gear = rot.LossyGear(ratio=RATIO, lossTable=((0, 0.9, 0.8, 0.1, 0.2),))
     shaft = rot.ElastoBacklash(c=500, d=2, b=0.02)
-    line = shaken(rot.Gearbox(lossyGear=gear, elastoBacklash=shaft))
+    gearbox = rot.Gearbox.of(ratio=RATIO, lossTable=((0, 0.9, 0.8, 0.1, 0.2),), c=500, d=2, b=0.02)
+    assert gearbox == rot.Gearbox(lossyGear=gear, elastoBacklash=shaft)
+    line = shaken(gearbox)
     split = pt.replace(line, parts=(*line.parts[:2], gear, shaft, *line.parts[3:]))
     whole, parts = run(line, 2.0, times=times), run(split, 2.0, times=times)
     a, b = np.interp(times, whole.time, whole["parts[1].w"]), np.interp(times, parts.time, parts["parts[1].w"])
     assert np.abs(a - b).max() < 1e-6 * np.abs(b).max()
     heat = whole["parts[2].lossyGear.lossPower"] + whole["parts[2].elastoBacklash.lossPower"]
     np.testing.assert_allclose(whole["parts[2].heat_port.Q_flow"], -heat, atol=1e-9 * heat.max())
+    twist = whole["parts[3].phi"] - whole["parts[1].phi"] / RATIO
+    np.testing.assert_allclose(whole["parts[2].phi_rel"], twist, atol=1e-12)
 
 
 def test_gear_between_an_exact_motion_and_a_torque_has_no_states() -> None:

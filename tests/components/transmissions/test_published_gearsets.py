@@ -5,6 +5,7 @@ The tooth numbers are estimates that give the published ratios.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,9 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.transmissions import (
+    SIMPSON_THREE,
+    Automatic,
+    DualClutchGearbox,
     GearScheme,
     Lever,
     double_planetary,
@@ -167,3 +171,49 @@ def test_misspelt_shafts(changes: dict[str, Any], said: str) -> None:
     options: dict[str, Any] = {"elements": {"A": "in-ring", "B": "ring-housing"}, "gears": {"1": "B", "2": "A"}}
     with pytest.raises(pt.ParameterError, match=said):
         GearScheme.of(planetary("p", "in", "ring", "out", teeth=(30, 60)), **(options | changes))
+
+
+def test_a_dual_clutch_gearbox_with_two_final_drives() -> None:
+    """Ratios of the VW DQ250: the fifth gear is published with a higher ratio than the fourth, before a final drive of its own."""
+    lower, upper = (3.462, 2.150, 1.464, 1.079), (1.094, 0.921)
+    with pytest.raises(
+        pt.ParameterError, match=r"two final drives.*\n.*gears\[3\].ratio = 1.079, gears\[4\].ratio = 1.094"
+    ):
+        DualClutchGearbox.of_ratios(*lower, *upper)
+    box = DualClutchGearbox.of_ratios(*(4.118 * r for r in lower), *(3.043 * r for r in upper))
+    assert box.gear_count == 6
+
+
+def test_a_scheme_makes_the_parts_that_are_not_given() -> None:
+    scheme = SCHEMES["Allison 1000, three planetary gears"]
+    assert Automatic(scheme=scheme) == Automatic.of(scheme)
+    assert Automatic() == Automatic.of(SIMPSON_THREE)
+
+
+def test_levers_that_are_not_those_of_the_scheme() -> None:
+    """As many levers and elements as Simpson's, but other ratios: shifts followed the ratios of the scheme, shafts those of the levers."""
+    other = GearScheme.of(
+        planetary("front", "suns", "front ring", "out", teeth=(33, 66)),
+        planetary("rear", "suns", "out", "rear carrier", teeth=(33, 72)),
+        elements={each.name: "-".join(each.joint) for each in SIMPSON_THREE.elements},
+        gears={gear.name: gear.engaged for gear in SIMPSON_THREE.gears},
+    )
+    with pytest.raises(pt.ParameterError, match=r"Automatic.of\(scheme\).*\n.*levers\[0\].ratio = -2.18182"):
+        pt.replace(Automatic.simpson_three_speed(), scheme=other)
+
+
+def test_a_gearset_in_a_parameter_file(tmp_path: Path) -> None:
+    """The differentials, shafts and shift elements are those of the scheme; they were those of Simpson's gearset."""
+    file = tmp_path / "car.toml"
+    file.write_text("""
+class = "AutomaticCar"
+[gearbox]
+class = "Automatic"
+[gearbox.scheme]
+levers = [{ name = "p", a = "in", b = "ring", carrier = "out", ratio = -2.0, eta = 0.98 }]
+elements = [{ name = "low", a = "ring", b = "housing" }, { name = "direct", a = "in", b = "ring" }]
+gears = [{ name = "1", engaged = ["low"] }, { name = "2", engaged = ["direct"] }]
+""")
+    box: Any = pt.vehicles.load(file).gearbox
+    assert [float(lever.ratio) for lever in box.levers] == [-2.0]
+    assert (len(box.shafts), len(box.elements)) == (3, 2)
