@@ -13,7 +13,7 @@ from powertrain.components.rotational.clutch import Clutch
 from powertrain.components.rotational.ideal_gear import IdealGear
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
-from powertrain.components.transmissions.gearbox import SYNCHRONISER, Shiftable
+from powertrain.components.transmissions.gearbox import SYNCHRONISER, Shiftable, check_falling
 
 PRESELECT = 0.3
 """Part of the lever's travel from gear to gear in which the synchronisers move."""
@@ -36,7 +36,7 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
     a gear is in, the gear below is preselected on the other shaft. An upshift therefore begins with the synchronisation of the gear
     above, in the first 30 % of the lever's travel, against an open clutch; a downshift ends with that of the gear two below. The meshes
     have no loss; as in ``ManualGearbox`` it counts in the final drive. ``churning`` is the drag at the input.
-    Errors: ParameterError if the numbers of gears and synchronisers differ.
+    Errors: ParameterError if the numbers of gears and synchronisers differ, and for ratios that do not decrease.
     """
 
     torque_phase: float = 0.15
@@ -73,6 +73,7 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
                 f"{self._path or 'DualClutchGearbox'}: {len(self.gears)} gears have {len(self.synchronisers)} synchronisers; give two or "
                 "more gears, and one synchroniser for each"
             )
+        check_falling(self.gears, f"{self._path or 'DualClutchGearbox'}.gears")
         yield connect(self.flange_a, self.input.flange_a)
         yield connect(self.input.flange_b, self.churning.flange, self.odd_clutch.flange_a, self.even_clutch.flange_a)
         for clutch, shaft, first in ((self.odd_clutch, self.odd, 0), (self.even_clutch, self.even, 1)):

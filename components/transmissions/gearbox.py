@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Self
 
 import casadi as ca
@@ -65,6 +67,17 @@ class SingleGear(Shiftable):
         yield connect(self.output.flange_b, self.flange_b)
 
 
+def check_falling(gears: Sequence[IdealGear], where: str) -> None:
+    """ParameterError where the ratios do not decrease from gear to gear: a schedule shifts up with rising speed."""
+    ratios = [gear._values["ratio"] for gear in gears]
+    for k, (one, other) in enumerate(pairwise(ratios), 1):
+        if isinstance(one, float) and isinstance(other, float) and other >= one:
+            raise ParameterError(
+                f"{where}: gear {k} has a ratio of {one:g} and gear {k + 1} one of {other:g}; ratios decrease from gear to gear, and the "
+                "first gear stands first"
+            )
+
+
 class ManualGearbox(Shiftable):
     """A gearbox with n gear pairs in constant mesh, each connected to the output shaft by its own synchroniser.
 
@@ -77,7 +90,7 @@ class ManualGearbox(Shiftable):
     ``gears`` and ``synchronisers`` have equal length; ``of_ratios`` creates both. The input shaft (with the idler gears and the clutch
     plate) and the output shaft have inertia, which the synchronisers work against. ``churning`` is the oil drag at the input shaft. The
     meshes have no loss; for several gears in series the loss is modelled in one of them, here in the final drive. Errors:
-    ParameterError if the numbers of gears and synchronisers differ.
+    ParameterError if the numbers of gears and synchronisers differ, and for ratios that do not decrease.
     """
 
     gears: tuple[IdealGear, ...] = tuple(IdealGear(ratio=r) for r in (3.6, 2.1, 1.4, 1.05, 0.84, 0.68))
@@ -107,6 +120,7 @@ class ManualGearbox(Shiftable):
                 f"{self._path or 'ManualGearbox'}: {len(self.gears)} gears have {len(self.synchronisers)} synchronisers; "
                 "each gear needs one"
             )
+        check_falling(self.gears, f"{self._path or 'ManualGearbox'}.gears")
         yield connect(self.flange_a, self.input.flange_a)
         yield connect(self.input.flange_b, self.churning.flange, *(gear.flange_a for gear in self.gears))
         for k, (gear, synchroniser) in enumerate(zip(self.gears, self.synchronisers, strict=True), 1):

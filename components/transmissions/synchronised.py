@@ -12,7 +12,7 @@ from powertrain.components.rotational.ideal_gear import IdealGear
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.rotational.synchroniser import Synchroniser
 from powertrain.components.translational.shift_actuator import ShiftActuator
-from powertrain.components.transmissions.gearbox import Shiftable, SingleGear
+from powertrain.components.transmissions.gearbox import Shiftable, SingleGear, check_falling
 
 RATIOS = (3.6, 2.1, 1.4, 1.05, 0.84, 0.68)
 
@@ -91,3 +91,4 @@ class SynchronisedGearbox(Shiftable):
                 f"{self._path or 'SynchronisedGearbox'}: {n} gears have {synchronisers} synchronisers on {rails} rails; each gear needs a "
                 "synchroniser and every two gears a rail: make it with SynchronisedGearbox.of_ratios"
             )
+        check_falling(self.gears, f"{self._path or 'SynchronisedGearbox'}.gears")
