@@ -260,12 +260,14 @@ class DriveCycle:
         return Map.curve(points[:, 0], points[:, 1], x="s", x_unit="m", name="grade", outside="clip")
 
     def part(self, start: float, stop: float) -> DriveCycle:
-        """What lies between two times [s], which start at zero again. Errors: ParameterError for times beyond the cycle."""
+        """What lies between two times [s], which start at zero again; the whole is itself. Errors: ParameterError for times beyond the cycle."""
         first, last = self.table[0][0], self.table[-1][0]
         if not first <= start < stop <= last:
             raise ParameterError(
                 f"drive cycle {self.name} has no part from {start:g} s to {stop:g} s; it goes from {first:g} s to {last:g} s"
             )
+        if start == first == 0.0 and stop == last:
+            return self
         times = [start, *(t for t, _ in self.table if start < t < stop), stop]
         speeds = np.interp(times, self.times, self.speeds).tolist()
         grades = np.interp(times, self.times, self.grades).tolist() if self.grades else ()
