@@ -260,7 +260,7 @@ class DriveCycle:
         return Map.curve(points[:, 0], points[:, 1], x="s", x_unit="m", name="grade", outside="clip")
 
     def part(self, start: float, stop: float) -> DriveCycle:
-        """What lies between two times [s], which start at zero again; the whole is itself. Errors: ParameterError for times beyond the cycle."""
+        """What lies between two times [s], which start at zero again. Errors: ParameterError for times beyond the cycle."""
         first, last = self.table[0][0], self.table[-1][0]
         if not first <= start < stop <= last:
             raise ParameterError(

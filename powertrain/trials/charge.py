@@ -152,10 +152,10 @@ def _check_reach(tests: pd.DataFrame) -> None:
     charges = tests["charge"].to_numpy(float)
     if np.abs(charges).min() > np.ptp(charges):
         means, low, high = ("discharge" if charges[0] < 0 else "charge"), np.abs(charges).min(), np.abs(charges).max()
+        begun = f"from states of charge of {tests['soc'].min():g} to {tests['soc'].max():g}"
         raise pt.ParameterError(
-            f"charge_sustaining: the tests, from states of charge of {tests['soc'].min():g} to {tests['soc'].max():g}, {means} the battery by "
-            f"{low:.4g} to {high:.4g} W.h/km, too far from equal charge for a correction: give soc, the state of charge that the vehicle "
-            "sustains, or a larger spread"
+            f"charge_sustaining: the tests, {begun}, {means} the battery by {low:.4g} to {high:.4g} W.h/km, too far from equal charge for "
+            "a correction: give soc, the state of charge that the vehicle sustains, or a larger spread"
         )
 
 
