@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any, Self
 
 import casadi as ca
@@ -14,7 +13,7 @@ from powertrain.components.rotational.clutch import Clutch
 from powertrain.components.rotational.ideal_gear import IdealGear
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
-from powertrain.components.transmissions.gearbox import SYNCHRONISER, Shiftable
+from powertrain.components.transmissions.gearbox import SYNCHRONISER, Shiftable, ratios_decrease
 
 PRESELECT = 0.3
 """Share of the lever's travel between gears in which the synchronisers move."""
@@ -65,8 +64,7 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
 
     def check(self) -> Equations:
         """An upshift slows the engine down."""
-        for low, high in pairwise(self.gears):
-            yield high.ratio < low.ratio  # ratios decrease; with two final drives, give the products with them
+        yield from ratios_decrease(self.gears)  # with two final drives, give the products with them
 
     def friction_elements(self) -> dict[str, str]:
         """The paths of the two clutches and of the synchronisers."""

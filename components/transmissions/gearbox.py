@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Self
 
 import casadi as ca
@@ -65,6 +67,12 @@ class SingleGear(Shiftable):
         yield connect(self.output.flange_b, self.flange_b)
 
 
+def ratios_decrease(gears: Sequence[IdealGear]) -> Equations:
+    """Ratios decrease from gear to gear, so that an upshift slows the engine down."""
+    for low, high in pairwise(gears):
+        yield high.ratio < low.ratio
+
+
 class ManualGearbox(Shiftable):
     """A gearbox with n gear pairs in constant mesh, each connected to the output shaft by its own synchroniser.
 
@@ -77,7 +85,7 @@ class ManualGearbox(Shiftable):
     ``gears`` and ``synchronisers`` have equal length; ``of_ratios`` creates both. The input shaft (with the idler gears and the clutch
     plate) and the output shaft have inertia, against which the synchronisers work. ``churning`` is the oil drag at the input shaft. The
     meshes have no loss; of several gears in series only one has the loss, here the final drive. Errors:
-    ParameterError if the numbers of gears and synchronisers differ.
+    ParameterError if the numbers of gears and synchronisers differ, and for ratios that do not decrease from gear to gear.
     """
 
     gears: tuple[IdealGear, ...] = tuple(IdealGear(ratio=r) for r in (3.6, 2.1, 1.4, 1.05, 0.84, 0.68))
@@ -99,6 +107,10 @@ class ManualGearbox(Shiftable):
     def in_gear(self, k: int) -> SingleGear:
         """The gearbox with gear k permanently engaged, without the other gears and the synchronisers."""
         return SingleGear(gear=self.gears[k - 1], input=self.input, churning=self.churning, output=self.output)
+
+    def check(self) -> Equations:
+        """An upshift slows the engine down."""
+        yield from ratios_decrease(self.gears)
 
     def equations(self) -> Equations:
         """Every gear between the two shafts, with its synchroniser."""

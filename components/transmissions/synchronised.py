@@ -12,7 +12,7 @@ from powertrain.components.rotational.ideal_gear import IdealGear
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.rotational.synchroniser import Synchroniser
 from powertrain.components.translational.shift_actuator import ShiftActuator
-from powertrain.components.transmissions.gearbox import Shiftable, SingleGear
+from powertrain.components.transmissions.gearbox import Shiftable, SingleGear, ratios_decrease
 
 RATIOS = (3.6, 2.1, 1.4, 1.05, 0.84, 0.68)
 
@@ -79,7 +79,8 @@ class SynchronisedGearbox(Shiftable):
         return ca.fmax(0, 1 - 2 * ca.fabs(self.lever.value - k))
 
     def check(self) -> Equations:
-        """Odd gears must be on the positive side of their rail, even gears on the negative side."""
+        """Ratios decrease; odd gears are on the positive side of their rail, even gears on the negative side."""
+        yield from ratios_decrease(self.gears)
         for k, synchroniser in enumerate(self.synchronisers):
             yield synchroniser.direction == (-1.0) ** k
 

@@ -53,9 +53,10 @@ class VehicleName(ArgumentType):
 
 
 def configured(vehicle: VehicleArgument, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
-    """The model with the values of a file and then of the command line, and the paths that were set."""
+    """The model with the values of a file and then of the command line, and the paths that were set; says what looks like a mistake."""
     from powertrain.presets import files
     from powertrain.presets.settings import assigned, assignments, places
+    from powertrain.trials import notes
 
     model, paths = vehicle.model, [*vehicle.paths]
     with of_the_command_line():
@@ -65,5 +66,7 @@ def configured(vehicle: VehicleArgument, params: Path | None, texts: Sequence[st
         pairs = assignments(texts)
         model = assigned(model, pairs)
         paths += [path for path, _ in pairs]
+        for note in notes(model):
+            click.echo(f"Note: {note}.", err=True)
         there = {found.path for found in places(model)}  # a part that was exchanged took its parameters with it
         return model, [path for path in paths if path in there]

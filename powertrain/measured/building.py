@@ -33,8 +33,8 @@ from powertrain.components.transmissions import (
     TorqueConverter,
 )
 from powertrain.components.wheels import RigidWheel
-from powertrain.measured.record import TestCar
-from powertrain.measured.technology import BELT_SPREAD, ROTATING, RPM, SPREAD, Technology, rated_speed, stops
+from powertrain.measured.record import SPREAD, TestCar
+from powertrain.measured.technology import BELT_SPREAD, ROTATING, RPM, Technology, rated_speed, stops
 from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.electric_car import BATTERY, ElectricCar
 from powertrain.vehicles.manual_car import ManualCar

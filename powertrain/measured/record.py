@@ -29,6 +29,12 @@ KINDS: dict[str, Kind] = {
     "Selectable Continuously Variable": "belt",
 }
 """What the list calls transmissions."""
+STEPPED = "manual", "automatic", "dual clutch"
+SPREAD = {4: 4.0, 5: 4.5, 6: 5.3, 7: 6.5, 8: 7.7, 9: 9.0, 10: 7.4}
+"""Ratio of the first gear over that of the top gear by the number of gears, H. Naunheimer et al., Automotive Transmissions, ch. 4."""
+ELECTRICITY = "Electricity"
+OTHER_FUELS = "diesel", "e85", "ethanol", "methanol", "cng", "natural gas", "lpg", "propane", "hydrogen"
+"""Words in the names of fuels that are neither gasoline nor electricity."""
 COAST_DOWN = "coast_A_N", "coast_B_N_per_mps", "coast_C_N_per_mps2"
 TEXTS = "vehicle", "test_vehicle", "transmission", "drive", "test", "procedure", "fuel"
 POSITIVE = "gears", "displacement_l", "rated_power_kW", "test_mass_kg", "axle_ratio", "n_over_v_top_gear_rpm_per_kmh"
@@ -101,7 +107,8 @@ class TestCar:
 
     @classmethod
     def _of(cls, rows: list[dict[str, str]], where: str) -> Self:
-        electric = any(row["fuel"] == "Electricity" for row in rows)
+        rows = _of_one_fuel(rows, where)
+        electric = rows[0]["fuel"] == ELECTRICITY
         city = [row for row in rows if row["procedure"] in CITY or row["test"] == "FTP"]
         city = [row for row in city if row["procedure"] != "Cold CO" and row["fuel_economy_mpg"]]
         road = [row for row in rows if row["procedure"] in HIGHWAY and row["fuel_economy_mpg"]]
@@ -110,6 +117,15 @@ class TestCar:
         if kind is None:
             raise ParameterError(
                 f"{where}: unknown transmission {row['transmission']!r}; choose from {', '.join(KINDS)}"
+            )
+        if kind == "power split" and KINDS.get(row["transmission"]) != "belt":
+            raise ParameterError(
+                f"{where}: a hybrid whose transmission is {row['transmission']!r}; of hybrids, only those with a power split are built, "
+                "which the list calls continuously variable"
+            )
+        if kind in STEPPED and int(float(row["gears"])) not in SPREAD:
+            raise ParameterError(
+                f"{where}: gears = {row['gears']}; {kind} gearboxes have {min(SPREAD)} to {max(SPREAD)}"
             )
         loads = [[float(r[name]) for name in COAST_DOWN] for r in city or rows]
         return cls(
@@ -131,6 +147,17 @@ class TestCar:
             udds=_mean(float(r["fuel_economy_mpg"]) if electric else _warm(r) for r in city),
             hwfet=_mean(float(r["fuel_economy_mpg"]) for r in road),
         )
+
+
+def _of_one_fuel(rows: list[dict[str, str]], where: str) -> list[dict[str, str]]:
+    """The tests of a car with gasoline, or with electricity. Errors: ParameterError for plug-in hybrids, and for cars with another fuel."""
+    known = [row for row in rows if not any(word in row["fuel"].lower() for word in OTHER_FUELS)]
+    fuels = sorted({row["fuel"] for row in known or rows})
+    if not known:
+        raise ParameterError(f"{where}: the fuel is {' and '.join(fuels)}; cars are built for gasoline and electricity")
+    if ELECTRICITY in fuels and len(fuels) > 1:
+        raise ParameterError(f"{where}: tests with {' and '.join(fuels)}; plug-in hybrids are not built from the list")
+    return known
 
 
 def _check(row: Mapping[str, str | None], where: str) -> None:

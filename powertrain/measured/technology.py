@@ -15,8 +15,6 @@ BAR = 1e5
 NATURAL = ((0.15, 0.80), (0.35, 0.98), (0.65, 1.10), (0.85, 1.08), (1.0, 1.0), (1.12, 0.80))
 CHARGED = ((0.15, 0.55), (0.20, 0.70), (0.32, 1.25), (0.75, 1.25), (1.0, 1.0), (1.12, 0.75))
 """Full load of naturally aspirated and of turbocharged engines: speed over rated speed, torque over torque at the rated power."""
-SPREAD = {4: 4.0, 5: 4.5, 6: 5.3, 7: 6.5, 8: 7.7, 9: 9.0, 10: 7.4}
-"""Ratio of the first gear over that of the top gear by the number of gears, H. Naunheimer et al., Automotive Transmissions, ch. 4."""
 BELT_SPREAD = 6.5
 ROTATING = 0.015
 """What turns with the wheels of an axle, as a part of the test mass: 40 CFR 1066.310, 1.5 %."""

@@ -18,6 +18,7 @@ from powertrain.trials.management_flywheel import flywheel_management
 from powertrain.trials.management_power_split import power_split_management
 from powertrain.trials.operating import on_rolling_road
 from powertrain.trials.performance import full_accelerator, gradeability, performance, time_between
+from powertrain.trials.plausible import notes
 from powertrain.trials.shifts import shift_quality, shifts
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "full_accelerator",
     "gear_table",
     "gradeability",
+    "notes",
     "on_rolling_road",
     "performance",
     "power_split_management",

@@ -120,7 +120,8 @@ def charge_sustaining(
     Raises
     ------
     ParameterError
-        If the vehicle does not have one battery and an engine, for fewer than two different states of charge, and if a run ended early.
+        If the vehicle does not have one battery and an engine, for fewer than two different states of charge, if a run ended early, and
+        for tests that are further from equal charge than from each other: their straight line says nothing about it.
     """
     battery = _the_battery(vehicle, "charge_sustaining")
     middle = _soc_at_start(vehicle, battery) if soc is None else soc
@@ -139,10 +140,23 @@ def charge_sustaining(
         for offset, run in zip(spread, runs, strict=True)
     ]
     tests = pd.DataFrame(rows)
+    _check_reach(tests)
     K_fuel, K_co2 = (
         float(np.polyfit(tests["charge"], tests[name], 1)[0]) for name in ("consumption", "carbon dioxide")
     )
     return ChargeSustaining(tests, K_fuel, K_co2)
+
+
+def _check_reach(tests: pd.DataFrame) -> None:
+    """ParameterError where equal charge lies further beyond the tests than these reach: a plug-in hybrid that drives on its battery."""
+    charges = tests["charge"].to_numpy(float)
+    if np.abs(charges).min() > np.ptp(charges):
+        means, low, high = ("discharge" if charges[0] < 0 else "charge"), np.abs(charges).min(), np.abs(charges).max()
+        begun = f"from states of charge of {tests['soc'].min():g} to {tests['soc'].max():g}"
+        raise pt.ParameterError(
+            f"charge_sustaining: the tests, {begun}, {means} the battery by {low:.4g} to {high:.4g} W.h/km, too far from equal charge for "
+            "a correction: give soc, the state of charge that the vehicle sustains, or a larger spread"
+        )
 
 
 def charge_depleting(

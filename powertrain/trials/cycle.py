@@ -21,6 +21,7 @@ from powertrain.language.component import children
 from powertrain.present import Bar, Watch
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
 from powertrain.trials.lost_gear import lost_gear
+from powertrain.trials.plausible import notes
 
 SPEED_BAND = 2 / 3.6
 """Speed tolerance [m/s]: 2 km/h, UN GTR No. 15, Annex 6, 2.6.8.3.1.2."""
@@ -203,6 +204,11 @@ class CycleRun:
         return float(table["sources"][""] - table["stored"][parts].clip(upper=0).sum())
 
     @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """Numbers of the vehicle that look like mistakes, such as a diameter for a radius; see ``trials.notes``."""
+        return notes(pt.replace(self.plant.model, self.parameters))
+
+    @cached_property
     def table(self) -> pd.DataFrame:
         """The numbers for comparing vehicles: value and unit."""
         deviation = self.excess[np.argmax(np.abs(self.excess))]
@@ -235,6 +241,7 @@ class CycleRun:
         rows = [(str(what), f"{value:.4g}", str(unit)) for what, value, unit in self.table.itertuples()]
         about = f"{self.anatomy.vehicle} over {self.cycle.name}"
         said = htmltext.heading("Ended early:", self.message) if self.message else ""
+        said += "".join(htmltext.heading("Note:", note) for note in self.notes)
         return htmltext.heading("CycleRun", about) + said + htmltext.table(("quantity", "value", "unit"), rows)
 
     def explore(self, file: str | PathLike[str] | None = None, *signals: str) -> Path:

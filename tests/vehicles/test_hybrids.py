@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from powertrain.trials import (
     drive_cycle,
     electric_share,
 )
+from powertrain.trials.charge import _check_reach
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.electric_four_wheel_drive import ElectricFourWheelDriveCar
 from powertrain.vehicles.manual_car import ManualCar
@@ -161,6 +163,17 @@ def test_charge_sustaining_correction(sustaining: ChargeSustaining) -> None:
     assert tests["net energy change"][1] == pytest.approx(-run.electricity / run.heat, rel=1e-6)
     assert charge_corrected(run) == pytest.approx(sustaining.litres_per_100km, rel=0.06)
     assert sustaining.sustains == (nearest["net energy change"] ** 2 < 1e-4)
+
+
+@pytest.mark.parametrize(
+    ("charges", "refused"),
+    [((-122.8, -122.7, -122.6), True), ((80.0, 60.0), True), ((19.9, -54.6), False), ((-10.0, -30.0), False)],
+)
+def test_equal_charge_must_be_within_reach_of_the_tests(charges: tuple[float, ...], refused: bool) -> None:
+    """A plug-in hybrid that drove on its battery in every test had a consumption of -14.6 l/100 km at equal charge."""
+    tests = pd.DataFrame({"soc": np.linspace(0.5, 0.6, len(charges)), "charge": charges})
+    with pytest.raises(pt.ParameterError, match="too far from equal charge") if refused else nullcontext():
+        _check_reach(tests)
 
 
 @pytest.fixture(scope="module")

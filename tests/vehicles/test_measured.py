@@ -17,8 +17,8 @@ from powertrain.measured.building import PROGRESSION, RADIUS, build, ratios
 from powertrain.measured.fitting import NOISE, Sensitivities
 from powertrain.measured.prediction import predict
 from powertrain.measured.published import published
-from powertrain.measured.record import TestCar
-from powertrain.measured.technology import SPREAD, Technology, family, priors
+from powertrain.measured.record import SPREAD, TestCar
+from powertrain.measured.technology import Technology, family, priors
 from powertrain.trials import full_accelerator, time_between
 
 PAGE = (Path(__file__).parents[2] / "docs" / "vehicles" / "measured.md").read_text(encoding="utf-8")
@@ -73,6 +73,52 @@ def test_lists_that_do_not_fit(tmp_path: Path, old: str, new: str, said: str) ->
         TestCar.from_csv(tmp_path / "mine.csv")
     with pytest.raises(pt.ParameterError, match=r"absent.csv cannot be read: No such file"):
         TestCar.from_csv(tmp_path / "absent.csv")
+
+
+HEAD = (
+    "vehicle,test_vehicle,transmission,gears,drive,displacement_l,rated_power_kW,test_mass_kg,axle_ratio,n_over_v_top_gear_rpm_per_kmh,"
+    "coast_A_N,coast_B_N_per_mps,coast_C_N_per_mps2,test,procedure,fuel,fuel_economy_mpg,bag2_mpg,bag3_mpg,bag4_mpg\n"
+)
+GASOLINE, DIESEL, E85 = (
+    "Tier 2 Cert Gasoline",
+    "Federal Cert Diesel 7-15 PPM Sulfur",
+    "E85 (85% Ethanol 15% EPA Unleaded Gasoline)",
+)
+
+
+def row(kind: str, fuel: str, gears: int = 8, bag4: str = "", mpg: float = 30.0) -> str:
+    """An FTP of a car of nobody's."""
+    return f"OTHER CAR,X1,{kind},{gears},R,2.0,180,1800,3.2,20.0,130,1.5,0.42,FTP,Federal fuel 2-day exhaust,{fuel},{mpg},,,{bag4}\n"
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (
+            row("Automatic", DIESEL),
+            "the fuel is Federal Cert Diesel 7-15 PPM Sulfur; cars are built for gasoline and electricity",
+        ),
+        (row("Automatic", GASOLINE) + row("Automatic", "Electricity"), "plug-in hybrids are not built from the list"),
+        (
+            row("Semi-Automatic", GASOLINE, bag4="60"),
+            "a hybrid whose transmission is 'Semi-Automatic'; of hybrids, only those with a power",
+        ),
+        (row("Manual", GASOLINE, gears=3), r"gears = 3; manual gearboxes have 4 to 10"),
+    ],
+)
+def test_cars_that_are_not_built_from_the_list(tmp_path: Path, rows: str, said: str) -> None:
+    """A diesel was built as a gasoline engine, a plug-in hybrid as an electric car, a parallel hybrid as a power split."""
+    (tmp_path / "mine.csv").write_text(HEAD + rows, encoding="utf-8")
+    with pytest.raises(pt.ParameterError, match=said):
+        TestCar.from_csv(tmp_path / "mine.csv")
+
+
+def test_a_car_with_two_fuels_is_that_with_gasoline(tmp_path: Path) -> None:
+    (tmp_path / "mine.csv").write_text(
+        HEAD + row("Automatic", E85, mpg=20.0) + row("Automatic", GASOLINE), encoding="utf-8"
+    )
+    (car,) = TestCar.from_csv(tmp_path / "mine.csv")
+    assert car.udds == pytest.approx(1.026 * 30)
 
 
 @pytest.mark.parametrize("car", [car for car in CARS.values() if car.gears > 1], ids=lambda car: car.name)

@@ -231,3 +231,9 @@ def test_long_tables_are_read_in_linear_time(tmp_path: Path) -> None:
     file = tmp_path / "logger.csv"
     file.write_text("time_s,speed_m_s\n" + "".join(f"{t},{t % 7}\n" for t in range(20_000)), encoding="utf-8")
     assert DriveCycle.from_csv(file).duration == 19_999
+
+
+def test_the_whole_of_a_cycle_is_itself() -> None:
+    """A part that was written to a file and read again was called 'wltc 0-20 s 0-20 s'."""
+    part = DriveCycle.named("wltc").part(0, 20)
+    assert part.part(0, 20) is part

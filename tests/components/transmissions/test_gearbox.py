@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ import powertrain as pt
 from powertrain.components.blocks import TimeTable
 from powertrain.components.differentials import ChurningLoss
 from powertrain.components.rotational import Clutch, ConstantTorque, IdealGear, Inertia
-from powertrain.components.transmissions import ManualGearbox
+from powertrain.components.transmissions import DualClutchGearbox, ManualGearbox, SynchronisedGearbox
 
 J_1, J_2, TORQUE = 0.1, 0.5, 40.0
 CONE = Clutch(fn_max=TORQUE, mue_pos=((0.0, 1.0),))
@@ -100,3 +102,17 @@ def test_cones_slide_until_the_dogs_are_in() -> None:
     lost = pt.simulate(Launched(), 1.0, starts={"box.input.w": 90.0})
     assert lost["box.synchronisers[0].tau"][-1] == pytest.approx(-cone, rel=3e-3)
     assert lost["box.input.w"][-1] > 1000
+
+
+@pytest.mark.parametrize("kind", [ManualGearbox, DualClutchGearbox, SynchronisedGearbox])
+@pytest.mark.parametrize(
+    ("ratios", "said"),
+    [
+        ((0.7, 1.0, 1.4, 2.1, 3.6), r"gears\[0\].ratio = 0.7, gears\[1\].ratio = 1"),  # the other way round
+        ((3.6, 2.1, 14, 1.0), r"gears\[1\].ratio = 2.1, gears\[2\].ratio = 14"),  # a decimal point is missing
+        ((3.6, 2.1, 2.1, 1.0), r"gears\[1\].ratio = 2.1, gears\[2\].ratio = 2.1"),
+    ],
+)
+def test_ratios_decrease_from_gear_to_gear(kind: Any, ratios: tuple[float, ...], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=rf"{kind.__name__}: yield from ratios_decrease.*\n.* {said}"):
+        kind.of_ratios(*ratios)

@@ -1,0 +1,115 @@
+"""Numbers of a vehicle that are possible, but are likely to be a mistake: another unit, a diameter for a radius, a clutch too weak."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+import powertrain as pt
+from powertrain.components.body import Body, CoastDownBody
+from powertrain.components.rotational import Clutch
+from powertrain.components.transmissions import StartingGearbox
+from powertrain.components.wheels import Wheel
+from powertrain.language.component import children
+from powertrain.trials.anatomy import Anatomy, anatomy, value_at
+from powertrain.vehicles.wheels import wheels_of
+
+USUAL: dict[str, tuple[float, float, str]] = {
+    "radius": (0.15, 0.6, "it is the radius of the wheel"),
+    "m": (200.0, 60e3, "it is the mass in kg"),
+    "A": (0.4, 12.0, "it is the frontal area"),
+    "Cd": (0.1, 1.2, "it is the drag coefficient"),
+}
+"""Values that wheels and bodies of road vehicles have, in the unit of the parameter, and what the parameter is."""
+ROLLING = 0.003, 0.04
+"""Road load near standstill over the weight: rolling resistance of tyres and drag of bearings and brakes."""
+POWER = 5.0, 1000.0
+"""Largest power over mass [W/kg]."""
+STORED = 0.2
+"""Energy [kW.h] of the battery of a vehicle without engine."""
+GRAVITY, KWH, SPEEDS = 9.80665, 3.6e6, 200
+
+
+def notes(vehicle: pt.Component) -> tuple[str, ...]:
+    """What looks like a mistake in the numbers of a vehicle; empty where nothing does.
+
+    Nothing here is impossible, and nothing else is checked: a value that has no meaning is refused when it is given.
+    """
+    parts = anatomy(vehicle)
+    bodies = [(path, value_at(vehicle, path)) for name, path in parts.one if name == "body"]
+    return (
+        *_unusual([*wheels_of(vehicle), *bodies]),
+        *(text for path, body in bodies if isinstance(body, CoastDownBody) for text in _road_load(path, body)),
+        *(text for path, body in bodies for text in _power(vehicle, parts, path, body)),
+        *_stored(vehicle, parts),
+        *_clutches(vehicle, parts),
+    )
+
+
+def _number(part: pt.Component, name: str) -> float | None:
+    value = part._values.get(name)
+    return float(value) if isinstance(value, (int, float)) else None
+
+
+def _unusual(parts: list[tuple[str, Wheel | Body]]) -> Iterator[str]:
+    for path, part in parts:
+        for name, (low, high, what) in USUAL.items():
+            value, spec = _number(part, name), part._fields.get(name)
+            if value is not None and isinstance(spec, pt.Parameter) and not low <= value <= high:
+                unit = "" if spec.unit == "1" else f" {spec.unit}"
+                yield f"{path}.{name} = {value:g}{unit} is unusual ({low:g} to {high:g}{unit}); {what}"
+
+
+def _road_load(path: str, body: CoastDownBody) -> Iterator[str]:
+    m, F_0 = _number(body, "m"), _number(body, "F_0")
+    if m and F_0 is not None and not ROLLING[0] <= F_0 / (m * GRAVITY) <= ROLLING[1]:
+        yield (
+            f"{path}.F_0 = {F_0:g} N is {F_0 / (m * GRAVITY):.2%} of the weight, which is unusual ({ROLLING[0]:.1%} to {ROLLING[1]:.0%}); "
+            'the unit is N: coefficients in pounds are written as "26 lbf", "0.25 lbf/mph", "0.0185 lbf/mph2"'
+        )
+
+
+def _power(vehicle: pt.Component, parts: Anatomy, path: str, body: Any) -> Iterator[str]:
+    m, most = _number(body, "m"), sum(_most(vehicle, engine)[1] for engine in parts.engines)
+    most += sum(_number(value_at(vehicle, machine), "P_max") or 0.0 for machine in parts.machines)
+    if m and most and not POWER[0] <= most / m <= POWER[1]:
+        movers = " and ".join(parts.prime_movers)
+        yield f"{movers}: {most:.4g} W for {path}.m = {m:g} kg is unusual ({POWER[0]:g} to {POWER[1]:g} W/kg); powers are in W"
+
+
+def _most(vehicle: pt.Component, path: str) -> tuple[float, float]:
+    """The largest torque [N.m] and power [W] of an engine up to its limiter."""
+    engine = value_at(vehicle, path)
+    low, high = _number(engine, "w_idle"), _number(engine, "w_limit")
+    if low is None or high is None:
+        return 0.0, 0.0
+    w = np.linspace(low, high, SPEEDS)
+    torque = np.asarray(engine.full_load(w), float)
+    return float(torque.max()), float((w * torque).max())
+
+
+def _stored(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
+    for path in parts.batteries if not parts.engines else ():
+        energy = value_at(vehicle, path).full_energy() / KWH
+        if energy < STORED:
+            yield f'{path} holds {1e3 * energy:.3g} W.h when full, little for a vehicle; {path}.Q is in A.s: write "60 A.h"'
+
+
+def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
+    """Clutches between the engine and the gears that slip at full load although they are fully pressed."""
+    if len(parts.engines) != 1:
+        return
+    torque = _most(vehicle, parts.engines[0])[0]
+    gearboxes = [(f"{name}.", part) for name, part in children(vehicle) if isinstance(part, StartingGearbox)]
+    for prefix, whole in [("", vehicle), *gearboxes]:
+        for name, part in children(whole):
+            if type(part) is not Clutch:
+                continue
+            fn_max, cgeo, peak = (_number(part, field) for field in ("fn_max", "cgeo", "peak"))
+            if fn_max and cgeo and peak and (holds := peak * fn_max * cgeo * part.mue_pos[0][1]) < torque:
+                yield (
+                    f"{prefix}{name} slips at full load: it holds {holds:.4g} N.m, {parts.engines[0]} gives up to {torque:.4g} N.m; "
+                    f"{prefix}{name}.fn_max = {fn_max * torque / holds:.4g} N would hold them"
+                )

@@ -1,0 +1,64 @@
+"""Numbers that are possible and still likely to be mistakes are told; those of the library's vehicles are not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+import powertrain as pt
+from powertrain.cli.app import main
+from powertrain.components.body import CoastDownBody
+from powertrain.components.engines import MappedEngine
+from powertrain.components.rotational import Clutch
+from powertrain.trials import notes
+from powertrain.vehicles import DualClutchCar, ElectricCar, ManualCar, ParallelHybrid
+
+POUNDS = {
+    "body": CoastDownBody(m=1500, F_0=26.0, F_1=0.25, F_2=0.0185),  # lbf, lbf/mph, lbf/mph2 without their units
+    "front.wheels.Cr": 0,
+    "rear.wheels.Cr": 0,
+}
+
+
+@pytest.mark.parametrize("name", pt.vehicles.names())
+def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
+    assert notes(pt.vehicles.load(name)) == ()
+
+
+@pytest.mark.parametrize(
+    ("car", "changes", "said"),
+    [
+        (ManualCar(), {"front.wheels.radius": 0.64}, ["front.wheels.radius = 0.64 m is unusual (0.15 to 0.6 m)"]),
+        (ManualCar(), {"body.Cd": 30}, ["body.Cd = 30 is unusual"]),
+        (ManualCar(), {"body.m": 1.5}, ["body.m = 1.5 kg is unusual", "engine: 8.2e+04 W for body.m = 1.5 kg"]),
+        (ManualCar(), POUNDS, ["body.F_0 = 26 N is 0.18% of the weight"]),
+        (ElectricCar(), {"machine.P_max": 150}, ["machine: 150 W for body.m = 1700 kg is unusual"]),
+        (ElectricCar(), {"battery.Q": 60}, ["battery holds 5.96 W.h when full"]),
+        (
+            ManualCar(),
+            {"engine": MappedEngine.diesel()},
+            ["clutch slips at full load: it holds 300 N.m, engine gives up to 318.4 N.m; clutch.fn_max = 318.4 N"],
+        ),
+        (
+            DualClutchCar(),
+            {"gearbox.odd_clutch": Clutch(fn_max=140, mue_pos=((0.0, 1.0),))},
+            ["gearbox.odd_clutch slips at full load: it holds 140 N.m"],
+        ),
+        (ParallelHybrid(), {"battery.Q": 60}, []),  # it also has an engine
+    ],
+)
+def test_what_looks_like_a_mistake(car: pt.Component, changes: dict[str, Any], said: list[str]) -> None:
+    found = notes(pt.replace(car, changes))
+    assert len(found) == len(said)
+    for text, part in zip(found, said, strict=True):
+        assert part in text
+
+
+def test_the_command_line_says_so_before_it_simulates() -> None:
+    args = ["run", "ManualCar", "--cycle", "udds", "--span", "0:21", "--set", "front.wheels.radius=0.64"]
+    result = CliRunner().invoke(main, args)
+    assert result.exit_code == 0
+    assert "Note: front.wheels.radius = 0.64 m is unusual" in result.stderr
+    assert "Note" not in result.stdout
