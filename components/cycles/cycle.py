@@ -59,7 +59,7 @@ class DriveCycle:
         except (TypeError, ValueError):
             rows = np.zeros(0)
         if rows.ndim != 2 or rows.shape[1] != 2:
-            raise ParameterError(f"drive cycle {self.name}: the table has rows (time in s, speed in m/s), one a point")
+            raise ParameterError(f"drive cycle {self.name}: the table needs rows (time in s, speed in m/s)")
         object.__setattr__(self, "table", tuple(map(tuple, rows.tolist())))
         if len(self.table) < 2:
             raise ParameterError(

@@ -165,7 +165,7 @@ def _over_torque(points: Points, kind: str, displacement: float | None, strokes:
     if kind == "power":
         if points.w.min() <= 0:
             raise ParameterError(
-                f"{path}:{points.lines[int(points.w.argmin())]}: the load is a power, which says no torque at 0 rpm"
+                f"{path}:{points.lines[int(points.w.argmin())]}: the load is a power, which gives no torque at 0 rpm"
             )
         return replace(points, x=np.round(points.x / points.w, 9))
     return points

@@ -51,8 +51,8 @@ class _Reducer(TwoFlangesAndSupport):
         least, most = back * backdriving / ratio, backdriving / ratio / eta
         if not least * (1 - ROUNDING) <= starting <= most * (1 + ROUNDING):
             raise ParameterError(
-                f"{cls.__name__}: starting = {starting:g} N.m does not go with backdriving = {backdriving:g} N.m, ratio {ratio:g}, "
-                f"efficiency = {eta:g} and back = {back:g}: it must be from back backdriving/ratio = {least:.4g} N.m to "
+                f"{cls.__name__}: starting = {starting:g} N.m contradicts backdriving = {backdriving:g} N.m, ratio {ratio:g}, "
+                f"efficiency = {eta:g} and back = {back:g}: it must lie between back backdriving/ratio = {least:.4g} N.m and "
                 f"backdriving/(ratio efficiency) = {most:.4g} N.m"
             )
         row = 0.0, eta, back, eta * starting, backdriving / ratio

@@ -150,8 +150,8 @@ class Network:
         sound = _regular(whole) if freedom == 2 else np.zeros(whole.shape[:-2], bool)
         if freedom != 2 or (ratios is None and not sound):
             raise ParameterError(
-                f"the network{self._joined()} has {freedom} degrees of freedom; input and output give all speeds only where there are "
-                "two, and neither depends on the other"
+                f"the network{self._joined()} has {freedom} degrees of freedom; the speeds of input and output determine all "
+                "others only if there are two, and if they are independent"
             )
         whole[~sound] = np.eye(whole.shape[-1])
         right = np.concatenate([np.zeros((rows.shape[-2], 2)), np.eye(2)])

@@ -113,5 +113,5 @@ def residual_of(row: Any, place: Place) -> Symbol:
         same = "both sides are the same" if float(row) else "the two sides are different numbers"
         raise ModelError(f"{place}: {same}, so this says nothing about the model")
     if not row.is_op(ca.OP_EQ):
-        raise ModelError(f"{place}: {row} is no equation; an equation is written  a == b")
+        raise ModelError(f"{place}: {row} is not an equation; an equation is written  a == b")
     return row.dep(0) - row.dep(1)

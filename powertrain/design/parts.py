@@ -56,7 +56,7 @@ def pair_of(loss: UnitLoss, *, torque: float, speed: float, power: float) -> Ele
     """
     if isinstance(loss.ab, pt.Map) or isinstance(loss.ba, pt.Map):
         raise pt.ParameterError(
-            "the efficiency of the unit is a map of both machines together, which does not say what each of them loses; give an "
+            "the efficiency of the unit is a map of both machines together, which does not separate their losses; give an "
             "ElectricPair with its machines"
         )
     ab, ba = math.sqrt(loss.ab), math.sqrt(loss.ba)

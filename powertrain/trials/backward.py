@@ -86,7 +86,7 @@ def check_backward(vehicle: pt.Component) -> None:
     name = type(vehicle).__name__
     if not anatomy(vehicle).engines:
         raise pt.ParameterError(
-            f"backward: {name} has no engine, so that it burns no fuel; drive_cycle says what it takes from its battery"
+            f"backward: {name} has no engine, so it burns no fuel; drive_cycle gives its battery energy"
         )
     check_stores(vehicle)
     part, left = remembered(in_gear(vehicle, 1) if is_geared(vehicle) else vehicle)

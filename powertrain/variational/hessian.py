@@ -82,7 +82,7 @@ def hessian(plant: Plant[Any] | Component, of: Any, wrt: Sequence[str], **option
         raise ParameterError("wrt: name at least one parameter or initial value")
     for knots in wanted.inputs:
         raise ParameterError(
-            f"wrt: {knots.name} is an input; second derivatives are those by parameters and initial values"
+            f"wrt: {knots.name} is an input; second derivatives are with respect to parameters and initial values"
         )
     model = model_of(result, wanted, number)
     if model not in _known:

@@ -122,7 +122,7 @@ class Partial(pt.Component):
     [
         (Same, ["yield self.J1.w == self.J1.w (test_text_errors.py:", "both sides are the same"]),
         (Numbers, ["yield 1.0 == 2.0", "plain value False"]),
-        (NoEquation, ["yield self.J1.w (test_text_errors.py:", "is no equation", "a == b"]),
+        (NoEquation, ["yield self.J1.w (test_text_errors.py:", "is not an equation", "a == b"]),
         (
             PythonIf,
             [

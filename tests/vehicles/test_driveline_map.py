@@ -177,7 +177,7 @@ def test_a_body_with_friction_takes_nothing_at_rest() -> None:
             PowerSplitHybrid(),
             r"history of control \(PowerSplitControl\): control.running. Simulate it with drive_cycle",
         ),
-        (ElectricCar(), "ElectricCar has no engine, so that it burns no fuel"),
+        (ElectricCar(), "ElectricCar has no engine, so it burns no fuel"),
     ],
     ids=lambda v: type(v).__name__ if isinstance(v, pt.Component) else "",
 )

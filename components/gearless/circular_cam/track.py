@@ -59,7 +59,7 @@ class Track:
         if 2 * self.r >= spacing:
             raise ParameterError(
                 f"Track: rollers of radius r = {self.r:g} m touch each other: {self.n} of them on a diameter of {self.D:g} m are "
-                f"{spacing:.4g} m apart, so that r must be less than {spacing / 2:.4g} m"
+                f"{spacing:.4g} m apart; r must be less than {spacing / 2:.4g} m"
             )
         if self.lift >= 2 * self.r:
             steepest = math.degrees(steepest_angle(self.D, self.r, self.n))

@@ -34,8 +34,8 @@ class LinkBody:
                 raise ParameterError(f"body: {name} = {value:g} must be zero or positive, and finite")
         if self.axial > 2 * self.transverse * (1 + ROUNDING):
             raise ParameterError(
-                f"body: axial = {self.axial:g} kg.m2 must not exceed 2 transverse = {2 * self.transverse:g} kg.m2, as for a disk without "
-                "thickness has it; with the thin rod's formula a short cylinder does, take the exact one"
+                f"body: axial = {self.axial:g} kg.m2 must not exceed 2 transverse = {2 * self.transverse:g} kg.m2, the value of a "
+                "thin disk; the thin-rod formula violates this for a short cylinder: use the exact one"
             )
         if self.m == 0 and self.transverse > 0:
             raise ParameterError(f"body: transverse = {self.transverse:g} kg.m2 needs a mass: give m")

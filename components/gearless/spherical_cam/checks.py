@@ -84,7 +84,7 @@ def check_profile(cam: CamCurves) -> None:
         said = " and ".join(_deg(float(psi)) for psi in crossings[0])
         raise _refused(
             cam,
-            f"the profile has a double point: it meets itself at psi = {said}, and what is cut at one is missing at the other",
+            f"the profile has a double point: it crosses itself at psi = {said}, so cutting at one of them removes material at the other",
         )
     if (cut := -clearance(cam)) > TOUCH:
         raise _refused(

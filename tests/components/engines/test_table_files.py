@@ -198,7 +198,7 @@ LONG = "speed [rpm],torque [N.m],fuel [g/s]\n"
         (LONG + "0,0,0\n", {"load": "speed"}, r"no column is known to give the load \(a torque in N.m.*, or a bmep in bar"),
         ("speed [rpm],bmep [bar],fuel [g/s]\n0,0,0\n", {}, "the load is a mean effective pressure; pass displacement=... in m3"),
         ("speed [rpm],bmep [bar],fuel [g/s]\n0,0,0\n", {"displacement": 1.5}, "displacement = 1.5 m3 must be between 0 and 0.1 m3; 1 l"),
-        ("speed [rpm],power [kW],fuel [g/s]\n0,0,0\n", {}, "fuel.csv:2: the load is a power, which says no torque at 0 rpm"),
+        ("speed [rpm],power [kW],fuel [g/s]\n0,0,0\n", {}, "fuel.csv:2: the load is a power, which gives no torque at 0 rpm"),
         ("speed [rpm],bmep [bar],fuel [g/s]\n0,0,0\n", {"displacement": "1.5 l"}, "displacement = '1.5 l' m3 must be between"),
         (LONG + "0,0,0\n", {"speed": 3}, "3 is not a column heading; write it as a string"),
         ("1000,10,0.1\n1000,20,0.2\n", {"speed": "[rpm]"}, "fuel.csv:1: the first line must hold headings"),

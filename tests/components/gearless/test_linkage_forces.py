@@ -264,7 +264,7 @@ def test_friction_is_the_work_at_the_joints() -> None:
     ("make", "said"),
     [
         (lambda: LinkBody(1.0, 0.003, 0.001), r"axial = 0\.003 kg\.m2 must not exceed 2 transverse = 0\.002"),
-        (lambda: cylinder(1.0, 0.1, 0.02), "take the exact one"),
+        (lambda: cylinder(1.0, 0.1, 0.02), "use the exact one"),
         (lambda: LinkBody(0.0, 0.0, 0.001), "needs a mass"),
         (lambda: replace(CORRECTED, coupler_centre=-0.1), r"coupler_centre = -0\.1 must be zero or positive"),
         (lambda: LinkageDifferential(centre_coupler=-0.1), r"centre_coupler = -0\.1 is outside"),

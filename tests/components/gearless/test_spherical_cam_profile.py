@@ -279,7 +279,7 @@ def test_double_points_are_refused() -> None:
         def profile_speed(self, psi: Any) -> Any:
             return -np.ones(np.shape(psi))  # let the cusps pass
 
-    with pytest.raises(pt.ParameterError, match=r"double point: it meets itself at psi = -.*° and -"):
+    with pytest.raises(pt.ParameterError, match=r"double point: it crosses itself at psi = -.*° and -"):
         checks.check_profile(Smooth(4, 5, alpha_3=math.radians(50.5)))
 
 

@@ -78,9 +78,9 @@ def test_no_load_starting(drive: Any, starting: float) -> None:
 
 def test_no_load_torques_of_no_mesh_are_rejected() -> None:
     """The larger torque of the two directions would hold in both: 6 N.m/29 at 90 % are 0.186 N.m at the eccentric."""
-    with pytest.raises(pt.ParameterError, match=r"starting = 0.15 N.m .* backdriving = 6 N.m.* = 0.1862 N.m to"):
+    with pytest.raises(pt.ParameterError, match=r"starting = 0.15 N.m .* backdriving = 6 N.m.* = 0.1862 N.m and"):
         rot.CycloidalDrive.of(29, 30, backdriving=6.0)
-    with pytest.raises(pt.ParameterError, match=r"starting = 0.2 N.m .* to .* = 0.15 N.m"):
+    with pytest.raises(pt.ParameterError, match=r"starting = 0.2 N.m .* and .* = 0.15 N.m"):
         rot.HarmonicDrive.of(200, 202, starting=0.2, backdriving=12.0)
     with pytest.raises(pt.ParameterError, match=r"efficiency = 0.8 and back = 0 must be in"):
         rot.HarmonicDrive.of(200, 202, back=0.0)
