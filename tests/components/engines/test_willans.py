@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -241,7 +242,7 @@ def test_points_of_the_full_load_out_of_order_are_rejected(given: dict[str, floa
         ({"P_max": 110e3}, r"self.P_max <= .*tau_max = 150 N.m, P_max = 110000 W, w_P = 600 rad/s"),
     ],
 )
-def test_a_data_sheet_that_contradicts_itself_is_refused(changes: dict[str, float], said: str) -> None:
+def test_a_data_sheet_that_contradicts_itself_is_refused(changes: dict[str, Any], said: str) -> None:
     """More power at the largest torque than the largest power, or a largest power that takes more than the largest torque."""
     with pytest.raises(pt.ParameterError, match=rf"(?s){said}"):
         WillansEngine(**changes)
