@@ -11,10 +11,11 @@ import pytest
 
 from powertrain.equilibrium.balance import Balance
 from powertrain.equilibrium.beginnings import _condition_bound, _degenerate, mobilities
-from powertrain.equilibrium.corrector import Near, fixed, undetermined
+from powertrain.equilibrium.corrector import Near, corrected, fixed, undetermined
 from powertrain.equilibrium.laws import BACKWARD, FORWARD, FREE, STUCK, Iterates, LawValues, SteadyLaws
+from powertrain.equilibrium.points import SolvedPoints
 from powertrain.equilibrium.relaxation import relaxed
-from powertrain.equilibrium.solutions import Solutions, SolvedPoints
+from powertrain.equilibrium.solutions import Solutions
 
 Matrix = np.ndarray[Any, Any]
 
@@ -227,3 +228,24 @@ def test_conditions_are_not_beyond_their_bound() -> None:
     assert (_condition_bound(matrices) >= np.linalg.cond(matrices)).all()
     assert _condition_bound(np.ones((1, 2, 2)))[0] == np.inf
     assert _condition_bound(np.full((1, 1, 1), -3.0))[0] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("softer", [1.0, 3.0])
+def test_shared_torques_hold_the_load_though_each_law_yields(softer: float) -> None:
+    """Two laws on one damped motion share 1 kN.m as their compliances do; what these let it creep is no damper's torque any more."""
+    laws = by_hand(
+        1,
+        2,
+        rows=lambda y, tau: 1000.0 - 10.0 * y - tau[0] - tau[1],
+        speed=lambda y, tau: ca.repmat(y, 2),
+        lower=lambda y, tau: -3e3 * ca.DM.ones(2),
+        upper=lambda y, tau: 3e3 * ca.DM.ones(2),
+    )
+    at = Iterates(np.zeros((1, 0)), np.zeros((1, 1)), np.full((1, 2), STUCK), np.zeros((1, 2)))
+    near = Near(np.zeros((1, 2), bool), np.array([[1e-6, softer * 1e-6]]))
+    end, done = corrected(laws, at, near, np.ones((1, 2)), changes=4)
+    assert done.all()
+    share = np.array([softer, 1.0]) / (softer + 1.0)
+    np.testing.assert_allclose(end.tau[0], 1000.0 * share, rtol=1e-5)
+    assert end.tau.sum() == pytest.approx(1000.0, rel=1e-13)
+    np.testing.assert_allclose(end.y, 0.0, atol=1e-14)

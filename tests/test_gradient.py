@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.components.rotational import Inertia, QuadraticSpeedDependentTorque, SpringDamper, Torque
+from powertrain.components.rotational import Brake, Inertia, QuadraticSpeedDependentTorque, SpringDamper, Torque
 from powertrain.design import SplitPathBench
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.system import formulate
@@ -117,3 +117,31 @@ def test_points_are_solved_once(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_is_not_on_the_grid_is_refused(bench: pt.Plant[SplitPathBench]) -> None:
     with pytest.raises(pt.ParameterError, match=r"wrt: lod is not on the grid.*load"):
         pt.steady_gradient(bench, {"r": 0.5, "load": 1.0}, "lod", outputs=["V"])
+
+
+class Held(pt.Component):
+    """A fan that a brake of 4 N.m holds back: it stands up to that torque, and turns with w^2 = 10 (tau - 4) beyond."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque")
+    source: Torque = Torque()
+    rotor: Inertia = Inertia(J=1.0)
+    brake: Brake = Brake(fn_max=4.0, mue_pos=((0.0, 1.0),))
+    fan: QuadraticSpeedDependentTorque = QuadraticSpeedDependentTorque(
+        tau_nominal=-10, w_nominal=10, TorqueDirection=False
+    )
+
+    def equations(self) -> pt.Equations:
+        yield self.brake.f_normalized.value == 1.0
+        yield pt.connect(self.torque, self.source.tau)
+        yield pt.connect(self.source.flange, self.rotor.flange_a)
+        yield pt.connect(self.rotor.flange_b, self.fan.flange, self.brake.flange_a)
+
+
+def test_a_law_that_slides_leaves_the_speed_free_and_one_that_is_stuck_does_not() -> None:
+    torque = np.array([2.0, 5.0, 12.0, -9.0])
+    found = pt.steady_gradient(Held(), {"torque": torque}, "torque", outputs=["rotor.w", "brake.tau"])
+    w = np.sqrt(10 * np.maximum(np.abs(torque) - 4, 0))
+    with np.errstate(divide="ignore"):
+        slope = np.where(w > 0, 5 / w, 0.0)
+    np.testing.assert_allclose(found["d(rotor.w)/d(torque)"], slope, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(found["d(brake.tau)/d(torque)"], w == 0, rtol=1e-9, atol=1e-12)

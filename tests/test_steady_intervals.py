@@ -109,3 +109,24 @@ def test_affine_outputs_alone() -> None:
     found = pt.steady(Rubbing(), {"w": 0.0, "load": [0.0, 1.0]}, outputs=["tau", "affine"])
     np.testing.assert_allclose(found["affine_low"], [-5.0, -8.0])
     np.testing.assert_allclose(found["affine_high"], [7.0, 4.0])
+
+
+class Nearly(pt.Component):
+    """Outputs that the torque of the bearing all but leaves alone."""
+
+    rub: Rubbing = Rubbing()
+    same: pt.Variable = pt.variable("1", "Changes by 4e-11")
+    other: pt.Variable = pt.variable("1", "Changes by 4e-8")
+
+    def equations(self) -> pt.Equations:
+        yield self.rub.w.value == 0.0
+        yield self.rub.load.value == 0.0
+        yield self.same == 1 + 1e-11 * self.rub.tau
+        yield self.other == 1 + 1e-8 * self.rub.tau
+
+
+def test_only_values_that_differ_by_round_off_are_one() -> None:
+    found = pt.steady(Nearly(), {}, outputs=["same", "other"])
+    assert found.status.item() == STUCK
+    assert found["same"].item() == pytest.approx(1.0)
+    assert np.isnan(found["other"].item())

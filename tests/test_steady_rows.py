@@ -81,3 +81,24 @@ def test_rows_of_all_kinds_next_to_each_other() -> None:
     assert (found.status == OK).all()
     np.testing.assert_allclose(found.y, np.where(K >= 0, K * X**2, K * X + 1), rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(found.z, np.where(X >= 0.5, K * X, 3 - X), rtol=1e-12, atol=1e-14)
+
+
+class Corners(pt.Component):
+    """A parabola from a corner on that lies elsewhere in every row."""
+
+    x: pt.Input = pt.signal_input("1", "Along a row")
+    k: pt.Input = pt.signal_input("1", "From row to row")
+    y: pt.Variable = pt.variable("1", "Curved beyond the corner")
+
+    def equations(self) -> pt.Equations:
+        x, k = self.x.value, self.k.value
+        yield self.y == pt.switch(x >= k, k + x**2, 2 - x)
+
+
+def test_curved_rows_are_looked_at_from_end_to_end() -> None:
+    """The modes at the upper end hold at the lower one, in the middle, or nowhere else."""
+    x, k = np.linspace(-1, 2, 150), np.random.default_rng(5).uniform(-1.5, 2.5, 70)
+    found = pt.steady(Corners(), {"x": x, "k": k}).transpose("k", "x")
+    K, X = np.meshgrid(k, x, indexing="ij")
+    assert (found.status == OK).all()
+    np.testing.assert_allclose(found.y, np.where(X >= K, K + X**2, 2 - X), rtol=1e-12, atol=1e-14)

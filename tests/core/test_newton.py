@@ -153,3 +153,15 @@ def test_one_system_whose_matrix_is_singular(together: int) -> None:
     z, fine = newton(equations, np.array([[20.0, 1.0]]), still=1e-12, most=60, together=together)
     assert fine.all()
     np.testing.assert_allclose(z, [[3.0, 1.0]], rtol=1e-10)
+
+
+def test_a_step_that_makes_the_next_one_longer_is_halved() -> None:
+    """From 0 the full step on 1 - z + 2 z^2 - z^4/2 leads to 1, where the next one with the same slope is half as long again; so does
+    half of it, to 31/32 as long, which is more than 3/4. A quarter leads to 0.873 < 7/8 of the first."""
+
+    def bump(z: Matrix) -> Matrix:
+        return np.asarray(-(1 - z + 2 * z**2 - 0.5 * z**4))
+
+    equations, _ = diagonal(bump, lambda z: 1 - 4 * z + 2 * z**3)
+    z, _ = newton(equations, np.array([[0.0]]), still=1e-10, most=1)
+    assert z[0, 0] == 0.25

@@ -109,3 +109,23 @@ def test_round_off_is_no_motion(coefficients: tuple[float, ...]) -> None:
 
     found = projected(laws(speeds, 3, 2), x, np.zeros(2), p=0.3)
     np.testing.assert_allclose(found, x, rtol=1e-12)
+
+
+def test_a_second_step_takes_away_what_a_speed_that_is_not_linear_leaves() -> None:
+    """w = x0 + x1^2: one step leaves the square of its change; two with the same slopes, the product of that and the change of slope."""
+    model = laws(lambda t, y, p: [y[0] + y[1] ** 2], 2, 1)
+    x = np.array([1e-3, 0.5])
+    found = projected(model, x, np.zeros(1))
+    W = np.array([1.0, 2 * x[1]])
+    w = x[0] + x[1] ** 2
+    once = x - W * w / (W @ W)
+    left = once[0] + once[1] ** 2
+    np.testing.assert_allclose(found, once - W * left / (W @ W), rtol=1e-12)
+    assert abs(found[0] + found[1] ** 2) < 0.2 * abs(left)
+
+
+def test_motions_that_differ_by_a_millionth_are_both_set_to_zero() -> None:
+    """What the first leaves of the second is 1e-12 of it: far more than round-off."""
+    model = laws(lambda t, y, p: [y[0], y[0] + y[2], y[0] + y[2] + 1e-6 * y[1]], 3, 3)
+    found = projected(model, np.array([0.3, 0.4, -0.7]), np.zeros(3))
+    assert np.abs(found).max() < 1e-5

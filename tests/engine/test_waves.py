@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -11,6 +12,8 @@ import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components import translational as tr
 from powertrain.components.blocks import Sine
+from powertrain.engine.waves import PART, Waves
+from powertrain.modes.indicators import indicators
 
 
 class Shaken(pt.Component):
@@ -149,3 +152,37 @@ def test_a_shaken_rod_hits_a_stop_for_an_instant(depth: float, f: float) -> None
 
 def test_a_shaken_rod_that_stays_away_from_its_stop() -> None:
     assert len(pt.simulate(Stop(depth=-1e-8, shake=Sine(f=1, amplitude=0.2)), 2.0).events) == 0
+
+
+class Swept(pt.Component):
+    """A brake of 1 N.m on a shaft that is pushed by a sine whose frequency rises from nothing."""
+
+    rate: pt.Parameter = pt.parameter("1/s2", "Rise of the frequency", default=4.0)
+    drive: rot.Torque = rot.Torque()
+    shaft: rot.Inertia = rot.Inertia(J=1.0)
+    brake: rot.Brake = rot.Brake(fn_max=1.0, mue_pos=((0.0, 1.0),))
+
+    def equations(self) -> pt.Equations:
+        yield self.drive.tau.value == (1 + 1e-4) * ca.sin(np.pi * self.rate * pt.time**2)
+        yield self.brake.f_normalized.value == 1.0
+        yield pt.connect(self.drive.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.brake.flange_a)
+
+
+def test_a_sine_that_becomes_faster_is_followed_as_it_is_at_the_end() -> None:
+    """It begins with the frequency 0: its first steps are told by the last one. Every extremum breaks the brake loose."""
+    loose = [event.time for event in pt.simulate(Swept(), 3.0).events if event.new != 0]
+    extrema = np.sqrt((np.arange(36) + 0.5) / 4.0)
+    assert loose == pytest.approx(extrema, abs=2e-3)
+
+
+def test_the_longest_step_follows_the_faster_end_of_a_sweep() -> None:
+    """Part of a period as it is at the end of the run, or now where it slows down; a loose brake does not follow the sine."""
+    dae = pt.compile(Swept()).compiled.dae
+    waves = Waves(dae, indicators(dae))
+    stuck, loose = np.array([0.0] * dae.m.numel()), np.array([1.0] + [0.0] * (dae.m.numel() - 1))
+    names = [dae.p[i].name() for i in range(dae.p.numel())]
+    p = np.where(np.array(names) == "rate", 4.0, 1.0)
+    assert waves.longest_step(0.0, 3.0, stuck, p) == pytest.approx(PART / 12.0)
+    assert waves.longest_step(-5.0, 3.0, stuck, p) == pytest.approx(PART / 20.0)
+    assert waves.longest_step(0.0, 3.0, loose, p) == np.inf

@@ -123,3 +123,12 @@ class Refilled(pt.Component):
 
 def test_frequent_resets_are_followed() -> None:
     assert len(pt.simulate(Refilled(), 0.7).events) > 50
+
+
+@pytest.mark.parametrize("e", [0.3, 0.7])
+def test_the_next_bounce_is_due_when_the_ball_is_back(e: float) -> None:
+    """After 2 v/g."""
+    with pytest.raises(pt.SimulationError) as caught:
+        pt.simulate(Ball(e=e), 10.0)
+    due = float(re.findall(r"the next is due in (\S+) s", str(caught.value))[0])
+    assert due == pytest.approx(2 * caught.value.result["v"][-1] / G, rel=0.05)  # it is said with two digits

@@ -100,3 +100,15 @@ def test_a_stop_that_nothing_presses_stays_closed_but_for_round_off() -> None:
 def test_a_closed_stop_is_located_where_it_pulls_by_more_than_its_force_is_known() -> None:
     contact = Contact("stop", "", 0, NONE, NONE, NONE, ca.SX(-0.3), NONE, known=ca.SX(0.25), rounding=ca.SX(0.125))
     assert float(pressure_margin(contact)) == -0.3 + 0.375
+
+
+def test_a_slow_rebound_from_a_fast_impact_is_one() -> None:
+    """At 0.5 mm/s, a two-thousandth of the speed of the impact: that is no round-off."""
+    stop = tr.MassWithStopAndFriction(
+        m=1.0, F_prop=0, F_Coulomb=0, F_Stribeck=0, fexp=1, smin=-0.1, smax=9.0, restitution=5e-4
+    )
+    result = pt.simulate(
+        joined(stop, tr.ConstantForce(f_constant=0.0), joints="0.flange_b=1.flange"), 1.0, starts={"parts[0].v": -1.0}
+    )
+    assert result["parts[0].v"][-1] == pytest.approx(5e-4, rel=1e-9)
+    assert result["parts[0].stop_min"][-1] == 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise, permutations
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from mechanisms import mechanism, random_starts
@@ -12,6 +13,7 @@ from mechanisms import mechanism, random_starts
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant, Ramp
+from powertrain.modes.tolerances import RESOLVED
 
 Matrix = np.ndarray[Any, Any]
 
@@ -294,3 +296,65 @@ def test_what_is_pressed_from_nothing_on_a_shaft_at_rest_takes_no_more_than_its_
     np.testing.assert_allclose(result["second.tau"], np.minimum(limit, 0.5), atol=2e-7)
     np.testing.assert_allclose(result["first.tau"] + result["second.tau"], 1.0, atol=1e-9)
     assert [event.new for event in result.events] == ([0.0] if begins else [])
+
+
+class Row(pt.Component):
+    """Three clutches between four shafts, the last one much stronger."""
+
+    shafts: tuple[pt.Component, ...] = tuple(rot.Inertia(J=1.0) for _ in range(4))
+    clutches: tuple[pt.Component, ...] = tuple(rot.Clutch(fn_max=f, mue_pos=((0.0, 1.0),)) for f in (1.0, 1.0, 1e6))
+
+    def equations(self) -> pt.Equations:
+        for left, clutch, right in zip(self.shafts, self.clutches, self.shafts[1:], strict=False):
+            yield pt.connect(left.flange_b, clutch.flange_a)  # type: ignore[attr-defined]
+            yield pt.connect(clutch.flange_b, right.flange_a)  # type: ignore[attr-defined]
+            yield clutch.f_normalized.value == 1.0  # type: ignore[attr-defined]
+
+
+def test_torques_that_meet_through_others_tell_how_well_one_is_known() -> None:
+    """The first clutch meets the third through the second, which slips: round-off of the largest is in all of them."""
+    compiled = pt.compile(Row()).compiled
+    dae = compiled.dae
+    known = ca.Function("known", [dae.t, dae.x, dae.m, dae.p], [dae.frictions[0].known])
+    m = np.array(dae.held_start)
+    m[[law.index for law in dae.frictions]] = [0.0, 1.0, 1.0]
+    p = [parameter.value for parameter in compiled.parameters.values()]
+    assert float(known(0.0, np.zeros(dae.x.numel()), m, p)) >= RESOLVED * 1e6
+
+
+class Windy(pt.Component):
+    """Two brakes hold a shaft with a damper under a torque; beside it a fan turns, so that unknowns are implicit."""
+
+    load: pt.Input = pt.signal_input("N.m", "Torque on the shaft")
+    pull: rot.Torque = rot.Torque()
+    shaft: rot.Inertia = rot.Inertia(J=0.1)
+    weak: rot.Brake = brake(3e3)
+    strong: rot.Brake = brake(8e3)
+    damper: rot.Damper = rot.Damper(d=10.0)
+    ground: rot.Fixed = rot.Fixed()
+    drive: rot.ConstantTorque = rot.ConstantTorque(tau_constant=5.0)
+    fan: rot.Inertia = rot.Inertia(J=1.0)
+    air: rot.QuadraticSpeedDependentTorque = rot.QuadraticSpeedDependentTorque(
+        tau_nominal=-10.0, w_nominal=10.0, TorqueDirection=False
+    )
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.load, self.pull.tau)
+        yield pt.connect(self.pull.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.weak.flange_a, self.strong.flange_a, self.damper.flange_a)
+        yield pt.connect(self.damper.flange_b, self.ground.flange)
+        yield pt.connect(self.drive.flange, self.fan.flange_a)
+        yield pt.connect(self.fan.flange_b, self.air.flange)
+        yield self.weak.f_normalized.value == 1.0
+        yield self.strong.f_normalized.value == 1.0
+
+
+def test_shares_of_an_operating_point_add_up_to_the_load() -> None:
+    """With compliance alone the shaft creeps, and the damper takes some hundred-millionths; the proximal steps take that away."""
+    load = np.array([1e3, -5e3, 9e3])
+    names = ["weak.tau", "strong.tau", "shaft.w"]
+    found = pt.steady(Windy(), {"load": load}, outputs=names, guesses={"fan.w": 5.0})
+    assert not found.status.any()
+    np.testing.assert_allclose(found["weak.tau"] + found["strong.tau"], load, rtol=1e-12)
+    np.testing.assert_allclose(found["weak.tau"], np.clip(load / 2, -3e3, 3e3), rtol=1e-7)
+    np.testing.assert_allclose(found["shaft.w"], 0.0, atol=1e-9)

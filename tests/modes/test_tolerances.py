@@ -19,7 +19,7 @@ ARGUMENTS = {"rtol", "atol"}
 
 def assigned(tree: ast.Module) -> dict[str, str]:
     """Names in capitals that are assigned in the module, with the text that follows them."""
-    found = {}
+    found: dict[str, str] = {}
     for one, following in pairwise([*tree.body, ast.Pass()]):
         if isinstance(one, ast.Assign):
             said = (
@@ -61,4 +61,4 @@ def test_no_tolerance_stands_anywhere_without_a_name_and_a_reason() -> None:
             names = [n.id for n in ast.walk(one) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
             for number in small_numbers(one):
                 told = isinstance(one, ast.Assign) and all(reasons.get(name) for name in names)
-                assert told, f"{path.relative_to(ROOT)}:{number.lineno}: {number.value} has no name, or no reason"
+                assert told, f"{path.relative_to(ROOT)}:{number.lineno}: {number.value!r} has no name, or no reason"

@@ -1,0 +1,147 @@
+"""Parts of the step that no run shows when they are wrong: the first step size, the error of algebraic unknowns, kinks inside a step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from models import dae
+from test_methods import exact, nonlinear
+
+import powertrain as pt
+from powertrain.compiler.hybrid import Friction
+from powertrain.components import rotational as rot
+from powertrain.engine.chatter import Chatter
+from powertrain.integration import fused as steps
+from powertrain.modes.rules import friction_rule
+from powertrain.modes.selflocking import inverted
+from powertrain.modes.tolerances import EPS
+
+Matrix = np.ndarray[Any, Any]
+
+
+@pytest.mark.parametrize("t", [0.0, 0.3, 2.0])
+def test_the_first_step_is_hairers(t: float) -> None:
+    """E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section II.4, for order 5."""
+    model, y, rtol, atol = nonlinear(), exact(t) + 0.1, 1e-6, 1e-8
+    rates = ca.Function("f", [model.t, model.x], [model.xdot])
+
+    def f(at: float, x: Matrix) -> Matrix:
+        return np.array(rates(at, x)).ravel()
+
+    def norm(v: Matrix) -> float:
+        return float(np.sqrt(np.mean((v / (atol + rtol * np.abs(y))) ** 2)))
+
+    first = 0.01 * norm(y) / norm(f(t, y))
+    bend = norm(f(t + first, y + first * f(t, y)) - f(t, y)) / first
+    expected = min(100 * first, (0.01 / max(norm(f(t, y)), bend)) ** 0.2)
+    _, slope, start = steps.fresh(steps.common(model, None))([t, 0.0], y, [], [], [rtol, atol, 1.0])
+    np.testing.assert_allclose(np.array(slope).ravel(), f(t, y), rtol=1e-10)  # of the right limit
+    assert float(start[0]) == pytest.approx(expected, rel=1e-9)
+
+
+class Followed(pt.Component):
+    """What has to be solved for follows a sine; the only state hardly moves."""
+
+    x: pt.Variable = pt.variable("1", "State", start=1.0)
+    z: pt.Variable = pt.variable("1", "Implicit unknown")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == -0.1 * self.x
+        yield self.z + 0.5 * ca.sin(self.z) == 3 * ca.sin(20 * pt.time)
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+def test_algebraic_unknowns_bound_the_steps_where_states_do_not(rtol: float) -> None:
+    """To ten times the tolerance at the ends of steps; between them the polynomial is of lower order."""
+    run = pt.simulate(Followed(), 3.0, rtol=rtol)
+    left = run["z"] + 0.5 * np.sin(run["z"]) - 3 * np.sin(20 * run.time)
+    assert np.abs(left).max() < 100 * rtol
+
+
+def test_chattering_is_told_by_times_that_lie_close_together() -> None:
+    """200 switches within 1e-5 of the span, no less and not more slowly."""
+
+    def chatters(apart: float, count: int) -> bool:
+        chatter = Chatter(10.0)
+        return any(chatter.note(3, 1.0 + k * apart) for k in range(count))
+
+    close = 1e-4 / 199
+    assert chatters(0.99 * close, 200)
+    assert not chatters(0.99 * close, 199)
+    assert not chatters(1.01 * close, 300)
+
+
+@pytest.mark.parametrize("w", [3.0, -3.0, 1.5, -1.5])
+@pytest.mark.parametrize("rate", [1.0, -1.0, 0.0])
+def test_a_prescribed_speed_beyond_its_zone_tells_its_direction(w: float, rate: float) -> None:
+    """Speeds in units of their hysteresis: up to twice that the rate tells where it goes."""
+    t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 0), ca.SX.sym("m", 1), ca.SX.sym("p", 0)
+    law = Friction("law", "", 0, ca.SX(w * EPS), ca.SX(0), ca.SX(-1), ca.SX(1), ca.SX(1), ca.SX(rate), prescribed=True)
+    model = dae(t, x, m, p, ca.SX(0, 1), [], frictions=(law,))
+    for mode in (-1.0, 0.0, 1.0):
+        found = ca.Function("f", [m], [friction_rule(model, law, ca.SX(0), ca.SX(0))])(mode)
+        assert float(found) == (np.sign(w) if abs(w) > 2 else np.sign(rate))
+
+
+@pytest.mark.parametrize(("crossed", "locked"), [(1e-5, True), (1e-7, False)])
+def test_limits_that_cross_by_more_than_a_hysteresis_lock(crossed: float, locked: bool) -> None:
+    """As shares of the largest torque, 1 kN.m of another law; the limits follow a mode, as those of a lossy mesh do."""
+    t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 0), ca.SX.sym("m", 2), ca.SX.sym("p", 0)
+    one, large = ca.SX(1), ca.SX(1e3)
+    crossing = Friction("mesh", "", 0, one, one, 1 + 1e3 * m[1], one, one, one)
+    other = Friction("other", "", 0, one, large, -large, large, one, one)
+    found = inverted(dae(t, x, m, p, ca.SX(0, 1), [], frictions=(crossing, other)))
+    assert (float(ca.Function("f", [m], [found])([1.0, crossed])) > 0) == locked
+    assert float(ca.Function("f", [m], [found])([0.0, 1.0])) < 0  # stuck, it does not slide
+
+
+class Kinked(pt.Component):
+    """x' = 10 |v - c| with v = exp(-t/20): a kink that is no event, between two stages of a long step."""
+
+    c: pt.Parameter = pt.parameter("1", "Where the kink is", default=0.5)
+    x: pt.Variable = pt.variable("1", "Distance", start=0.0)
+    v: pt.Variable = pt.variable("1", "Slows down", start=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.v) == -0.05 * self.v
+        yield pt.der(self.x) == 10 * ca.fabs(self.v - self.c)
+
+
+def test_the_defect_midway_sees_kinks_that_the_embedded_error_does_not() -> None:
+    """Without it some are passed with 750 times the tolerance."""
+
+    def integral(t: Matrix, c: float) -> Matrix:
+        return 20 * (1 - np.exp(-t / 20)) - c * t
+
+    plant = pt.compile(Kinked())
+    for c in np.linspace(0.55, 0.95, 41):
+        run = plant.simulate(14.0, parameters={"c": c}, rtol=1e-6)
+        turn = np.minimum(-20 * np.log(c), run.time)
+        exact = 10 * (2 * integral(turn, c) - integral(run.time, c))
+        assert np.abs(run["x"] - exact).max() < 50e-6 * (1 + exact[-1])
+
+
+class Turned(pt.Component):
+    """An inertia whose speed is given exactly."""
+
+    w: pt.Input = pt.signal_input("rad/s", "Speed", default=1.0)
+    motor: rot.Speed = rot.Speed(exact=True)
+    shaft: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.w, self.motor.w_ref)
+        yield pt.connect(self.motor.flange, self.shaft.flange_a)
+
+
+@pytest.mark.parametrize(("jump", "refused"), [(1e-5, True), (-1e-5, True), (1e-8, False)])
+def test_jumps_beyond_round_off_are_refused_where_inertia_follows(jump: float, refused: bool) -> None:
+    given = {"w": ([0.0, 1.0, 1.0, 2.0], [1.0, 1.0, 1.0 + jump, 1.0 + jump])}
+    plant = pt.compile(Turned())
+    if not refused:
+        assert plant.simulate(2.0, inputs=given)["shaft.w"][-1] == 1.0 + jump
+        return
+    with pytest.raises(pt.SimulationError, match=r"at t = 1 s .* jump by -?1e-05 rad/s"):
+        plant.simulate(2.0, inputs=given)
