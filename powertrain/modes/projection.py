@@ -15,8 +15,8 @@ from powertrain.compiler.hybrid import HybridDae
 from powertrain.language.symbols import column
 
 _DEPENDENT = 1e-13
-"""Rows of W that others leave less than this share of their square belong to motions that those hold already, or that cannot be: round-off, as
-where a clutch ties two shafts that gears tie to each other."""
+"""Rows of W of which others leave less than this share of the square of their terms are motions that those hold already, or round-off, as
+of a clutch between shafts that gears tie to each other."""
 
 
 def at_rest(dae: HybridDae) -> ca.SX:
