@@ -28,7 +28,7 @@ class Friction:
     ``known``: how well its torque is known, see ``powertrain.modes.tolerances``; ``rounding``: what the rounding of angles and positions
     adds to that; ``reach``: G_ii.
     ``rests``: where other laws take part in its motion, m[rests] is 1 while it is at a limit and they hold it at rest all the same;
-    ``share`` is then what its compliance would have it take, no less than its limit (of laws whose limits follow no torque).
+    ``share`` is then what its compliance would have it take, no less than its limit; None where that is not known.
     """
 
     name: str
@@ -50,17 +50,12 @@ class Friction:
     rounding: ca.SX = field(default_factory=lambda: ca.SX(0))
     reach: ca.SX = field(default_factory=lambda: ca.SX(1))
     rests: int | None = None
-    share: ca.SX = field(default_factory=lambda: ca.SX(0))
+    share: ca.SX | None = None
 
     @property
     def hysteresis(self) -> ca.SX:
         """How well its torque is known at the present states."""
         return self.known + self.rounding
-
-    @property
-    def unloads(self) -> bool:
-        """Whether it leaves its limit where others hold more of the load: limits that follow torques fall with them instead."""
-        return self.rests is not None and self.may_free
 
 
 @dataclass(frozen=True)
