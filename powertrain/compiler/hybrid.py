@@ -28,7 +28,7 @@ class Friction:
     ``known``: uncertainty of its torque, see ``powertrain.modes.tolerances``; ``rounding``: the part of it due to rounding of angles and
     positions; ``reach``: G_ii.
     ``rests``: if other laws take part in its motion, m[rests] is 1 while it is at a limit and they hold it at rest;
-    ``share`` is then the torque that its compliance would give it, at least its limit (if the limits depend on no torques).
+    ``share`` is then the torque that its compliance would give it, at least its limit; None if that is not known.
     """
 
     name: str
@@ -50,17 +50,12 @@ class Friction:
     rounding: ca.SX = field(default_factory=lambda: ca.SX(0))
     reach: ca.SX = field(default_factory=lambda: ca.SX(1))
     rests: int | None = None
-    share: ca.SX = field(default_factory=lambda: ca.SX(0))
+    share: ca.SX | None = None
 
     @property
     def hysteresis(self) -> ca.SX:
         """Uncertainty of its torque at the present states."""
         return self.known + self.rounding
-
-    @property
-    def unloads(self) -> bool:
-        """Whether it leaves its limit if others take more of the load; limits that depend on torques fall with the load instead."""
-        return self.rests is not None and self.may_free
 
 
 @dataclass(frozen=True)

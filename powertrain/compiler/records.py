@@ -81,7 +81,7 @@ def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Fri
         rounding=resolver.rounding(k),
         reach=resolver.reach(k),
         rests=held.place(held.rests[key(t.mode)]) if key(t.mode) in held.rests else None,
-        share=resolver.share(k) if key(t.mode) in held.rests and may_free else Symbol(0),
+        share=resolver.share(k) if key(t.mode) in held.rests and (may_free or resolver.explicit(k)) else None,
     )  # fmt: skip
 
 

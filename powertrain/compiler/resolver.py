@@ -51,7 +51,7 @@ class Resolver:
         found = solve_torques(self.laws, self.tau)
         self.torque, self._yielding = column(found.tau), column(found.first)
         self.assigned = self.close([self._opened])[0]
-        self._implicit_laws = found.residuals
+        self._implicit_laws, self._implicit = found.residuals, found.implicit
         self._largest: dict[frozenset[int], Symbol] = {}
         self.z = [*solved.implicit, *(self.tau[i] for i in found.implicit)]
         self.z_places = [*map(str, solved.places), *(str(torques[i].place) for i in found.implicit)]
@@ -214,6 +214,10 @@ class Resolver:
         """The reach of every law for given torques."""
         slopes = [ca.jacobian(law.rate, own) for law, own in zip(self.laws, self.tau, strict=True)]
         return [Symbol(1) if slope.is_zero() else mobility(slope) for slope in slopes]
+
+    def explicit(self, k: int) -> bool:
+        """Whether the torque of a law is an expression, found with a proximal step."""
+        return k not in self._implicit
 
     def share(self, k: int) -> Symbol:
         """The torque due to the law's compliance, before and after the proximal step; at a limit it is at least the limit."""

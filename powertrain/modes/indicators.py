@@ -88,20 +88,21 @@ def friction_motion(dae: HybridDae, friction: Friction) -> ca.SX:
         loose = ca.fmax(loose, friction.hysteresis - ca.fabs(friction.upper - friction.lower))
     if friction.may_free:
         loose = ca.if_else(mode == 2, 1.0, loose)
-    if friction.rests is not None and friction.unloads:
+    if friction.rests is not None and friction.share is not None:
         loose = ca.if_else(dae.m[friction.rests], held_margin(dae, friction), loose)
     return ca.if_else(mode == 0, stuck, loose)
 
 
 def held_margin(dae: HybridDae, friction: Friction) -> ca.SX:
     """A law at a limit that others hold at rest stays there while its share of the load exceeds the limit; including the hysteresis."""
+    assert friction.share is not None
     return dae.m[friction.index] * (friction.share - friction.torque) + friction.hysteresis
 
 
 def _by_torque(dae: HybridDae, friction: Friction) -> ca.SX:
     """Whether the torque of a law, and not its speed, decides how long it keeps its mode."""
     stuck = dae.m[friction.index] == 0
-    return stuck if friction.rests is None or not friction.unloads else ca.logic_or(stuck, dae.m[friction.rests])
+    return stuck if friction.rests is None or friction.share is None else ca.logic_or(stuck, dae.m[friction.rests])
 
 
 def friction_free(dae: HybridDae, friction: Friction) -> ca.SX:

@@ -15,9 +15,8 @@ from powertrain.compiler.hybrid import HybridDae
 from powertrain.language.symbols import column
 
 _DEPENDENT = 1e-13
-"""A row of W is dependent if elimination leaves less than this share of its square: others hold its motion already, or it cannot be.
-
-Round-off leaves such rows where a clutch connects two shafts that gears tie to one speed.
+"""A row of W is dependent if elimination leaves less than this share of the square of its terms: others hold its motion already, or it is
+round-off, as where a clutch connects two shafts that gears tie to one speed.
 """
 
 

@@ -138,7 +138,7 @@ def friction_rule(dae: HybridDae, friction: Friction, jumped: ca.SX, slack: ca.S
         least = allowed * friction.reach * friction.hysteresis + (EPS if friction.algebraic else 0)
         nothing = ca.logic_and(slack > 0, ca.fabs(friction.upper - friction.lower) <= friction.hysteresis)
         forward, backward = ca.logic_or(rate > -least, nothing), ca.logic_or(rate < least, nothing)
-        if friction.unloads:
+        if friction.share is not None:
             kept = ca.logic_or(ca.logic_not(_rests(dae, friction)), held_margin(dae, friction) > 0)
             forward, backward = ca.logic_and(forward, kept), ca.logic_and(backward, kept)
         loose = ca.if_else(
