@@ -75,7 +75,8 @@ def _follows(law: object, t: ca.SX, m: ca.SX) -> ca.SX:
 class _Speeds:
     """The rates (rad/s) of angles that are functions of time alone and appear in a sine or cosine.
 
-    One pass finds those of all expressions, which share most of their operations.
+    One pass finds those of all expressions, which share most of their operations. A product of two sines has the sum of their rates.
+    At its extremum the power n of a sine, 1 - n u^2/2 + (3n - 2) n u^4/24, bends like a sine that is sqrt(3n - 2) times as fast.
     """
 
     def __init__(self, dae: HybridDae, expressions: Sequence[ca.SX]) -> None:
@@ -90,21 +91,36 @@ class _Speeds:
         mine = [speed for k, speed in enumerate(self._speeds) if self._found[i] >> k & 1]
         return list({key(speed): speed for speed in mine}.values())
 
-    def _mark(self, tape: ca.Function, k: int, _: list[int]) -> int:
-        """A separate bit for each sine of time."""
+    def _mark(self, tape: ca.Function, k: int, inner: list[int]) -> int:
+        """A separate bit for each sine of time, and for each product and power of them."""
         code, operands = tape.instruction_id(k), self._operands(tape, k)
         value = None if operands is None else _value(tape, k, operands)
         for target in tape.instruction_output(k):
             self._values.pop(target, None)
             if value is not None:
                 self._values[target] = value
-        if operands is None or code not in (ca.OP_SIN, ca.OP_COS):
-            return 0
-        speed = ca.jacobian(operands[0], self._time)
+        speed = ca.SX(0) if operands is None else self._speed(code, operands, inner)
         if speed.is_zero():
             return 0
         self._speeds.append(speed)
         return 1 << (len(self._speeds) - 1)
+
+    def _speed(self, code: int, operands: Sequence[ca.SX], inner: Sequence[int]) -> ca.SX:
+        """The rate that an operation brings about, zero where its operands have none, or the same."""
+        if code in (ca.OP_SIN, ca.OP_COS):
+            return ca.SX(ca.jacobian(operands[0], self._time))
+        if code == ca.OP_SQ:
+            return 2 * self._fastest(inner[0])
+        if code in (ca.OP_MUL, ca.OP_DIV) and all(inner):
+            return self._fastest(inner[0]) + self._fastest(inner[1])
+        if code in (ca.OP_POW, ca.OP_CONSTPOW) and operands[1].is_constant() and (n := float(operands[1])) > 1:
+            return float(np.sqrt(3 * n - 2)) * self._fastest(inner[0])
+        return ca.SX(0)
+
+    def _fastest(self, bits: int) -> ca.SX:
+        """The largest of the rates with these marks."""
+        rates = [ca.fabs(speed) for k, speed in enumerate(self._speeds) if bits >> k & 1]
+        return ca.SX(ca.mmax(ca.vertcat(*rates))) if rates else ca.SX(0)
 
     def _operands(self, tape: ca.Function, k: int) -> list[ca.SX] | None:
         """The operands of an operation (of a symbol: itself), or None if it depends on a state or a call."""

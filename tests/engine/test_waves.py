@@ -186,3 +186,33 @@ def test_the_longest_step_follows_the_faster_end_of_a_sweep() -> None:
     assert waves.longest_step(0.0, 3.0, stuck, p) == pytest.approx(PART / 12.0)
     assert waves.longest_step(-5.0, 3.0, stuck, p) == pytest.approx(PART / 20.0)
     assert waves.longest_step(0.0, 3.0, loose, p) == np.inf
+
+
+class Powered(pt.Component):
+    """A brake of 1 N.m on a shaft that is pushed by a power of a sine, or by a product of two."""
+
+    n: int
+    over: float
+    f: float = 3.1
+    drive: rot.Torque = rot.Torque()
+    shaft: rot.Inertia = rot.Inertia(J=1.0)
+    brake: rot.Brake = rot.Brake(fn_max=1.0, mue_pos=((0.0, 1.0),))
+
+    def equations(self) -> pt.Equations:
+        angle = 2 * np.pi * self.f * pt.time
+        wave = ca.sin(angle) ** self.n if self.n else 2 * ca.sin(angle) * ca.cos(angle)
+        yield self.drive.tau.value == (1 + self.over) * wave
+        yield self.brake.f_normalized.value == 1.0
+        yield pt.connect(self.drive.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.brake.flange_a)
+
+
+@pytest.mark.parametrize("over", [1e-2, 1e-4, -1e-4])
+@pytest.mark.parametrize("n", [0, 2, 3, 8, 40])
+def test_powers_and_products_of_sines_are_as_fast_as_they_bend(n: int, over: float) -> None:
+    """Every extremum breaks the brake loose, on either side: 2 f in a second, for the product 4 f."""
+    loose = [event.time for event in pt.simulate(Powered(n=n, over=over), 6.0).events if event.new != 0]
+    f = 6.2 if n == 0 else 3.1
+    extrema = (np.arange(int(12 * f + 0.5)) + 0.5) / (2 * f)
+    assert loose == pytest.approx(extrema if over > 0 else [], abs=0.03)
+    assert len(loose) == (len(extrema) if over > 0 else 0)
