@@ -22,7 +22,7 @@ GIVEN = 1e-11
 
 @dataclass(frozen=True)
 class Beginnings:
-    """For each point: laws that their own torque does not move and how much the others yield; a motion, as a change of the unknowns.
+    """For each point: laws whose motion is given and how much the others yield; a motion, as a change of the unknowns.
 
     ``sliding`` is the motion that torques change most, by which laws slide at one unit of speed; zero where there is none. ``start``:
     where the search begins.
@@ -87,13 +87,23 @@ def _condition_bound(matrix: Array) -> Array:
 
 
 def mobilities(value: LawValues, along: Array) -> tuple[Mask, Array, Array]:
-    """Laws that their own torque does not move, how much it moves the others, and the change of all speeds with all torques."""
+    """Laws whose motion is given, how much the others yield, and the change of all speeds with all torques.
+
+    A motion is given that the law's own torque does not move. But a free unknown may take what a torque does: where the load is free that
+    keeps the input of an open gearset at its speed, a brake does not move the shaft that it holds. Its torque moves other laws and theirs
+    move it, so that together they are determined; it yields to the greatest of them.
+    """
     n = along.shape[1]
     slope = value.speed_[:, :, n:] + value.speed_[:, :, :n] @ along
     terms = np.abs(value.speed_[:, :, n:]) + np.abs(value.speed_[:, :, :n]) @ np.abs(along)
-    own = np.abs(np.diagonal(slope, axis1=1, axis2=2))
-    given = own <= GIVEN * np.diagonal(terms, axis1=1, axis2=2)
-    return given, np.where(given, 1.0, own), slope
+    size = np.where(np.abs(slope) <= GIVEN * terms, 0.0, np.abs(slope))
+    own, moved, moves = (
+        np.diagonal(size, axis1=1, axis2=2),
+        size.max(axis=2, initial=0.0),
+        size.max(axis=1, initial=0.0),
+    )
+    given = (own == 0.0) & ((moved == 0.0) | (moves == 0.0))
+    return given, np.where(given, 1.0, np.where(own > 0.0, own, moved)), slope
 
 
 def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:

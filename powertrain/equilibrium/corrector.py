@@ -32,7 +32,7 @@ CHANGES = 8
 
 @dataclass(frozen=True)
 class Near:
-    """What a solved point tells its neighbours: laws that their own torque does not move, and how much the others yield."""
+    """What a solved point tells its neighbours: laws whose motion is given, and how much the others yield."""
 
     given: Mask
     yields: Array

@@ -134,7 +134,7 @@ class SteadyLaws:
     def next_modes(self, at: Iterates, value: LawValues, given: Mask, side: Array, drive: Array | None) -> Array:
         """The modes that the values say; the same as those of ``at`` where these hold.
 
-        ``given`` are laws whose own torque does not move them; ``side`` the direction from which these are looked at where they rest.
+        ``given`` are laws whose motion is given; ``side`` the direction from which these are looked at where they rest.
         A law that slides at rest is held by others; it is stuck where ``drive``, its rate against its own compliance, does not drive it.
         """
         modes, mode = at.modes.copy(), at.modes[:, self.law_modes]
