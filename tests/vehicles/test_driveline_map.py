@@ -272,7 +272,9 @@ def test_a_centre_differential_shares_equally_on_a_rolling_road() -> None:
     assert (found["status"] == OK).all()
     ratios = np.array([float(gear.ratio) for gear in car.gearbox.gears])[found["gear"].values - 1]  # type: ignore[attr-defined]
     rolling = 0.01 * 1700 * 9.80665
-    np.testing.assert_allclose(found["force"], (found["tau"] - 0.003 * found["w"]) * ratios * 3.9 * 0.95 / 0.3 - rolling)
+    np.testing.assert_allclose(
+        found["force"], (found["tau"] - 0.003 * found["w"]) * ratios * 3.9 * 0.95 / 0.3 - rolling
+    )
 
 
 def test_an_engine_is_warm_on_a_rolling_road() -> None:
