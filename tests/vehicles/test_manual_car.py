@@ -83,7 +83,7 @@ def test_an_engine_that_stalls_is_told() -> None:
 
 
 def test_an_engine_that_cannot_start_again_is_told() -> None:
-    """StartStop stops it at 2 s. The driver begins a second before the hill, and there is no starter; at the end it is switched off again."""
+    """StartStop stops it at 2 s. The driver begins a second early, without a starter; at the end it is switched off again."""
     cycle = DriveCycle("one hill", ((0, 0), (5, 0), (9, 5), (13, 0), (18, 0)))
     run = drive_cycle(pt.replace(ManualCar(start_stop=StartStop()), {"engine.tau_starter": 0.0}), cycle)
     assert run.result["engine.on"][-1] == 0
