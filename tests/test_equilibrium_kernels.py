@@ -62,6 +62,17 @@ def test_mobilities() -> None:
     assert reach[0, 2] == pytest.approx(3.0)
 
 
+def test_a_motion_that_others_move_and_that_moves_others_is_not_given() -> None:
+    """A free unknown takes what the first torque does to its own law: with the second one both are determined, and it yields to that."""
+    laws, at = sliding(np.zeros((2, 2)))
+    value = laws.values(at)
+    value.speed_[0] = 0.0
+    value.speed_[0, :, 1:] = -np.array([[0.0, 3.0], [0.5, 2.0]])
+    given, reach, _ = mobilities(value, np.zeros((1, 1, 2)))
+    assert not given.any()
+    np.testing.assert_allclose(reach, [[3.0, 2.0]])
+
+
 @pytest.mark.parametrize(("gain", "locked"), [(0.5, False), (0.99, False), (1.0 - 1e-11, True), (-1.0 + 1e-11, True)])
 def test_torques_that_follow_each_other_without_limit(gain: float, locked: bool) -> None:
     """tau_1 = 1 + gain tau_2 and tau_2 = 1 + gain tau_1 grow as 1/(1 - gain^2)."""

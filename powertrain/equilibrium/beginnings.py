@@ -21,7 +21,7 @@ SINGULAR = 1e14
 
 @dataclass(frozen=True)
 class Beginnings:
-    """For each point: the laws that their own torque does not move, and the compliances of the others.
+    """For each point: the laws whose motion is given, and the compliances of the others.
 
     ``sliding`` is the motion, as a change of the unknowns, that torques affect most, scaled so that laws slide at unit speed; zero if
     there is none. ``start``: where the search starts.
@@ -86,13 +86,23 @@ def _condition_bound(matrix: Array) -> Array:
 
 
 def mobilities(value: LawValues, along: Array) -> tuple[Mask, Array, Array]:
-    """Laws that their own torque does not move, the compliances of the others, and the change of all speeds with all torques."""
+    """Laws whose motion is given, the compliances of the others, and the change of all speeds with all torques.
+
+    A motion is given if the law's own torque does not move it. A free unknown may absorb the effect of a torque, however: if the load that
+    keeps the input of an open gearset at its speed is free, a brake does not move the shaft that it holds. If its torque moves other laws,
+    and theirs move it, all of them are determined together; its compliance is relative to the largest of these mobilities.
+    """
     n = along.shape[1]
     slope = value.speed_[:, :, n:] + value.speed_[:, :, :n] @ along
     terms = np.abs(value.speed_[:, :, n:]) + np.abs(value.speed_[:, :, :n]) @ np.abs(along)
-    own = np.abs(np.diagonal(slope, axis1=1, axis2=2))
-    given = own <= GIVEN * np.diagonal(terms, axis1=1, axis2=2)
-    return given, np.where(given, 1.0, own), slope
+    size = np.where(np.abs(slope) <= GIVEN * terms, 0.0, np.abs(slope))
+    own, moved, moves = (
+        np.diagonal(size, axis1=1, axis2=2),
+        size.max(axis=2, initial=0.0),
+        size.max(axis=1, initial=0.0),
+    )
+    given = (own == 0.0) & ((moved == 0.0) | (moves == 0.0))
+    return given, np.where(given, 1.0, np.where(own > 0.0, own, moved)), slope
 
 
 def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:

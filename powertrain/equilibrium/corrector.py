@@ -27,7 +27,7 @@ CHANGES = 8
 
 @dataclass(frozen=True)
 class Near:
-    """What neighbours use of a solved point: the laws that their own torque does not move, and the compliances of the others."""
+    """What neighbours use of a solved point: the laws whose motion is given, and the compliances of the others."""
 
     given: Mask
     yields: Array

@@ -134,7 +134,7 @@ class SteadyLaws:
     def next_modes(self, at: Iterates, value: LawValues, given: Mask, side: Array, drive: Array | None) -> Array:
         """The modes that follow from the values; equal to those of ``at`` if these hold.
 
-        ``given`` are laws that their own torque does not move; ``side`` is the side from which their rest is approached.
+        ``given`` are laws whose motion is given; ``side`` is the side from which their rest is approached.
         A law that slides at zero speed is held by others; it is stuck unless ``drive``, its rate against its own compliance, drives it.
         """
         modes, mode = at.modes.copy(), at.modes[:, self.law_modes]

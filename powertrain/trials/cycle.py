@@ -22,6 +22,7 @@ from powertrain.present import Bar, Watch
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
 from powertrain.trials.lost_gear import lost_gear
 from powertrain.trials.plausible import notes
+from powertrain.trials.standing import STANDS, standing
 
 SPEED_BAND = 2 / 3.6
 """Speed tolerance [m/s]: 2 km/h, UN GTR No. 15, Annex 6, 2.6.8.3.1.2."""
@@ -29,18 +30,12 @@ TIME_BAND = 1.0
 """Time tolerance [s], same source."""
 RATE = 10
 """Samples per second."""
-STANDS = 1.0
-"""Distance [m], in either direction, up to which a vehicle counts as standing."""
 LITTLE = 1.0
 """Torque [N.m] for evaluating the marginal efficiency, and above which an engine fires."""
-STALLED, LASTING = 1.0, 2.0
-"""Speed [rad/s] below which an engine has stalled, and the time [s] after which it is no longer expected to start."""
 LITRES, METRES, GALLON_KWH, WH = 3.785411784, 1609.344, 33.705, 3600.0
 """A US gallon [l], a mile [m], the energy of a gallon of gasoline [kW.h], a watt hour [J]."""
 TOLD = 100.0
 """Distance [m] above which the consumption so far is displayed."""
-ON, ASKED = 0.5, 0.1
-"""Switch value above which an engine must run; share of the cycle's distance that must exceed ``STANDS`` for a motion to be expected."""
 Array = NDArray[np.float64]
 
 
@@ -282,7 +277,7 @@ def drive_cycle(
     """Drive a vehicle over a cycle.
 
     The grades of a cycle become the road of the vehicle. If the vehicle cannot follow a cycle, it drives as well as it can. If the
-    simulation ends early, the run so far is kept and ``message`` gives the reason; it also reports an engine that stalled for good,
+    simulation ends early, the run so far is kept and ``message`` gives the reason; it also reports an engine that stands although it is on,
     a vehicle that did not move, and a gear that was not engaged.
 
     Parameters
@@ -333,7 +328,7 @@ def drive_cycle(
         if not isinstance(error.result, pt.Result) or error.result.time.size < 2:
             raise
         result, message = error.result, str(error)
-    message = message or lost_gear(result) or _standing(driven, result, anatomy(plant.model))
+    message = message or lost_gear(result) or standing(driven, result, anatomy(plant.model))
     return CycleRun(driven, plant, result, given, message)
 
 
@@ -369,42 +364,3 @@ def on_cycle(vehicle: pt.Component, cycle: DriveCycle | str | PathLike[str] | No
     profile = f"{parts.the('road')}.profile"
     is_own = driven.grades or value_at(vehicle, parts.the("road")).profile == own.slope()
     return pt.replace(vehicle, {profile: driven.slope()}) if is_own else vehicle
-
-
-def _standing(cycle: DriveCycle, result: pt.Result[Any], parts: Anatomy) -> str:
-    """The message for a vehicle whose engine turned backwards or stalled, or that did not move forward as required; else empty."""
-    path = result[f"{parts.the('body')}.s"]
-    distance = float(path[-1] - path[0])
-    driven = f"the vehicle drove {max(distance, 0.0):.0f} m of the {cycle.distance:.0f} m of {cycle.name}"
-    for engine in parts.engines:
-        w = result[f"{engine}.w"]
-        backwards = np.flatnonzero(w < -STALLED)
-        if backwards.size:
-            return (
-                f"its engine is turned backwards from t = {result.time[backwards[0]]:.4g} s on, down to {w.min():.4g} rad/s. Check "
-                "what loads the crank: an accessory takes its torque while it turns, as BearingFriction does, and does not turn it"
-            )
-        runs = np.flatnonzero((result[f"{engine}.w"] > STALLED) | (result[f"{engine}.on"] < ON))
-        last = float(result.time[runs[-1] if runs.size else 0])
-        if result.time[-1] - last > LASTING:
-            return (
-                f"{driven}: its engine stands from t = {last:.4g} s on, although it is switched on. Check what loads the crank (clutch, "
-                f"accessories), {engine}.tau_starter, which has to overcome that load at rest, and the idle controller"
-            )
-    if distance < -STANDS or distance < STANDS < ASKED * cycle.distance:
-        return (
-            f"{driven}: {_moved(distance)}. {'; '.join(_most(result, path) for path in parts.prime_movers)}. Check the torque at low "
-            "speed, what closes the clutch and selects the gear, and what holds the brakes"
-        )
-    return ""
-
-
-def _moved(distance: float) -> str:
-    return f"it rolled back by {-distance:.3g} m" if distance < -STANDS else "it does not move"
-
-
-def _most(result: pt.Result[Any], path: str) -> str:
-    """The largest torque that an engine or a machine delivered."""
-    tau, w = result[f"{path}.tau"], result[f"{path}.w"]
-    most = int(np.argmax(tau))
-    return f"{path} delivers at most {tau[most]:.4g} N.m, at {w[most]:.4g} rad/s"

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials.charge import charge_corrected
-from powertrain.trials.cycle import ON, RATE, CycleRun, drive_cycle, on_cycle
+from powertrain.trials.cycle import RATE, CycleRun, drive_cycle, on_cycle
+from powertrain.trials.standing import ON
 
 Array = NDArray[np.float64]
 C = TypeVar("C", bound=pt.Component)

@@ -19,10 +19,10 @@ from powertrain.components.transmissions.gearbox import SYNCHRONISER
 from powertrain.components.wheels import MagicFormulaWheel, SlipWheel, Wheel
 from powertrain.trials import CycleRun, drive_cycle, full_accelerator
 from powertrain.trials.anatomy import anatomy
-from powertrain.trials.cycle import _standing
 from powertrain.trials.gears import in_gear
 from powertrain.trials.lost_gear import lost_gear
 from powertrain.trials.operating import on_rolling_road
+from powertrain.trials.standing import standing
 from powertrain.vehicles.manual_car import ManualCar
 
 TOWN = DriveCycle.named("wltc").part(0, 140)
@@ -82,6 +82,15 @@ def test_an_engine_that_stalls_is_told() -> None:
     assert run.result.time[-1] == 20
 
 
+def test_an_engine_that_cannot_start_again_is_told() -> None:
+    """StartStop stops it at 2 s. The driver begins a second early, without a starter; at the end it is switched off again."""
+    cycle = DriveCycle("one hill", ((0, 0), (5, 0), (9, 5), (13, 0), (18, 0)))
+    run = drive_cycle(pt.replace(ManualCar(start_stop=StartStop()), {"engine.tau_starter": 0.0}), cycle)
+    assert run.result["engine.on"][-1] == 0
+    assert "its engine stands from t = 4.0" in run.message
+    assert "engine.tau_starter" in run.message
+
+
 @pytest.mark.slow
 def test_a_car_that_does_not_move_is_told_and_its_starter_is_no_efficiency() -> None:
     """An engine that has hardly more than its drag is turned by its starter for ever: that is no work of its fuel."""
@@ -131,7 +140,7 @@ class TurnedBack(dict[str, Any]):
 def test_an_engine_that_is_turned_backwards_is_told() -> None:
     w, zero = np.where(TurnedBack.time < 4, 85.0, 20.0 * (4.0 - TurnedBack.time)), np.zeros(11)
     signals = {"engine.w": w, "engine.on": zero, "body.s": TurnedBack.time}
-    message = _standing(TOWN, TurnedBack(signals), anatomy(ManualCar()))  # type: ignore[arg-type]
+    message = standing(TOWN, TurnedBack(signals), anatomy(ManualCar()))  # type: ignore[arg-type]
     assert message.startswith("its engine is turned backwards from t = 5 s on, down to -120 rad/s")
 
 
