@@ -86,18 +86,25 @@ def _condition_bound(matrix: Array) -> Array:
         return np.asarray(2.0 / np.abs(np.linalg.det(matrix)) * ((matrix**2).sum(axis=(1, 2)) / n) ** (n / 2))
 
 
-def mobilities(value: LawValues, along: Array) -> tuple[Mask, Array, Array]:
-    """Laws that their own torque does not move, how much it moves the others, and the change of all speeds with all torques."""
+def mobilities(value: LawValues, along: Array, others: bool = False) -> tuple[Mask, Array, Array]:
+    """Laws that their own torque does not move, how much it moves the others, and the change of all speeds with all torques.
+
+    ``others``: laws that the torque of another law moves are counted among those that move, by the strongest of these torques.
+    """
     n = along.shape[1]
     slope = value.speed_[:, :, n:] + value.speed_[:, :, :n] @ along
     terms = np.abs(value.speed_[:, :, n:]) + np.abs(value.speed_[:, :, :n]) @ np.abs(along)
-    own = np.abs(np.diagonal(slope, axis1=1, axis2=2))
-    given = own <= GIVEN * np.diagonal(terms, axis1=1, axis2=2)
+    size, least = np.abs(slope), GIVEN * terms
+    own = np.diagonal(size, axis1=1, axis2=2)
+    given = own <= np.diagonal(least, axis1=1, axis2=2)
+    if others:
+        own = np.where(given, size.max(axis=2, initial=0.0), own)
+        given = given & ~(size > least).any(axis=2)
     return given, np.where(given, 1.0, own), slope
 
 
-def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
-    """For the points of ``grid``, a row each."""
+def beginnings(laws: SteadyLaws, grid: Array, others: bool = False) -> Beginnings:
+    """For the points of ``grid``, a row each; ``others`` as in ``mobilities``."""
     count = len(grid)
     start = np.repeat(laws.balance.start[None], count, 0)
     at = Iterates(grid, start, np.zeros((count, laws.balance.modes.numel())), np.zeros((count, laws.count)))
@@ -108,7 +115,7 @@ def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
         at.y[degenerate] += move[degenerate]
         value = laws.values(at, lossless=True)
         along = euler_step(laws, value, SHORT_STEP)[1]
-    given, reach, slope = mobilities(value, along)
+    given, reach, slope = mobilities(value, along, others)
     return Beginnings(at.y, Near(given, COMPLIANCE * reach), _sliding(~given & ~laws.contact, reach, slope, along))
 
 

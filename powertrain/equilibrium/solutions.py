@@ -102,6 +102,7 @@ class Solutions:
         if not laws.count:
             self._relax(best, start.start, grid, side)
         self._rest_of(best, beyond, grid, side)
+        self._others(best, grid, side)
         best.take(beyond.done & ~best.done, beyond)
         number[best.done & (number == 0)] = 1
         known = np.flatnonzero(best.done)
@@ -157,6 +158,22 @@ class Solutions:
         )
         done = left[good]
         best.done[done], best.y[done], best.modes[done] = True, end.y[good], end.modes[good]
+
+    def _others(self, best: SolvedPoints, grid: Array, side: Array) -> None:
+        """Solves the points that have no solution yet with laws that only the torques of others move counted as movable.
+
+        Where a torque is free and a speed is given, the torque of a brake may move nothing while all clutches slide, and its shaft is held
+        by it once they hold: a planetary gear between a given speed with a given torque and the brake.
+        """
+        left = np.flatnonzero(~best.done)
+        if not left.size:
+            return
+        start, begun = beginnings(self.laws, grid[left], others=True), list[Array]()
+        for speed in SPEEDS:
+            found = self._from(start.start + speed * start.sliding, grid[left], side[left], start.near, begun)
+            found.done[found.done] = self.within(grid[left][found.done], found.some(found.done))
+            new = np.flatnonzero(found.done & ~best.done[left])
+            best.put(left[new], found.some(new))
 
     def _rest_of(self, best: SolvedPoints, beyond: SolvedPoints, grid: Array, side: Array) -> None:
         """Solves the points that have no solution yet: as their neighbours, else by continuation."""
