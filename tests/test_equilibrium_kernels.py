@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from powertrain.equilibrium.balance import Balance
-from powertrain.equilibrium.beginnings import _condition_bound, _degenerate, mobilities
+from powertrain.equilibrium.beginnings import EulerStep, _condition_bound, _degenerate, mobilities
 from powertrain.equilibrium.corrector import Near, corrected, fixed, undetermined
 from powertrain.equilibrium.laws import BACKWARD, FORWARD, FREE, STUCK, Iterates, LawValues, SteadyLaws
 from powertrain.equilibrium.points import SolvedPoints
@@ -45,6 +45,10 @@ def sliding(coupling: Matrix, damping: float = 1.0, speed: float = 5.0) -> tuple
     return laws, Iterates(np.zeros((1, 0)), np.full((1, 1), speed), np.ones((1, count)), np.ones((1, count)))
 
 
+def step(along: list[float], unsure: float = 0.0) -> EulerStep:
+    return EulerStep(np.zeros((1, 1)), np.array([[along]]), np.full((1, 1, len(along)), unsure))
+
+
 def test_mobilities() -> None:
     """How much a torque moves its own law: its entry of G; what cancels does not move it, and counts as one."""
     G = np.array([[2.0, -0.5, 0.0], [-0.5, 0.25, 0.0], [1.0, 0.0, 0.0]])
@@ -52,14 +56,22 @@ def test_mobilities() -> None:
     value = laws.values(at)
     value.speed_[0, :, 1:] = -G
     value.speed_[0, 2, 0] = 1.0
-    given, reach, slope = mobilities(value, np.array([[[0.0, 0.0, 0.0]]]))
+    given, reach, slope = mobilities(value, step([0.0, 0.0, 0.0]))
     np.testing.assert_array_equal(given, [[False, False, True]])
     np.testing.assert_allclose(reach, [[2.0, 0.25, 1.0]])
     np.testing.assert_allclose(slope[0], -G)
-    moved = np.array([[[0.0, 0.0, 3.0]]])
-    given, reach, _ = mobilities(value, moved)
+    given, reach, _ = mobilities(value, step([0.0, 0.0, 3.0]))
     assert not given[0, 2]
     assert reach[0, 2] == pytest.approx(3.0)
+
+
+def test_a_mobility_that_is_round_off_is_none() -> None:
+    """The only term of a mobility tells nothing of its size: the round-off of the step does."""
+    laws, at = sliding(np.zeros((1, 1)))
+    value = laws.values(at)
+    value.speed_[0] = [1.0, 0.0]
+    assert mobilities(value, step([5e-18], unsure=5e-18))[0].all()
+    assert not mobilities(value, step([5e-18], unsure=5e-33))[0].any()
 
 
 def test_a_motion_that_others_move_and_that_moves_others_is_not_given() -> None:
@@ -68,7 +80,7 @@ def test_a_motion_that_others_move_and_that_moves_others_is_not_given() -> None:
     value = laws.values(at)
     value.speed_[0] = 0.0
     value.speed_[0, :, 1:] = -np.array([[0.0, 3.0], [0.5, 2.0]])
-    given, reach, _ = mobilities(value, np.zeros((1, 1, 2)))
+    given, reach, _ = mobilities(value, step([0.0, 0.0]))
     assert not given.any()
     np.testing.assert_allclose(reach, [[3.0, 2.0]])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.corrector import Near
@@ -13,8 +14,12 @@ from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import solved
 
+Index = NDArray[np.intp]
+
 SHORT_STEP = 0.1
 """Step [s] after which laws that hold each other share torques by compliance: too short for motions that nothing holds."""
+UNSURE = 10.0
+"""Mobilities below this multiple of their round-off are zero."""
 SINGULAR = 1e14
 """Condition beyond which equations do not determine their unknowns."""
 
@@ -32,23 +37,41 @@ class Beginnings:
     sliding: Array
 
 
-def euler_step(laws: SteadyLaws, value: LawValues, step: float) -> tuple[Array, Array]:
-    """The change of the unknowns in a step of ``step`` seconds (point, unknown), and its derivative by torques (point, unknown, law).
+@dataclass(frozen=True)
+class EulerStep:
+    """The change of the unknowns in a step (point, unknown), its derivative by torques (point, unknown, law), and the round-off of that."""
+
+    move: Array
+    along: Array
+    unsure: Array
+
+
+def euler_step(laws: SteadyLaws, value: LawValues, step: float) -> EulerStep:
+    """A step of implicit Euler of ``step`` seconds.
 
     Where the equations do not determine the unknowns, it is the least-squares step of least length: elimination would let round-off
-    choose the length.
+    choose the length. One step of iterative refinement corrects the solution, and its size shows the round-off in it.
     """
     n = laws.unknowns
     matrix = _euler(laws, value, step)
     right = -np.concatenate([value.rows[:, :, None], value.rows_[:, :, n:]], axis=2)
-    points, _, sides = right.shape
+    some = np.flatnonzero(
+        _degenerate(matrix) & np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
+    )
+    first = _solutions(matrix, right, some)
+    correction = _solutions(matrix, right - matrix @ first, some)
+    found = first + correction
+    return EulerStep(found[:, :, 0], found[:, :, 1:], np.abs(correction[:, :, 1:]))
+
+
+def _solutions(matrix: Array, right: Array, degenerate: Index) -> Array:
+    """The solution (point, unknown, side) for every right-hand side; the shortest least-squares solution at ``degenerate`` points."""
+    points, n, sides = right.shape
     found = solved(np.repeat(matrix, sides, 0), right.transpose(0, 2, 1).reshape(points * sides, n))
     found = found.reshape(points, sides, n).transpose(0, 2, 1)
-    finite = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
-    some = np.flatnonzero(_degenerate(matrix) & finite)
-    size = _row_sizes(matrix[some])
-    found[some] = np.linalg.pinv(matrix[some] / size, rcond=1.0 / SINGULAR) @ (right[some] / size)
-    return found[:, :, 0], found[:, :, 1:]
+    size = _row_sizes(matrix[degenerate])
+    found[degenerate] = np.linalg.pinv(matrix[degenerate] / size, rcond=1.0 / SINGULAR) @ (right[degenerate] / size)
+    return found
 
 
 def _euler(laws: SteadyLaws, value: LawValues, step: float) -> Array:
@@ -85,17 +108,19 @@ def _condition_bound(matrix: Array) -> Array:
         return np.asarray(2.0 / np.abs(np.linalg.det(matrix)) * ((matrix**2).sum(axis=(1, 2)) / n) ** (n / 2))
 
 
-def mobilities(value: LawValues, along: Array) -> tuple[Mask, Array, Array]:
+def mobilities(value: LawValues, step: EulerStep) -> tuple[Mask, Array, Array]:
     """Laws whose motion is given, the compliances of the others, and the change of all speeds with all torques.
 
     A motion is given if the law's own torque does not move it. A free unknown may absorb the effect of a torque, however: if the load that
     keeps the input of an open gearset at its speed is free, a brake does not move the shaft that it holds. If its torque moves other laws,
     and theirs move it, all of them are determined together; its compliance is relative to the largest of these mobilities.
     """
-    n = along.shape[1]
-    slope = value.speed_[:, :, n:] + value.speed_[:, :, :n] @ along
-    terms = np.abs(value.speed_[:, :, n:]) + np.abs(value.speed_[:, :, :n]) @ np.abs(along)
-    size = np.where(np.abs(slope) <= GIVEN * terms, 0.0, np.abs(slope))
+    n = step.along.shape[1]
+    direct, through = value.speed_[:, :, n:], value.speed_[:, :, :n]
+    slope = direct + through @ step.along
+    terms = np.abs(direct) + np.abs(through) @ np.abs(step.along)
+    nothing = np.abs(slope) <= GIVEN * terms + UNSURE * np.abs(through) @ step.unsure
+    size = np.where(nothing, 0.0, np.abs(slope))
     own, moved, moves = (
         np.diagonal(size, axis1=1, axis2=2),
         size.max(axis=2, initial=0.0),
@@ -111,14 +136,14 @@ def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
     start = np.repeat(laws.balance.start[None], count, 0)
     at = Iterates(grid, start, np.zeros((count, laws.balance.modes.numel())), np.zeros((count, laws.count)))
     value = laws.values(at, lossless=True)
-    move, along = euler_step(laws, value, SHORT_STEP)
-    degenerate = _degenerate(_euler(laws, value, SHORT_STEP)) & np.isfinite(move).all(axis=1)
+    step = euler_step(laws, value, SHORT_STEP)
+    degenerate = _degenerate(_euler(laws, value, SHORT_STEP)) & np.isfinite(step.move).all(axis=1)
     if degenerate.any():  # at rest a ratio moves nothing: start where speeds are as prescribed
-        at.y[degenerate] += move[degenerate]
+        at.y[degenerate] += step.move[degenerate]
         value = laws.values(at, lossless=True)
-        along = euler_step(laws, value, SHORT_STEP)[1]
-    given, reach, slope = mobilities(value, along)
-    return Beginnings(at.y, Near(given, COMPLIANCE * reach), _sliding(~given & ~laws.contact, reach, slope, along))
+        step = euler_step(laws, value, SHORT_STEP)
+    given, reach, slope = mobilities(value, step)
+    return Beginnings(at.y, Near(given, COMPLIANCE * reach), _sliding(~given & ~laws.contact, reach, slope, step.along))
 
 
 def _sliding(movable: Mask, reach: Array, slope: Array, along: Array) -> Array:

@@ -78,10 +78,10 @@ class _StepLaws:
         laws, n = self.laws, point.x.size
         one = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
         many = laws.values(one, point.lossless)
-        moves, alongs = euler_step(laws, many, point.step)
-        givens, reaches, rate_slopes = mobilities(many, alongs)
+        step = euler_step(laws, many, point.step)
+        givens, reaches, rate_slopes = mobilities(many, step)
         zone, v = laws.zone(many, one)[0], type(many)(*(getattr(many, name)[0] for name in many.__dataclass_fields__))
-        move, along, given, reach = moves[0], alongs[0], givens[0], reaches[0]
+        move, along, given, reach = step.move[0], step.along[0], givens[0], reaches[0]
 
         def after(value: Array, slope: Array) -> tuple[Array, Array]:
             return value + slope[:, :n] @ move, slope[:, n:] + slope[:, :n] @ along

@@ -5,11 +5,13 @@ The tooth numbers are estimates that give the published ratios.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from gears_by_hand import by_hand
 
 import powertrain as pt
 from powertrain.components.transmissions import (
@@ -22,6 +24,7 @@ from powertrain.components.transmissions import (
     planetary,
     ravigneaux,
 )
+from powertrain.trials.gear_table import GearBench, gear_table
 
 SCHEMES = {
     "GM 6T40, three planetary gears": GearScheme.of(
@@ -119,6 +122,38 @@ def test_published_ratios(name: str) -> None:
     scheme, maker = SCHEMES[name], name.split()[0]
     ratios = [scheme.ratio(gear.name) for gear in (*scheme.forward, *scheme.reverse)]
     np.testing.assert_allclose(ratios, PUBLISHED[maker], atol=DIGITS.get(maker, 1e-3))
+
+
+def test_an_idle_set_beside_a_brake() -> None:
+    """In second gear of the Allison the first set idles, and its carrier is braked.
+
+    While all clutches slide, the torque of that brake moves nothing, exactly or up to round-off, depending on the tooth numbers. Where it
+    was exactly nothing, no operating point was found.
+    """
+    bench = GearBench(gearbox=Automatic.of(SCHEMES["Allison 1000, three planetary gears"]))
+    bench = pt.replace(bench, {"gearbox.churning.d": 0.0})
+    point = {"lever": 2.0, "input.w": 150.0, "drive.tau_constant": 100.0}
+    found = pt.steady(bench, point, free=["load.tau_constant"], outputs=["gearbox.flange_b.tau"], first=True)
+    ratio = SCHEMES["Allison 1000, three planetary gears"].ratio("2")
+    assert found["gearbox.flange_b.tau"].item() == pytest.approx(-100.0 * ratio, rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("torque", [100.0, -100.0])
+@pytest.mark.parametrize("name", SCHEMES)
+def test_table_of_a_gearset(name: str, torque: float) -> None:
+    """Ratio, efficiency and element torques of all gears."""
+    scheme = SCHEMES[name]
+    levers = tuple(replace(lever, eta=eta) for lever, eta in zip(scheme.levers, (0.985, 0.97, 0.98), strict=True))
+    lossy = replace(scheme, levers=levers)
+    table = gear_table(pt.replace(Automatic.of(lossy), {"churning.d": 0.0}), torque)
+    for gear in (*lossy.forward, *lossy.reverse[:1]):
+        ratio, tau, held = by_hand(lossy, gear.name, torque)
+        row: Any = table.loc[gear.name]
+        assert row["ratio"] == pytest.approx(ratio, rel=1e-9)
+        assert row["efficiency"] == pytest.approx(abs(tau / (torque * ratio)) ** np.sign(torque), rel=1e-8)
+        for element, (low, high) in held.items():
+            assert low - 1e-6 <= abs(row[element]) <= high + 1e-6
 
 
 def test_pairs_of_planets_turn_sun_and_ring_in_one_direction() -> None:
