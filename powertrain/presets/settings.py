@@ -92,15 +92,20 @@ def _makers(path: str, known: Mapping[str, Adjustable]) -> str:
 def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:
     """A copy with places set from texts: ``differential.mu`` "0.1", ``differential`` "CircularCamDifferential(mu=0.1)".
 
+    Maps are named by their file and cycles by their name or file, as in a parameter file: ``engine.curve`` "full_load.csv".
     Values that follow each other are set at once, so that conditions between them hold for all of them together.
     Errors: ParameterError for an unknown path, and for a value that does not fit, with its unit and range.
     """
+    from powertrain.presets.data import decoded, takes_data
+
     values: dict[str, Any] = {}
     for path, text in pairs:
         found = place(component, path)
         if found.is_part:
             component = pt.replace(component, values | {path: part(text, found)})
             values = {}
+        elif takes_data(found):
+            values[path] = decoded(text, found, Path())
         else:
             values[path] = checked(found, _number(text) if found.spec is not None else _read(text, found))
     return pt.replace(component, values) if values else component
