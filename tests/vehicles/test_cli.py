@@ -24,7 +24,8 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import WillansEngine
 from powertrain.presets.catalogue import assembled, components, vehicles
 from powertrain.presets.files import applied, read, written
-from powertrain.presets.settings import assigned, places
+from powertrain.presets.places import places
+from powertrain.presets.settings import assigned
 from powertrain.trials import drive_cycle
 from powertrain.trials.cycle import on_cycle
 from powertrain.vehicles.electric_car import ElectricCar

@@ -20,7 +20,7 @@ from powertrain.components.rotational import IdealGear
 from powertrain.components.transmissions import ManualGearbox, RangeTransmission
 from powertrain.components.wheels import RigidWheel
 from powertrain.presets.files import applied, written
-from powertrain.presets.settings import place
+from powertrain.presets.places import place
 from powertrain.vehicles import load, names, save
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.manual_car import ManualCar
