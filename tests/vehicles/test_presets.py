@@ -273,3 +273,14 @@ def test_variants_of_vehicles(tmp_path: Path) -> None:
         pt.vehicles.load("ParallelHybrid.plugin()")
     with pytest.raises(pt.ParameterError, match=r"ParallelHybrid.at\(\) cannot be made"):
         pt.vehicles.load("ParallelHybrid.at()")
+
+
+def test_files_that_cannot_be_written_or_read(tmp_path: Path) -> None:
+    with pytest.raises(pt.ParameterError, match=r"car.json: parameter files end in .toml"):
+        save(ManualCar(), tmp_path / "car.json")  # which load would take for a name
+    with pytest.raises(pt.ParameterError, match=r"car.toml cannot be written: No such file or directory"):
+        save(ManualCar(), tmp_path / "absent" / "car.toml")
+    with pytest.raises(pt.ParameterError, match=r"no vehicle 'car.yaml'.*parameter files end in .toml"):
+        load("car.yaml")
+    save(ManualCar(), tmp_path / "CAR.TOML")
+    assert load(tmp_path / "CAR.TOML") == ManualCar()
