@@ -167,5 +167,6 @@ def check_gears(car: Car, schedule: Shifting, gearbox: Shiftable) -> None:
     if isinstance(schedule, (GearSchedule, PowerShiftSchedule)) and len(schedule.speeds) + 1 != gearbox.gear_count:
         raise ModelError(
             f"{type(car).__name__}.schedule has {len(schedule.speeds)} rows of shift speeds, for {len(schedule.speeds) + 1} gears, "
-            f"but gearbox ({type(gearbox).__name__}) has {gearbox.gear_count}; give schedule.speeds a row for every shift"
+            f"but gearbox ({type(gearbox).__name__}) has {gearbox.gear_count}; give schedule.speeds a row for every "
+            f"shift, or let {type(schedule).__name__}.for_gears(ratios, final_drive) compute them"
         )

@@ -113,7 +113,7 @@ def _variables(kind: type[pt.Component]) -> Iterator[Row]:
 def _inner(kind: type[pt.Component]) -> Iterator[Row]:
     """The parameters of the parts that stand in the slots by default, by path, without those that the whole determines."""
     from powertrain.compiler.assemble import free_parameters
-    from powertrain.presets.settings import places
+    from powertrain.presets.places import places
 
     try:
         model = kind()

@@ -49,7 +49,7 @@ PRINTED_FROM = 50.0
         "run PowerSplitHybrid --report hybrid.html",
         "run SplitPathCar --backward",
         "run SplitPathCar --span 0:200 --set transmission.cvu=HydrostaticUnit --set 'engine=MappedEngine.gasoline()'",
-        "run SplitPathCar --write-params car.toml",
+        "run ManualCar --set engine.curve=full_load.csv --write-params car.toml",
         "run car.toml --cycle my_cycle.csv",
     ),
 )

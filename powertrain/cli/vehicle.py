@@ -55,7 +55,8 @@ class VehicleName(ArgumentType):
 def configured(vehicle: VehicleArgument, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
     """The model with the values of a file and then of the command line, and the paths that were set; says what looks like a mistake."""
     from powertrain.presets import files
-    from powertrain.presets.settings import assigned, assignments, places
+    from powertrain.presets.places import places
+    from powertrain.presets.settings import assigned, assignments
     from powertrain.trials import notes
 
     model, paths = vehicle.model, [*vehicle.paths]

@@ -46,6 +46,8 @@ if TYPE_CHECKING:
 Equations: TypeAlias = "Generator[Symbol | Law | bool, None, None]"
 LONGEST_TEXT = 400
 """Characters of the text of a component from which its parts are abridged."""
+NAMED = 4
+"""Classes that an error names for a slot."""
 shortened = reprlib.Repr()
 
 if TYPE_CHECKING:
@@ -158,7 +160,9 @@ class Component(metaclass=_Kind):
         kind = self._slot_types().get(name)
         if isinstance(kind, type) and issubclass(kind, Component) and not isinstance(value, kind):
             given = value.__name__ + " itself" if isinstance(value, type) else type(value).__name__
-            raise ModelError(f"{where} must be of class {kind.__name__}, not {given}; write {kind.__name__}(...)")
+            fits = [value.__name__] if isinstance(value, type) and issubclass(value, kind) else _finals(kind)
+            wanted = " or ".join(f"{fit}(...)" for fit in fits[:NAMED]) or f"{kind.__name__}(...)"
+            raise ModelError(f"{where} must be of class {kind.__name__}, not {given}; write {wanted}")
         if isinstance(value, list | dict | set) and any(isinstance(item, Component) for item in value):
             raise ModelError(
                 f"{where} is a {type(value).__name__} of components; use a tuple, whose members are parts of the model"
@@ -303,6 +307,13 @@ def _evaluated(annotation: str, scope: dict[str, Any]) -> Any:
         return eval(annotation, scope)
     except Exception:
         return None
+
+
+def _finals(kind: type[Component]) -> list[str]:
+    """The classes that can be made and are of a kind, itself or those derived from it."""
+    if "equations" in vars(kind):
+        return [kind.__name__]
+    return [name for derived in kind.__subclasses__() for name in _finals(derived) if not name.startswith("_")]
 
 
 def children(component: Component) -> Iterator[tuple[str, Component]]:

@@ -24,9 +24,8 @@ def replace(component: C, changes: Mapping[str, Any] | None = None, /, **fields:
         raise ParameterError(f"replace() requires a component, not {component!r}")
     kind = type(component)
     values = {n: v for n, v in component._values.items() if is_given(component._fields[n])}
-    values.update(fields)
     inside: dict[tuple[str, str | None], dict[str, Any]] = {}
-    for path, value in by_name("changes", changes).items():
+    for path, value in {**fields, **by_name("changes", changes)}.items():
         name, index, rest = _step(kind, path, values)
         if rest is not None:
             inside.setdefault((name, index), {})[rest] = value
@@ -53,7 +52,11 @@ def _step(kind: type[Component], path: str, known: Mapping[str, Any]) -> tuple[s
         raise ParameterError(f"{kind.__name__}: {path!r} is not a path such as J, wheels[0] or wheels[0].r")
     name, index, rest = step.groups()
     if name not in known:
-        near = suggestion(name, known) or f" (its fields: {', '.join(known)})"
+        inside = [
+            f"{part}.{name}" for part, value in known.items() if isinstance(value, Component) and name in value._fields
+        ]
+        near = f"; did you mean {' or '.join(inside)}?" if inside else suggestion(name, known)
+        near = near or f" (its fields: {', '.join(known)})"
         raise ParameterError(f"{kind.__name__} has no field {name}{near}")
     return name, index, rest
 

@@ -23,7 +23,7 @@ import powertrain as pt
 from powertrain.components.cycles import CYCLES, DriveCycle
 from powertrain.components.transmissions import GearScheme, Network
 from powertrain.errors import suggestion
-from powertrain.presets.settings import Adjustable
+from powertrain.presets.places import Adjustable
 
 NONE = "none"
 """In a file, for a place that may be empty."""

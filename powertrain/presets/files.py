@@ -26,7 +26,8 @@ from powertrain.language.component import variants
 from powertrain.language.fields import Port
 from powertrain.presets.catalogue import fitting, is_named
 from powertrain.presets.data import decoded, encoded, literal, plain, takes_data
-from powertrain.presets.settings import Adjustable, checked, component_named, part, place, places
+from powertrain.presets.places import Adjustable, place, places
+from powertrain.presets.settings import checked, component_named, part
 
 M = TypeVar("M", bound=pt.Component)
 CLASS = "class"

@@ -23,7 +23,7 @@ def load(name: str | Path) -> Any:
     the class; names of files in it, also those in ``MappedEngine.from_csv(...)``, are relative to it. Errors: ParameterError for an unknown
     name, and those of the file.
     """
-    if str(name).endswith(".toml"):
+    if _is_file(name):
         return of_file(Path(name))[0]
     if str(name) in (cars := measured()):
         from powertrain.measured.building import build
@@ -39,15 +39,29 @@ def load(name: str | Path) -> Any:
     known = {entry.name: entry.kind for entry in vehicles()}
     if str(name) not in known:
         near = suggestion(str(name), names())
-        raise pt.ParameterError(f"there is no vehicle {str(name)!r}{near}; powertrain.vehicles.names() lists them")
+        raise pt.ParameterError(
+            f"there is no vehicle {str(name)!r}{near}; powertrain.vehicles.names() lists them, and parameter files end in .toml"
+        )
     return known[str(name)]()
 
 
 def save(vehicle: pt.Component, path: str | Path) -> None:
-    """Write all of a vehicle's parameters and parts to a file that ``load`` reads, with units, meaning and ranges."""
+    """Write all of a vehicle's parameters and parts to a file that ``load`` reads, with units, meaning and ranges.
+
+    Errors: ParameterError for a file that does not end in .toml or cannot be written.
+    """
     from powertrain.presets.files import written
 
-    Path(path).write_text(written(vehicle, pt.compile(vehicle).parameters), encoding="utf-8")
+    if not _is_file(path):
+        raise pt.ParameterError(f"{path}: parameter files end in .toml")
+    try:
+        Path(path).write_text(written(vehicle, pt.compile(vehicle).parameters), encoding="utf-8")
+    except OSError as error:
+        raise pt.ParameterError(f"{path} cannot be written: {error.strerror}") from None
+
+
+def _is_file(name: str | Path) -> bool:
+    return str(name).lower().endswith(".toml")
 
 
 def of_file(path: Path) -> tuple[Any, list[str]]:

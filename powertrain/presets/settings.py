@@ -1,4 +1,4 @@
-"""What of a model can be set from outside, by path: parameters, parts in slots, and fields such as a layout."""
+"""Setting what can be set of a model from texts, as on the command line and in parameter files."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import ast
 import inspect
 import re
 import typing
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,83 +14,17 @@ import powertrain as pt
 from powertrain.errors import suggestion
 from powertrain.language.checks import is_rows, rows
 from powertrain.language.component import variants
-from powertrain.language.fields import Port
 from powertrain.presets.catalogue import Entry, components, find, fitting
+from powertrain.presets.data import decoded, takes_data
+from powertrain.presets.places import Adjustable, place
 
 M = TypeVar("M", bound=pt.Component)
-
-
-@dataclass(frozen=True)
-class Adjustable:
-    """Something that can be set: a parameter (``spec``, else None), a part, or another field; ``kind`` is what it takes, if known."""
-
-    path: str
-    spec: Any
-    kind: Any
-    value: Any
-
-    @property
-    def is_part(self) -> bool:
-        """It holds a component."""
-        return isinstance(self.value, pt.Component)
-
-
-def places(component: pt.Component, path: str = "") -> Iterator[Adjustable]:
-    """Everything that can be set in a component and its parts."""
-    kinds = component._slot_types()
-    for name, spec in component._fields.items():
-        if isinstance(spec, (Port, pt.Variable, pt.Discrete)):
-            continue
-        value, kind, here = component._values[name], kinds.get(name), f"{path}{name}"
-        if isinstance(spec, pt.Parameter):
-            yield Adjustable(here, spec, float, value)
-        elif isinstance(value, tuple) and any(isinstance(item, pt.Component) for item in value):
-            item_kind = (typing.get_args(kind) or (None,))[0]
-            for i, item in enumerate(value):
-                yield from _part(f"{here}[{i}]", item_kind, item)
-        elif isinstance(value, pt.Component):
-            yield from _part(here, kind, value)
-        else:
-            yield Adjustable(here, None, kind, value)
-
-
-def _part(path: str, kind: Any, value: pt.Component) -> Iterator[Adjustable]:
-    yield Adjustable(path, None, kind, value)
-    yield from places(value, f"{path}.")
-
-
-def place(component: pt.Component, path: str) -> Adjustable:
-    """The place of a path. Errors: ParameterError for an unknown one, with those that are like it."""
-    known = {found.path: found for found in places(component)}
-    if path not in known:
-        near = (suggestion(path, known) or _beside(path, known)) + _makers(path, known)
-        raise pt.ParameterError(f"{type(component).__name__} has no parameter or component {path!r}{near}")
-    return known[path]
-
-
-def _beside(path: str, known: Iterable[str]) -> str:
-    """'; choose from ...' with the names where the path leaves the known ones."""
-    inside, known = path.rpartition(".")[0], list(known)
-    while inside and inside not in known:
-        inside = inside.rpartition(".")[0]
-    start = f"{inside}." if inside else ""
-    names = [k for k in known if k.startswith(start) and not {".", "["} & set(k[len(start) :])]
-    return f"; choose from {', '.join(names)}" if names else ""
-
-
-def _makers(path: str, known: Mapping[str, Adjustable]) -> str:
-    """What else makes the part that an unknown path leads into: its variants, which may have an argument of that name."""
-    inside, _, name = path.rpartition(".")
-    if inside not in known or not known[inside].is_part:
-        return ""
-    kind = type(known[inside].value)
-    takes = [maker for maker in variants(kind) if name in inspect.signature(getattr(kind, maker)).parameters]
-    return "".join(f"; {inside} = {kind.__name__}.{maker}(...) takes {name}" for maker in takes)
 
 
 def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:
     """A copy with places set from texts: ``differential.mu`` "0.1", ``differential`` "CircularCamDifferential(mu=0.1)".
 
+    Maps are named by their file and cycles by their name or file, as in a parameter file: ``engine.curve`` "full_load.csv".
     Values that follow each other are set at once, so that conditions between them hold for all of them together.
     Errors: ParameterError for an unknown path, and for a value that does not fit, with its unit and range.
     """
@@ -101,6 +34,8 @@ def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:
         if found.is_part:
             component = pt.replace(component, values | {path: part(text, found)})
             values = {}
+        elif takes_data(found):
+            values[path] = decoded(text, found, Path())
         else:
             values[path] = checked(found, _number(text) if found.spec is not None else _read(text, found))
     return pt.replace(component, values) if values else component

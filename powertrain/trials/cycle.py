@@ -218,6 +218,8 @@ class CycleRun:
             }
         if self.anatomy.batteries:
             rows["from the battery"] = (self.wh_per_km, "W.h/km")
+        if self.anatomy.batteries and not self.anatomy.engines:
+            rows["range with the whole charge"] = (self.range() / 1e3, "km")
         if self.anatomy.batteries and self.fuel > 0:
             rows["net energy change over the fuel's energy"] = (self.net_energy_change, "1")
         rows["fuel economy"] = (self.mpg(), "mpge" if self.anatomy.batteries else "mpg")

@@ -8,9 +8,15 @@ from typing import Any
 import numpy as np
 
 import powertrain as pt
-from powertrain.components.body import Body, CoastDownBody
+from powertrain.components.body import Body, CoastDownBody, DrivenAxle, LumpedAxle
 from powertrain.components.rotational import Clutch
-from powertrain.components.transmissions import StartingGearbox
+from powertrain.components.transmissions import (
+    DualClutchGearbox,
+    ManualGearbox,
+    PowerShiftGearbox,
+    StartingGearbox,
+    SynchronisedGearbox,
+)
 from powertrain.components.wheels import Wheel
 from powertrain.language.component import children
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
@@ -29,6 +35,9 @@ POWER = 5.0, 1000.0
 """Largest power over mass [W/kg]."""
 STORED = 0.2
 """Energy [kW.h] of the battery of a vehicle without engine."""
+CRUISE, TURNS = 100 / 3.6, (900.0, 5500.0)
+"""A speed [m/s], and speeds [rpm] that the engine of a car has there in top gear."""
+GEARBOXES = ManualGearbox, SynchronisedGearbox, DualClutchGearbox, PowerShiftGearbox
 GRAVITY, KWH, SPEEDS = 9.80665, 3.6e6, 200
 
 
@@ -45,6 +54,7 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
         *(text for path, body in bodies for text in _power(vehicle, parts, path, body)),
         *_stored(vehicle, parts),
         *_clutches(vehicle, parts),
+        *_overall_ratio(vehicle, parts),
     )
 
 
@@ -113,3 +123,25 @@ def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
                     f"{prefix}{name} slips at full load: it holds {holds:.4g} N.m, {parts.engines[0]} gives up to {torque:.4g} N.m; "
                     f"{prefix}{name}.fn_max = {fn_max * torque / holds:.4g} N would hold them"
                 )
+
+
+def _overall_ratio(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
+    """The speed of the engine in top gear: the ratios of gearbox and axle, and the radius of the wheels, fit together."""
+    places = dict(children(vehicle))
+    gearbox, axles = (
+        places.get("gearbox"),
+        [(n, a) for n, a in places.items() if isinstance(a, LumpedAxle | DrivenAxle)],
+    )
+    if len(parts.engines) != 1 or not isinstance(gearbox, GEARBOXES) or not axles:
+        return
+    name, axle = axles[0]
+    top = gearbox.ratios[-1] if isinstance(gearbox, PowerShiftGearbox) else _number(gearbox.gears[-1], "ratio")
+    drive, radius = _number(axle.final_drive, "ratio"), _number(next(wheels_of(axle))[1], "radius")
+    if not (top and drive and radius):
+        return
+    turns = CRUISE / radius * top * drive * 30 / np.pi
+    if not TURNS[0] <= turns <= TURNS[1]:
+        yield (
+            f"in top gear at {CRUISE * 3.6:.0f} km/h {parts.engines[0]} turns at {turns:.0f} rpm, unusual ({TURNS[0]:.0f} to "
+            f"{TURNS[1]:.0f} rpm): the ratio of the gear is {top:g}, of {name}.final_drive {drive:g}, the radius of its wheels {radius:g} m"
+        )

@@ -59,3 +59,43 @@ def test_later_changes_win() -> None:
     assert pt.replace(Bands(), {"row[1].low": 1.5, "row[0]": wide}).row == (wide, Band(low=1.5))
     assert pt.replace(Bands(), {"row[1].low": 1.5, "row": (wide,)}).row == (wide,)
     assert pt.replace(Bands(), {"row": (wide, wide), "row[1].low": 1.5}).row == (wide, Band(low=1.5, high=9.0))
+
+
+def test_a_field_of_a_part_is_named() -> None:
+    with pytest.raises(pt.ParameterError, match=r"Bands has no field low; did you mean one.low\?"):
+        pt.replace(Bands(), low=2.0)
+
+
+class Shape(pt.Component):
+    """Partial: a slot's kind that cannot be made itself."""
+
+
+class Round(Shape):
+    """One that can."""
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+
+class Square(Shape):
+    """Another one."""
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+
+class Frame(pt.Component):
+    """A slot for a shape."""
+
+    shape: Shape = Round()
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+
+def test_what_fits_a_slot_is_named() -> None:
+    """The kind of the slot was: a partial class, which cannot be made."""
+    with pytest.raises(pt.ModelError, match=r"not Square itself; write Square\(...\)$"):
+        pt.replace(Frame(), shape=Square)
+    with pytest.raises(pt.ModelError, match=r"not str; write Round\(...\) or Square\(...\)$"):
+        pt.replace(Frame(), {"shape": "Square"})

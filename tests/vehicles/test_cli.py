@@ -24,7 +24,8 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import WillansEngine
 from powertrain.presets.catalogue import assembled, components, vehicles
 from powertrain.presets.files import applied, read, written
-from powertrain.presets.settings import assigned, places
+from powertrain.presets.places import places
+from powertrain.presets.settings import assigned
 from powertrain.trials import drive_cycle
 from powertrain.trials.cycle import on_cycle
 from powertrain.vehicles.electric_car import ElectricCar
@@ -376,7 +377,8 @@ def test_parts_can_be_exchanged(short: str) -> None:
         ("engine=2", "engine is a component: give the name of a component"),
         ("transmission.layout=aHc", "must be one of bHa"),
         ("front.final_drive.mesh.ratio=3", "cannot be set: front.final_drive determines it"),
-        ("cycle.cycle=wltc", "cannot be set from text"),
+        ("cycle.cycle=wtlc", "unknown drive cycle 'wtlc'"),
+        ("engine.curve=absent.csv", "absent.csv: cannot be read: No such file"),
     ],
 )
 def test_wrong_settings_are_told(setting: str, said: str, short: str) -> None:
@@ -434,6 +436,16 @@ def test_values_of_one_part_are_set_together(tmp_path: Path) -> None:
     assert assigned(SplitPathCar(), pairs.items()) == SplitPathCar(engine=engine)
     lines = "".join(f"{path.partition('.')[2]} = {value}\n" for path, value in pairs.items())
     assert applied(SplitPathCar(), tomllib.loads(f"[engine]\n{lines}"))[0] == SplitPathCar(engine=engine)
+
+
+def test_maps_and_cycles_are_set_by_their_names(tmp_path: Path) -> None:
+    """As in a parameter file; they could be set there and in Python only."""
+    file = tmp_path / "full.csv"
+    file.write_text("w [rad/s], tau [N.m]\n80,110\n400,160\n650,120\n", encoding="utf-8")
+    car = assigned(SplitPathCar(), [("engine.curve", str(file)), ("cycle.cycle", "udds"), ("engine.J", "0.2")])
+    engine = WillansEngine(curve=pt.Map.from_csv(file), J=0.2)
+    assert car == pt.replace(SplitPathCar(), {"engine": engine, "cycle.cycle": DriveCycle.named("udds")})
+    assert assigned(car, [("engine.curve", "none")]) == pt.replace(car, {"engine.curve": None})
 
 
 def test_toml_has_units_and_ranges(tmp_path: Path) -> None:

@@ -46,6 +46,18 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
             {"gearbox.odd_clutch": Clutch(fn_max=140, mue_pos=((0.0, 1.0),))},
             ["gearbox.odd_clutch slips at full load: it holds 140 N.m"],
         ),
+        (
+            ManualCar(),
+            {"front.final_drive.ratio": 41},
+            ["in top gear at 100 km/h engine turns at 24651 rpm, unusual"],
+        ),
+        (
+            ManualCar(),
+            {"front.final_drive.ratio": 0.25},
+            [
+                "turns at 150 rpm",
+            ],
+        ),
         (ParallelHybrid(), {"battery.Q": 60}, []),  # it also has an engine
     ],
 )

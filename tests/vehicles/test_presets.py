@@ -20,7 +20,7 @@ from powertrain.components.rotational import IdealGear
 from powertrain.components.transmissions import ManualGearbox, RangeTransmission
 from powertrain.components.wheels import RigidWheel
 from powertrain.presets.files import applied, written
-from powertrain.presets.settings import place
+from powertrain.presets.places import place
 from powertrain.vehicles import load, names, save
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.manual_car import ManualCar
@@ -273,3 +273,14 @@ def test_variants_of_vehicles(tmp_path: Path) -> None:
         pt.vehicles.load("ParallelHybrid.plugin()")
     with pytest.raises(pt.ParameterError, match=r"ParallelHybrid.at\(\) cannot be made"):
         pt.vehicles.load("ParallelHybrid.at()")
+
+
+def test_files_that_cannot_be_written_or_read(tmp_path: Path) -> None:
+    with pytest.raises(pt.ParameterError, match=r"car.json: parameter files end in .toml"):
+        save(ManualCar(), tmp_path / "car.json")  # which load would take for a name
+    with pytest.raises(pt.ParameterError, match=r"car.toml cannot be written: No such file or directory"):
+        save(ManualCar(), tmp_path / "absent" / "car.toml")
+    with pytest.raises(pt.ParameterError, match=r"no vehicle 'car.yaml'.*parameter files end in .toml"):
+        load("car.yaml")
+    save(ManualCar(), tmp_path / "CAR.TOML")
+    assert load(tmp_path / "CAR.TOML") == ManualCar()

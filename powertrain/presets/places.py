@@ -1,0 +1,82 @@
+"""The places of a model that can be set from outside, by path: parameters, parts in slots, and fields such as a layout."""
+
+from __future__ import annotations
+
+import inspect
+import typing
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import powertrain as pt
+from powertrain.errors import suggestion
+from powertrain.language.component import variants
+from powertrain.language.fields import Port
+
+
+@dataclass(frozen=True)
+class Adjustable:
+    """Something that can be set: a parameter (``spec``, else None), a part, or another field; ``kind`` is what it takes, if known."""
+
+    path: str
+    spec: Any
+    kind: Any
+    value: Any
+
+    @property
+    def is_part(self) -> bool:
+        """It holds a component."""
+        return isinstance(self.value, pt.Component)
+
+
+def places(component: pt.Component, path: str = "") -> Iterator[Adjustable]:
+    """Everything that can be set in a component and its parts."""
+    kinds = component._slot_types()
+    for name, spec in component._fields.items():
+        if isinstance(spec, (Port, pt.Variable, pt.Discrete)):
+            continue
+        value, kind, here = component._values[name], kinds.get(name), f"{path}{name}"
+        if isinstance(spec, pt.Parameter):
+            yield Adjustable(here, spec, float, value)
+        elif isinstance(value, tuple) and any(isinstance(item, pt.Component) for item in value):
+            item_kind = (typing.get_args(kind) or (None,))[0]
+            for i, item in enumerate(value):
+                yield from _part(f"{here}[{i}]", item_kind, item)
+        elif isinstance(value, pt.Component):
+            yield from _part(here, kind, value)
+        else:
+            yield Adjustable(here, None, kind, value)
+
+
+def _part(path: str, kind: Any, value: pt.Component) -> Iterator[Adjustable]:
+    yield Adjustable(path, None, kind, value)
+    yield from places(value, f"{path}.")
+
+
+def place(component: pt.Component, path: str) -> Adjustable:
+    """The place of a path. Errors: ParameterError for an unknown one, with those that are like it."""
+    known = {found.path: found for found in places(component)}
+    if path not in known:
+        near = (suggestion(path, known) or _beside(path, known)) + _makers(path, known)
+        raise pt.ParameterError(f"{type(component).__name__} has no parameter or component {path!r}{near}")
+    return known[path]
+
+
+def _beside(path: str, known: Iterable[str]) -> str:
+    """'; choose from ...' with the names where the path leaves the known ones."""
+    inside, known = path.rpartition(".")[0], list(known)
+    while inside and inside not in known:
+        inside = inside.rpartition(".")[0]
+    start = f"{inside}." if inside else ""
+    names = [k for k in known if k.startswith(start) and not {".", "["} & set(k[len(start) :])]
+    return f"; choose from {', '.join(names)}" if names else ""
+
+
+def _makers(path: str, known: Mapping[str, Adjustable]) -> str:
+    """What else makes the part that an unknown path leads into: its variants, which may have an argument of that name."""
+    inside, _, name = path.rpartition(".")
+    if inside not in known or not known[inside].is_part:
+        return ""
+    kind = type(known[inside].value)
+    takes = [maker for maker in variants(kind) if name in inspect.signature(getattr(kind, maker)).parameters]
+    return "".join(f"; {inside} = {kind.__name__}.{maker}(...) takes {name}" for maker in takes)
