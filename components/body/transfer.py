@@ -15,7 +15,7 @@ class TransferCase(Component):
     rear: Flange = port(Flange)
 
     def lumped(self) -> TransferCase:
-        """The transfer case as it is on a straight road without slip: its differential turns as one block and shares equally."""
+        """The transfer case on a straight road without slip: its differential turns as one block and shares equally."""
         return self
 
 
@@ -51,7 +51,7 @@ class CentreDifferential(TransferCase):
         yield connect(self.rear_shaft.flange_b, self.rear)
 
     def lumped(self) -> CentreDifferential:
-        """With a differential without friction: what friction adds at rest between the axles is not determined there."""
+        """With a frictionless differential: friction at rest between the axles would leave the torque split undetermined."""
         return CentreDifferential(
             front_shaft=self.front_shaft, rear_shaft=self.rear_shaft, differential=BevelDifferential()
         )

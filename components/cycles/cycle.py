@@ -28,7 +28,7 @@ CYCLES = {
 }
 """The cycles in the library, and the regulations that define them."""
 PHASES = {"ftp-transient": ("udds", 0.0, 505.0), "ftp-stabilized": ("udds", 505.0, 1369.0)}
-"""Cycles that are a part of another one: its name, and from when to when [s]."""
+"""Cycles that are a part of another one: its name, start and end [s]."""
 CHANGE = 1.0
 """Distance [m] after a halt over which the slope of the road changes, if the cycle changes its grade during the halt."""
 STEEPEST = 1.0
@@ -109,7 +109,7 @@ class DriveCycle:
 
     @classmethod
     def named(cls, name: str) -> Self:
-        """One of ``CYCLES``, in small or capital letters. Errors: ParameterError for another name."""
+        """One of ``CYCLES``; case does not matter. Errors: ParameterError for another name."""
         if name.lower() not in CYCLES:
             raise ParameterError(f"unknown drive cycle {name!r}; choose from {', '.join(CYCLES)}, or give a CSV file")
         name = name.lower()
@@ -122,7 +122,7 @@ class DriveCycle:
 
     @classmethod
     def of(cls, cycle: DriveCycle | str | PathLike[str]) -> DriveCycle:
-        """A cycle itself, one of ``CYCLES`` by its name, or that of a CSV file."""
+        """A cycle from itself, from a name in ``CYCLES``, or from the path of a CSV file."""
         if not isinstance(cycle, (str, PathLike)):
             return cycle
         return cls.from_csv(Path(cycle)) if Path(cycle).suffix.lower() == ".csv" else cls.named(str(cycle))
@@ -131,7 +131,7 @@ class DriveCycle:
     def from_csv(cls, path: str | Path) -> Self:
         """Read a file with a header, over time or over distance; lines with # are comments.
 
-        Its columns are ``time_s`` or ``distance_m``; ``speed_km_h``, ``speed_m_s`` or ``speed_mph``; and, if wanted, ``grade`` (tan of the
+        Its columns are ``time_s`` or ``distance_m``; ``speed_km_h``, ``speed_m_s`` or ``speed_mph``; and optionally ``grade`` (tan of the
         slope) or ``grade_percent``, and ``stop_s``, the time that a cycle over distance waits at a row. Units may stand in brackets,
         ``speed [km/h]``, and columns be separated as in ``pt.TextTable``. The headings of FASTSim's cycles are known, too.
 

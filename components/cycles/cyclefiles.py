@@ -1,4 +1,4 @@
-"""Drive cycles in text files: which column is what, by its name and its unit."""
+"""Drive cycles in text files: identifies columns by name and unit."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ UNITS: dict[str, dict[str, float]] = {
     "grade": {**dict.fromkeys(("", "1", "fraction"), 1.0), **dict.fromkeys(("percent", "%", "pct"), 0.01)},
 }
 UNITS["stop"] = UNITS["time"]
-"""Units by what they measure, in small letters and with / for what stands between them, in s, m, m/s and 1."""
+"""Factors to s, m, m/s and 1 for the units of each quantity; names are in lower case, with / as the separator."""
 NAMES = {
     "time": "time t",
     "distance": "distance dist s position",
@@ -34,7 +34,7 @@ NAMES = {
     "grade": "grade slope gradient",
     "stop": "stop wait",
 }
-"""Words in the headings of such columns; the first word, where the unit stands in the words behind it."""
+"""Words that identify a column: any word of the heading, or only the first if the unit follows in the name."""
 SHOWN = {
     "time": "time_s or time [s]",
     "distance": "distance_m or distance [m]",
@@ -43,15 +43,15 @@ SHOWN = {
     "stop": "stop_s",
 }
 LEFT_OUT = ("cycroadtype", "road_charge_kilowatts")
-"""Columns that cycles of FASTSim have: the power that a road charges a vehicle with."""
+"""Columns of FASTSim cycles that are ignored: the power with which a road charges a vehicle."""
 _WORD = re.compile(r"[A-Z]?[a-z0-9%]+|[A-Z]+(?![a-z])|%")
 
 
 def read_columns(path: str | Path) -> dict[str, list[float]]:
-    """The numbers in the columns of a file by what they are, in s, m, m/s and as the tangent of the slope.
+    """The columns of a file by quantity, in s, m, m/s and as the tangent of the slope.
 
-    Errors: ParameterError for a file that cannot be read, for a column whose name or unit is not known or that is there twice, and for a
-    cell that is no number, with its line.
+    Errors: ParameterError for a file that cannot be read, for a duplicate column or one of unknown name or unit, and for a
+    cell that is not a number, with its line.
     """
     sheet = TextTable.read(path)
     found: dict[str, tuple[int, float]] = {}
@@ -67,7 +67,7 @@ def read_columns(path: str | Path) -> dict[str, list[float]]:
 
 
 def one_of(columns: Mapping[str, list[float]], names: tuple[str, ...], path: str | Path) -> str:
-    """The only one of some columns that is there. Errors: ParameterError where there is none, or several are."""
+    """The one column of ``names`` that a file has. Errors: ParameterError if there is none, or more than one."""
     there = [name for name in names if name in columns]
     if len(there) != 1:
         some = f"both {' and '.join(there)}" if there else "neither" if len(names) > 1 else "no column"
@@ -77,9 +77,9 @@ def one_of(columns: Mapping[str, list[float]], names: tuple[str, ...], path: str
 
 
 def _meaning(sheet: TextTable, heading: Heading) -> tuple[str, float]:
-    """What a column is, and the size of its unit."""
+    """The quantity of a column, and the size of its unit."""
     words = [word.lower() for word in _WORD.findall(heading.name)]
-    if words[:1] == ["cyc"]:  # as in cycSecs of FASTSim, where the unit is the name
+    if words[:1] == ["cyc"]:  # as in cycSecs of FASTSim, where the unit stands for the name
         words = {"secs": ["time", "s"], "mps": ["speed", "mps"], "grade": ["grade"]}.get("".join(words[1:]), words)
     named = words if heading.unit else words[:1]
     what = next((what for what, names in NAMES.items() if set(named) & set(names.split())), None)

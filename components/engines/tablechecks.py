@@ -45,7 +45,7 @@ def check_fuel(table: Map) -> None:
 
 
 def check_efficiency(table: Map, heating_value: float) -> None:
-    """A fuel table in which the fuel has no less energy than the work at the crank. Errors: ParameterError with the worst point."""
+    """The energy of the fuel must not be less than the work at the crank. Errors: ParameterError with the worst point."""
     speed, torque = np.meshgrid(*(axis.points for axis in table.axes), indexing="ij")
     power = np.maximum(speed * torque, 0)
     heat = (

@@ -9,7 +9,7 @@ from powertrain.components.engines.interfaces import Engine
 from powertrain.components.limited import limited
 
 ROUNDED = 0.03
-"""How far the numbers of a data sheet may contradict each other: they are rounded, and so are the ends of its ranges of speed."""
+"""Allowed relative contradiction of data-sheet values: they are rounded, and so are the ends of speed ranges."""
 
 
 class WillansEngine(Engine):
@@ -42,7 +42,7 @@ class WillansEngine(Engine):
     curve: Map | None = None
 
     def check(self) -> Equations:
-        """The points of the full-load curve in their order: no power above the largest, no torque above the largest."""
+        """The points of the full-load curve must be in order; none may exceed the largest power or the largest torque."""
         if self.curve is None:
             yield self.w_low < self.w_tau
             yield self.w_tau < self.w_P

@@ -28,7 +28,7 @@ from powertrain.components.transmissions.gearsets import (
 TORQUE, MARGIN, J_SHAFT = 400.0, 1.5, 0.004
 """Input torque [N.m] for sizing elements, capacity relative to their load at that torque, inertia of a shaft [kg.m2]."""
 SAME = 1e-9
-"""Ratios that differ relatively by less are equal."""
+"""Ratios with a smaller relative difference are equal."""
 
 
 def _levers(scheme: GearScheme) -> tuple[FundamentalDifferential, ...]:
@@ -143,7 +143,7 @@ class Automatic(ClutchToClutch):
         return len(self.scheme.forward)
 
     def check(self) -> Equations:
-        """The differentials are those of the scheme, whose ratios the law of the shifts knows."""
+        """The differentials must be those of the scheme: the shift control uses its ratios."""
         for lever, part in zip(self.scheme.levers, self.levers, strict=False):
             R = lever.ratio
             yield abs(part.ratio - R) <= SAME * abs(R)  # levers have the ratios of the scheme: Automatic.of(scheme)

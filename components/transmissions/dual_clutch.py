@@ -63,7 +63,7 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
         return len(self.gears)
 
     def check(self) -> Equations:
-        """An upshift slows the engine down."""
+        """Gear ratios must decrease: an upshift slows the engine down."""
         yield from ratios_decrease(self.gears)  # with two final drives, give the products with them
 
     def friction_elements(self) -> dict[str, str]:

@@ -91,7 +91,7 @@ def double_planetary(
     Raises
     ------
     ParameterError
-        For tooth numbers between which no planet fits.
+        For tooth numbers with which no planet fits.
     """
     Z_sun, Z_ring = teeth
     _check_teeth(f"planetary gear {name}", (Z_sun,), Z_ring)
@@ -148,9 +148,8 @@ def _check_teeth(where: str, suns: tuple[int, ...], ring: int) -> None:
 class GearScheme:
     """A gearset: levers on named shafts, shift elements between shafts, and the elements that each gear engages.
 
-    ``gears`` are the forward gears, lowest first, and behind them those that turn the output backward. Adjacent forward gears differ in
-    one element that opens and one that closes. Shafts of ``joints`` are joined in every gear. ``of`` reads a scheme as it is drawn and
-    tabulated:
+    ``gears`` are the forward gears, lowest first, followed by the reverse gears. Adjacent forward gears differ in one element that opens
+    and one that closes. Shafts in ``joints`` are joined in every gear. ``of`` reads a scheme as drawn and tabulated:
 
     >>> simpson = GearScheme.of(
     ...     planetary("front", "suns", "ring", "out", teeth=(33, 72)),
@@ -161,7 +160,7 @@ class GearScheme:
     >>> [round(simpson.ratio(gear.name), 2) for gear in simpson.gears]
     [2.46, 1.46, 1.0, -2.18]
 
-    Errors: ParameterError for a gear whose elements do not leave one degree of freedom, for an element at a shaft that nothing else has,
+    Errors: ParameterError for a gear whose elements do not leave one degree of freedom, for an element at a shaft that no other part has,
     and for forward gears that are not in order.
     Theory: H. L. Benford, M. B. Leising, The lever analogy, SAE 810102, 1981.
     """
@@ -208,7 +207,7 @@ class GearScheme:
         elements : mapping of str to str
             Name of each shift element, and the shafts that it connects: ``"shaft-shaft"``, or ``"shaft-housing"`` for a brake.
         gears : mapping of str to str
-            Name of each gear, and the elements that are engaged in it: a text with spaces between them, or a sequence of names.
+            Name of each gear, and the elements engaged in it: a string of names separated by spaces, or a sequence of names.
         input, output : str
             Names of the input and the output shaft.
 
@@ -294,7 +293,7 @@ class GearScheme:
         return Network(self.levers, ends, (*alone, *self.joints, *joints), *ends)
 
     def _check_shafts(self) -> None:
-        """The ends and every shaft of an element are met by something else: another name is a slip of the pen."""
+        """Input, output and the shafts of elements must also belong to another part; otherwise a name is misspelt."""
         members = [shaft for x in self.levers for shaft in (x.a, x.b, x.carrier)]
         joined = [shaft for pair in self.joints for shaft in pair]
         at: dict[str, tuple[str, ...]] = {"input": (self.input,), "output": (self.output,)}
@@ -308,7 +307,7 @@ class GearScheme:
                 )
 
     def _check_direction(self) -> None:
-        """The first gear is a forward one, so that the gears of a set whose output is turned round are not taken for reverse gears."""
+        """The first gear must be a forward one: with a reversed output, forward gears would be taken for reverse gears."""
         if self.forward and self.gears[0] in self.reverse:
             raise ParameterError(
                 f"gear {self.gears[0].name} has the ratio {self.ratio(self.gears[0].name):.4g}, it turns the output backward; list the "

@@ -68,7 +68,7 @@ class SingleGear(Shiftable):
 
 
 def ratios_decrease(gears: Sequence[IdealGear]) -> Equations:
-    """Ratios decrease from gear to gear, so that an upshift slows the engine down."""
+    """Ratios must decrease from gear to gear: an upshift slows the engine down."""
     for low, high in pairwise(gears):
         yield high.ratio < low.ratio
 

@@ -79,7 +79,7 @@ class SynchronisedGearbox(Shiftable):
         return ca.fmax(0, 1 - 2 * ca.fabs(self.lever.value - k))
 
     def check(self) -> Equations:
-        """Ratios decrease; odd gears are on the positive side of their rail, even gears on the negative side."""
+        """Ratios must decrease; odd gears are on the positive side of their rail, even gears on the negative side."""
         yield from ratios_decrease(self.gears)
         for k, synchroniser in enumerate(self.synchronisers):
             yield synchroniser.direction == (-1.0) ** k

@@ -15,7 +15,7 @@ from powertrain.components.wheels.tyre_file import parameters as parameters_of_f
 NEWTON_STEPS = 6
 """Steps from the nearer bound of the root: sufficient for 1e-11 in the range of pEx1 and pCx1."""
 SMALL = 1e-6
-"""Share of the peak force below which force and slip are proportional; the least friction coefficient of a road."""
+"""Share of the peak force below which force is proportional to slip; also the least friction coefficient of a road."""
 
 
 def shape(x: Symbol, E: Symbol) -> Symbol:

@@ -51,7 +51,7 @@ class SlippingWheel(Wheel):
         yield friction(self.v_slide, self.f, -limit, limit, name="sliding")
 
     def _count_beyond(self, grip: Symbol) -> None:
-        """``grip``: the largest that there is."""
+        """``grip``: the largest grip."""
         within(self.side.value, -grip, grip, name="side force over load", unit="1", action="count")
 
     def _loss(self) -> Symbol:

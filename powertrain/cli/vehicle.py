@@ -53,7 +53,7 @@ class VehicleName(ArgumentType):
 
 
 def configured(vehicle: VehicleArgument, params: Path | None, texts: Sequence[str]) -> tuple[Component, list[str]]:
-    """The model with the values of a file and then of the command line, and the paths that were set; says what looks like a mistake."""
+    """The model with the values of a file, then of the command line, and the paths that were set. Prints likely mistakes."""
     from powertrain.presets import files
     from powertrain.presets.places import places
     from powertrain.presets.settings import assigned, assignments

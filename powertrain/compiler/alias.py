@@ -23,9 +23,9 @@ Coefficient = float | Symbol
 Base = tuple[int, int]
 """A variable, by the key of its symbol, and the order of its derivative."""
 CONSTANT = -1
-"""Stands in ``ties`` for what makes a variable constant."""
+"""Marks a constant variable in ``ties``."""
 _CONTRADICTS = 1e-12
-"""A model with a redundant equation is refused; if it is off by more than this (in its unit), as one that contradicts others."""
+"""A redundant equation with a larger residual (in its unit) is reported as a contradiction."""
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,7 @@ class Switch:
 class Contact:
     """gap >= 0, force >= 0, one of them zero; speed and acceleration are the derivatives of gap.
 
-    ``still`` is how well the acceleration is known, ``known`` how well the force, and ``rounding`` what that of positions adds to it.
+    ``still`` is the uncertainty of the acceleration, ``known`` that of the force, to which round-off of positions adds ``rounding``.
     """
 
     name: str
@@ -95,7 +95,7 @@ class Contact:
 
     @property
     def hysteresis(self) -> ca.SX:
-        """How well its force is known at the present states."""
+        """Uncertainty of the force at the present states."""
         return self.known + self.rounding
 
 

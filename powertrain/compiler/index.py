@@ -20,7 +20,7 @@ from powertrain.language.symbols import Symbol, free_symbols, key, time, total_d
 from powertrain.numerics.pivots import difference
 
 _SHARE = 1e-6
-"""Equations of which a repeated one consists by a smaller share are not quoted."""
+"""Equations that contribute a smaller share to a redundant one are not quoted."""
 VARYING = 35
 """Ten times the preference of a variable with a varying coefficient in a constraint: above friction speeds, below reset variables."""
 

@@ -114,7 +114,7 @@ def contact_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Cont
     assert isinstance(law, UnilateralLaw)
     return Contact(
         t.mode.name(), str(t.place), held.place(t.mode), law.gap, t.speed, t.rate, law.force, law.restitution,
-        still=resolver.reach(k) * alone_tolerance(resolver.largest([k])),  # finer than what friction at its limit is known to
+        still=resolver.reach(k) * alone_tolerance(resolver.largest([k])),  # smaller than the uncertainty of friction at its limit
         known=resolver.known(k),
         rounding=resolver.rounding(k),
     )  # fmt: skip

@@ -38,7 +38,7 @@ from powertrain.numerics.sparse_lu import Numbers, Row, eliminate
 COMPLIANCE = 1e-8
 """eps: creep of a stuck law relative to its own G_ii. Its square is round-off; round-off over eps is the accuracy of shared torques."""
 IMPLICIT_COMPLIANCE = 1e-11
-"""eps of laws that are not linear in the torques: they are solved with pivoting, and without the second step."""
+"""eps of laws that are nonlinear in the torques: they are solved with pivoting, and without the second step."""
 _ROUND_OFF = 1e-13
 """What remains of terms that cancel counts as zero below this share of them."""
 

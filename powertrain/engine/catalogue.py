@@ -51,6 +51,6 @@ def catalogue(dae: HybridDae) -> Catalogue:
 
 
 def _told_apart(guards: list[Guard]) -> tuple[str, ...]:
-    """Their names, each once."""
+    """Unique names of the guards."""
     names = Counter(guard.name for guard in guards)
     return tuple(g.name if names[g.name] == 1 else f"{g.name} ({g.where.partition(':')[0]})" for g in guards)

@@ -10,9 +10,9 @@ from powertrain.modes.tolerances import EPS
 from powertrain.numerics.buffers import CHECKS, INFO, Bound, Memory, view
 
 AIM = 0.1 * EPS
-"""A located indicator is below zero by this much, a tenth of the hysteresis, or at most by twice as much."""
+"""A located indicator is below zero by this much, a tenth of the hysteresis, or at most twice as much."""
 CLOSE, LARGEST = 1e-10, 1e-9
-"""What is not found so close, as a share of the step, is noisier: it may be farther below zero, twice as far at each trial, up to this."""
+"""Once the bracket is narrower than the first (share of the step), the accepted depth doubles at each trial, up to the second."""
 _ITERATIONS = 150
 _PLACES = (0.0, *CHECKS, 1.0)
 

@@ -27,11 +27,11 @@ _STIFF_STEPS = 15
 FINEST = 1e-5
 """Share of the simulated span, or of the longest step, below which steps are not halved to resolve indicators."""
 CALM = 1e-4
-"""The least error norm that the step size control remembers."""
+"""Lower bound of the previous error norm in the step size control."""
 _AGAIN = 1e-6
-"""The first trial (s) with steps that pivot, where all others have failed."""
+"""First step (s) tried with pivoting after all others have failed."""
 HALVINGS = 8
-"""How often a step is halved because the indicators are not resolved; then a kink is taken as it is."""
+"""How often a step is halved to resolve the indicators; a remaining kink is then accepted."""
 
 
 class Run:

@@ -15,7 +15,7 @@ from powertrain.modes.tolerances import ZONE
 from powertrain.numerics.buffers import Array
 
 RTOL, ATOL = 1e-6, 1e-8
-"""Usual tolerances of a run."""
+"""Default tolerances of a run."""
 
 
 class Simulator(Prepared):

@@ -38,7 +38,7 @@ class Instant(NamedTuple):
     extra: tuple[tuple[str, str], ...] = ()
 
     def begins(self, start: float, rests: Collection[int]) -> bool:
-        """Whether laws that were free begin with the run here: that is no event. ``rests``: indices of the marks of laws at a limit."""
+        """Whether free laws engage here at the start of the run, which is not an event. ``rests``: indices of the marks of resting laws."""
         if self.extra or self.time > start + BEGINNING * max(1.0, abs(self.time)):
             return False
         changed = np.flatnonzero(self.held_left != self.held_right).tolist()

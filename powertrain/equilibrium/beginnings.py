@@ -21,7 +21,7 @@ SHORT_STEP = 0.1
 UNSURE = 10.0
 """Mobilities below this multiple of their round-off are zero."""
 SINGULAR = 1e14
-"""Condition beyond which equations do not determine their unknowns."""
+"""Condition number above which equations do not determine their unknowns."""
 
 
 @dataclass(frozen=True)

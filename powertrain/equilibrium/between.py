@@ -1,6 +1,6 @@
-"""Operating points with the torque of a law anywhere between its limits, where it rests under a prescribed motion.
+"""Operating points with the torque of a law between its limits, for laws at rest under a prescribed motion.
 
-Equilibrium leaves such a torque open. Given as a share of the way from one limit to the other, it is a law whose limits are both there, and
+Equilibrium does not determine such a torque. It is prescribed as a fraction between the limits: both limits of the law are set to it, and
 all else is solved for as at any point.
 """
 
@@ -18,11 +18,11 @@ from powertrain.equilibrium.points import SolvedPoints
 from powertrain.numerics.buffers import Array
 
 _OPEN = 2.0
-"""Stands for the share of a law that does not rest."""
+"""Marks a law that does not rest."""
 
 
 class Between:
-    """The laws of one steady problem with shares. Serves one thread."""
+    """The laws of one steady problem, with prescribed fractions. Serves one thread."""
 
     def __init__(self, balance: Balance, compile: bool = False) -> None:
         share = ca.SX.sym("share", balance.tau.numel())
@@ -38,7 +38,7 @@ class Between:
         self._laws.set_common(values)
 
     def solve(self, grid: Array, side: Array, rest: Mask, near: SolvedPoints) -> SolvedPoints:
-        """The points of ``grid`` next to solved ones, a row each; laws that ``rest`` are at ``side``, from -1 at the lower limit to 1."""
+        """The points of ``grid``, one per row, from solved ones nearby; laws that ``rest`` are at ``side`` (-1 and 1 are the limits)."""
         share = np.where(rest, side, _OPEN)
         start = Iterates(np.hstack([grid, share]), near.y, near.modes, near.tau)
         end, done = corrected(self._laws, start, Near(near.given, near.yields), np.ones_like(side), changes=CHANGES)

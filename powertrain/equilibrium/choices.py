@@ -114,7 +114,7 @@ def _friction_margin(law: Friction, mode: float) -> Symbol:
     away = mode * law.w - ZONE
     if law.algebraic:
         away = mode * law.w + EPS
-    elif law.prescribed:  # at rest all modes give the same torque where the bounds leave one only
+    elif law.prescribed:  # at rest with equal bounds all modes give the same torque
         away = ca.if_else(ca.fabs(law.w) <= ZONE, NO_WIDTH - (law.upper - law.lower), away)
     else:
         away = ca.fmax(away, ca.fmin(rests, mode * law.rate + law.reach * law.hysteresis))

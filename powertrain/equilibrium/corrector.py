@@ -14,13 +14,13 @@ from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import HALVINGS, newton, relative
 
 LAST_STEP = 1e7
-"""Seconds: a step of this length holds what nothing else does."""
+"""Step [s] that holds motions that nothing else holds."""
 CORRECTIONS, PROXIMAL = 20, 3
 """Full steps for given modes with the compliance of stuck laws, and steps after them that remove the creep."""
 DAMPED = 40
 """Damped steps if full ones fail, for instance because a torque saturates."""
 TOGETHER = 64
-"""Halved steps of one evaluation, which for few points takes no longer than for one."""
+"""Halved steps in one evaluation: for a few points it takes no longer than for one."""
 CHANGES = 8
 """Changes of modes after which starting from a neighbour's modes is abandoned."""
 

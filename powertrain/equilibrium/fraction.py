@@ -33,7 +33,7 @@ class _NoFraction(Exception):
 
 
 _CHECKS, _ALIKE = 5, 1e-9
-"""How many cross-ratios are compared, and their difference by round-off."""
+"""Number of cross-ratios compared, and the difference that counts as round-off."""
 _RATIONAL = (ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_DIV, ca.OP_NEG, ca.OP_TWICE, ca.OP_SQ, ca.OP_INV)
 _KNOTS = (0.382, -0.618, 1.618)
 """Arguments at which expressions are sampled; ratios at which nothing special happens."""

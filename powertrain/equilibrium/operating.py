@@ -98,9 +98,9 @@ class Solver:
             return np.asarray(np.logical_and.reduce([search.holds(values, apart) for search in self._searches]))
 
     def between(self, grid: Rows, side: Rows, rest: Mask, near: SolvedPoints) -> tuple[Points, Mask]:
-        """Points with the torques of laws that ``rest`` at ``side``, from -1 at one limit to 1 at the other, and which are solutions.
+        """Points with the torques of laws that ``rest`` at ``side`` (-1 and 1 are the limits), and which of them are solutions.
 
-        Where unknowns are implicit; they are sought next to ``near``.
+        For implicit unknowns; the search begins at ``near``.
         """
         if self._between is None:
             self._between = Between(self.problem.balance)

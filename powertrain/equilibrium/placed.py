@@ -48,7 +48,7 @@ class Placed:
         self.axis = {n: Symbol.sym(n) for n in asked.axes}
         self.free = {n: Symbol.sym(n) for n in asked.free}
         known = self.axis | self.free
-        frictions = [replace(f, rounding=Symbol(0)) for f in dae.frictions]  # where angles stand makes no difference
+        frictions = [replace(f, rounding=Symbol(0)) for f in dae.frictions]  # the value of angles makes no difference
         contacts = [replace(c, rounding=Symbol(0)) for c in dae.contacts]
         self.laws: list[Law] = [*frictions, *dae.switches, *contacts]
         self.inputs = {n: Symbol.sym(n) for n in compiled.inputs}

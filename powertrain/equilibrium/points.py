@@ -28,7 +28,7 @@ class Look:
 
 @dataclass(frozen=True)
 class SteadyPoint:
-    """An operating point, and what it tells its neighbours."""
+    """An operating point, with the values from which its neighbours are solved."""
 
     y: Array
     modes: Array
@@ -39,7 +39,7 @@ class SteadyPoint:
 
 @dataclass
 class SolvedPoints:
-    """The solutions from one start, a row each; no values where there is none."""
+    """The solutions from one start, one per row; nan where there is none."""
 
     done: Mask
     y: Array
@@ -49,16 +49,16 @@ class SolvedPoints:
     yields: Array
 
     def some(self, which: Index | Mask) -> SolvedPoints:
-        """Some of them."""
+        """A subset of them."""
         return SolvedPoints(*(getattr(self, f.name)[which] for f in fields(self)))
 
     def take(self, which: Mask, other: SolvedPoints) -> None:
-        """Takes over some of the solutions of others."""
+        """Copy some of the other solutions."""
         for f in fields(self):
             getattr(self, f.name)[which] = getattr(other, f.name)[which]
 
     def put(self, p: int | Index, found: SteadyPoint | SolvedPoints) -> None:
-        """Takes over one solution, or some."""
+        """Copy one solution, or some."""
         self.done[p] = True
         for name in ("y", "modes", "tau", "given", "yields"):
             getattr(self, name)[p] = getattr(found, name)
@@ -68,7 +68,7 @@ class SolvedPoints:
 class Points:
     """Operating points: unknowns, modes, status, the laws that it is about, and those at rest under a prescribed motion.
 
-    ``solved``: unknowns, torques and modes before anything is solved symbolically, where unknowns are implicit.
+    ``solved``: for implicit unknowns, the unknowns, torques and modes before symbolic elimination.
     """
 
     u: Rows

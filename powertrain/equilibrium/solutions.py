@@ -27,7 +27,7 @@ from powertrain.numerics.buffers import Array
 Index = NDArray[np.intp]
 
 SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
-"""rad/s or m/s by which laws slide at the starts."""
+"""Sliding speeds of laws at the starts, in rad/s or m/s."""
 MOST_SOURCES = 8
 """Neighbours whose solutions are tried at a point as they become available."""
 OTHERS = 4

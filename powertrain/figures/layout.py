@@ -164,9 +164,9 @@ def _place_shafts(vertices: list[Vertex], shafts: Sequence[int]) -> None:
 
 
 def _layers(vertices: list[Vertex], connected: Iterable[int]) -> list[list[int]]:
-    """The vertices by column, from that end of the longest chain from which power comes, or that was declared first.
+    """The vertices by column, beginning at the power source of the longest chain, or at the end declared first.
 
-    Turned round where this end is on the road and the other is not.
+    The order is reversed if only this end is on the road.
     """
     from_any = _distances(vertices, min(connected))
     one = max(from_any, key=from_any.__getitem__)

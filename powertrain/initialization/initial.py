@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 _ROUNDS = 20
 _ITERATIONS = 60
 _SLIGHT = 1e-9
-"""What others leave of a row that is less than this share of it is nothing."""
+"""A row is dependent if elimination leaves less than this share of it."""
 _DENSE = 200
 _KEPT = 16
 

@@ -23,9 +23,9 @@ from powertrain.numerics.sparse_lu import factorize
 from powertrain.numerics.vertex_elimination import sparse_jacobian
 
 MIDWAY = 0.1
-"""Weight of the defect of the dense output midway: the embedded error is all but blind to a kink between the stages at 0.3 and 0.8."""
+"""Weight of the defect of the dense output midway: the embedded error hardly sees a kink between the stages at 0.3 and 0.8."""
 _SLOW, _STRAIGHT, _FIRST = 1e-5, 1e-15, 1e-6
-"""Norms of motions and of their bends that tell nothing of the first step, and the size (s) that it has then (Hairer, section II.4)."""
+"""Norms of rates and second derivatives too small to give the first step, and its size (s) in that case (Hairer, section II.4)."""
 _STEPS = 5
 """Newton steps after a change of modes: a bus whose current changes by a hundred amperes takes four."""
 

@@ -9,7 +9,7 @@ import casadi as ca
 from powertrain.modes.tolerances import NOISE
 
 ROUGH = 0.4
-"""Above this share of its size, the third difference of an indicator says that its samples do not resolve it."""
+"""Samples do not resolve an indicator if its third difference exceeds this share of its size."""
 _BLUNT, _SKEW = 0.0012, 0.065
 """Bound on how much the minimum of a parabola between samples is too high: shares of its second and of its third difference.
 

@@ -13,9 +13,9 @@ from powertrain.integration.samples import ROUGH, least, survey
 ALGEBRAIC = 10.0
 """Factor on the tolerance for algebraic unknowns: their error is not passed on, because the states determine the next value."""
 GROWTH = 5.0
-"""The most by which a step may be longer than the one before."""
+"""Largest ratio of a step to the one before."""
 _NO_ERROR = 1e-10
-"""Smaller error norms let a step grow no more."""
+"""Lower bound of the error norm in the step size."""
 _CALM, _MOST_CHANGE = 0.003, 0.3
 """Relative third difference above which it limits the next step, and the value aimed at."""
 

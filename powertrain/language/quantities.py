@@ -30,9 +30,9 @@ _SPELLINGS = {
     },
     **{f"{one}-{other}": "lbf.ft" for one, other in (("lbf", "ft"), ("ft", "lbf"))},
 }
-"""Other units as they are typed, in small letters; a torque in pounds and feet means pounds-force."""
+"""Other units as users type them, in lower case; a torque in pounds and feet means pounds-force."""
 _SPACE = re.compile(r"(?<=\w)\s+(?=[A-Za-z(])")
-"""The space of a product, as in N m."""
+"""A space that means a product, as in N m."""
 _SIGNS = (
     ("**", ""),
     ("*", "."),

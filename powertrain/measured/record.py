@@ -31,7 +31,7 @@ KINDS: dict[str, Kind] = {
 """What the list calls transmissions."""
 STEPPED = "manual", "automatic", "dual clutch"
 SPREAD = {4: 4.0, 5: 4.5, 6: 5.3, 7: 6.5, 8: 7.7, 9: 9.0, 10: 7.4}
-"""Ratio of the first gear over that of the top gear by the number of gears, H. Naunheimer et al., Automotive Transmissions, ch. 4."""
+"""Ratio spread, first over top gear, by the number of gears: H. Naunheimer et al., Automotive Transmissions, ch. 4."""
 ELECTRICITY = "Electricity"
 OTHER_FUELS = "diesel", "e85", "ethanol", "methanol", "cng", "natural gas", "lpg", "propane", "hydrogen"
 """Words in the names of fuels that are neither gasoline nor electricity."""
@@ -150,7 +150,7 @@ class TestCar:
 
 
 def _of_one_fuel(rows: list[dict[str, str]], where: str) -> list[dict[str, str]]:
-    """The tests of a car with gasoline, or with electricity. Errors: ParameterError for plug-in hybrids, and for cars with another fuel."""
+    """The tests of a car on gasoline, or on electricity. Errors: ParameterError for plug-in hybrids and other fuels."""
     known = [row for row in rows if not any(word in row["fuel"].lower() for word in OTHER_FUELS)]
     fuels = sorted({row["fuel"] for row in known or rows})
     if not known:

@@ -11,7 +11,7 @@ from powertrain.modes.tolerances import LIMIT
 from powertrain.numerics.buffers import Memory
 
 _AT_LIMIT = 1e-6
-"""A value as near to its limit, relative to one and to the limit, is not quoted: it would look like the limit."""
+"""A value this close to its limit, relative to 1 + |limit|, is not quoted: it would look like the limit."""
 
 
 def first_violation(dae: HybridDae, memory: Memory, side: int, t: float) -> str:
@@ -42,7 +42,7 @@ def _guard_values(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: fl
 
 
 def _guard_text(guard: Guard, value: float, low: float, high: float, t: float) -> str:
-    """Name the limit that was passed: at an event the value itself would look equal to it."""
+    """Names the limit that was passed: at an event the value itself would look equal to it."""
     above = high - value < value - low
     limit = high if above else low
     said = with_unit(f"{value:.9g}", guard.unit)

@@ -118,12 +118,12 @@ def contact_change(dae: HybridDae, contact: Contact) -> ca.SX:
 
 
 def pressure_margin(contact: Contact) -> ca.SX:
-    """How far a closed contact is from pulling, the hysteresis included."""
+    """Force of a closed contact above its opening limit; including the hysteresis."""
     return contact.force + contact.hysteresis
 
 
 def approaching(contact: Contact) -> ca.SX:
-    """The gap closes, not counting the noise of a speed around zero, nor that of the acceleration where friction holds both sides."""
+    """The gap closes; ignores noise of a speed around zero, and of the acceleration if friction holds both sides."""
     slow = ca.logic_and(contact.speed < 0, contact.acceleration < -contact.still)
     return ca.logic_or(contact.speed < -EPS, slow)
 

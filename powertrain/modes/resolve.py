@@ -29,7 +29,7 @@ _LINEARIZED = 16
 _MOST_PIECES = 12
 """Conditions on torques in the bounds; with more there are too many combinations to try."""
 _MOST_COMBINATIONS = 5000
-"""Of modes that are tried one by one where bounds follow torques: a second of time."""
+"""Passes of the semismooth Newton method before it counts as not converging."""
 
 
 class ModeResolver:

@@ -19,7 +19,7 @@ from powertrain.modes.complementarity import Complementarity, Point
 from powertrain.modes.tolerances import INTEGRATED
 
 SINGULAR = 1e-10
-"""Motions that the laws that hold leave free by less than this share of all of them are held; so well, then, is c known."""
+"""Relative rank tolerance: smaller mobilities left by the holding laws count as held. It is also the uncertainty of c."""
 NOTHING = 1e-8
 """Rates are the same combination if they differ by less than this share of their terms."""
 
@@ -41,7 +41,7 @@ def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[tupl
 
 
 def _mobility(own: NDArray[np.float64], terms: NDArray[np.float64]) -> NDArray[np.float64]:
-    """G_ii; the size of its terms where they cancel, as those of a clutch do between two shafts that gears tie to each other."""
+    """G_ii, or the size of its terms if they cancel, as for a clutch between two shafts that gears tie to each other."""
     return np.where(np.abs(own) > SINGULAR * terms, np.abs(own), np.where(terms > 0.0, terms, 1.0))
 
 

@@ -1,6 +1,6 @@
-"""What counts as zero, and how well things are known: all tolerances of modes, events and operating points, with units and reasons.
+"""All tolerances of modes, events and operating points, with units and reasons: what counts as zero, and how accurate values are.
 
-Numbers that decide how a method proceeds (pivots, ranks, step sizes) are not among them: they stand where they are used.
+Numbers that control a method (pivots, ranks, step sizes) are defined where they are used.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ SWIFT = 1e-3
 REST_SPEED = 1e-4
 """A contact that would rebound slower than this (m/s, rad/s) stays closed."""
 STRUCK = 1e-9
-"""What is left of a speed after an impact is nothing below this share of the largest before it."""
+"""Speeds after an impact are zero below this share of the largest speed before it."""
 NOISE = 1e-6
-"""Indicators (counted as rad/s or m/s) below this are not asked to be smooth within a step: the error of the states is as large."""
+"""Indicators (in rad/s or m/s) below this need not be smooth within a step: the error of the states is as large."""
 LIMIT = 1e-9
-"""A value may lie beyond its limit by this, relative to one and to the limit: rounding of what a model sets to the limit itself."""
+"""Allowed excess of a value beyond its limit, relative to 1 + |limit|: rounding of values that a model sets to the limit."""
 JUMP = 1e-7
-"""What may not jump may change by this at an event, relative to one and to its size: rounding of the instants at which signals turn."""
+"""Allowed change at an event of a value that must not jump, relative to 1 + |value|: rounding of the instants at which signals bend."""
 
 # Torques and forces
 LEAST_TORQUE = 1e-9
@@ -35,53 +35,53 @@ RESOLVED = 1e-8
 SHARED = 1e-7
 """Uncertainty of a torque shared by compliance between laws on one motion, relative to the torques there: round-off over compliance."""
 ALONE = 1e-10
-"""How well a torque is known that no other meets in its own motion, relative to the largest that it meets through others."""
+"""Uncertainty of a torque that is alone on its motion, relative to the largest torque that it meets through other motions."""
 ROUND_OFF = 1e-15
-"""How well a torque is known that is the difference of large ones, relative to these: some units in the last place of the states."""
+"""Uncertainty of a torque that is the difference of large ones, relative to these: a few units in the last place of the states."""
 NO_WIDTH = 1e-10
-"""Limits of a law that are nearer to each other (N.m, N) are one: nothing is transmitted, or always the same torque."""
+"""Limits of a law that differ by less than this (N.m, N) are equal: it transmits nothing, or always the same torque."""
 CROSSED = 1e-6
-"""Limits of a sliding law that cross by less than this share of the largest torque do so by the hysteresis of a switch of theirs."""
+"""Limits of a sliding law may cross by this share of the largest torque: the hysteresis of a switch in them."""
 GIVEN = 1e-11
-"""The motion of a law is given by others where its own torque moves it by less than this share of the terms that cancel."""
+"""Others prescribe the motion of a law if its own torque moves it by less than this share of the terms that cancel."""
 
 # Instants
 NOW = 1e-12
 """Instants (s) within this, relative to one and to the time, are the same."""
 BEGINNING = 1e-9
-"""What happens this soon (s) after the start, relative to one and to the time, belongs to it."""
+"""Events this soon (s) after the start, relative to max(1, |time|), belong to the start."""
 SHORTEST = 1e-15
-"""Steps (s) below this, relative to one and to the time, do not advance it: a run ends."""
+"""Steps (s) below this, relative to max(1, |time|), do not advance time: the run ends with an error."""
 
-# Equations without a rate
+# Algebraic equations
 FOUND = 1e-11
-"""Unknowns without a rate are found with a step of Newton's method below this share of their size plus one."""
+"""Newton's method for algebraic unknowns has converged when its step is below this, relative to 1 + |value|."""
 SETTLED = 1e-9
-"""The same at a corner of a signal, where the step is taken as well: far below the tolerance of any run."""
+"""The same at a corner of a signal, where the last step is applied as well: far below the tolerance of any run."""
 STARTED = 1e-12
-"""The same at the start of a run, which keeps the error."""
+"""The same at the start of a run, whose error remains throughout."""
 STILL = 1e-10
 """The same at an operating point, for torques as a share of the largest: round-off is larger with more unknowns."""
 BALANCED = 1e-7
-"""How well equations for unknowns without a rate are zero, relative to their terms."""
+"""Residual of algebraic equations that counts as zero, relative to their terms."""
 KINK = 1e-9
-"""Where Newton's method turns to and fro about a kink, equations that are zero but for this (N.m, rad/s) are solved."""
+"""Residual (N.m, rad/s) that counts as zero where Newton's method oscillates about a kink."""
 MISSED = 1e-9
-"""A start condition that follows from others is missed by more than this share of its size plus one."""
+"""A redundant start condition is violated if its error exceeds this, relative to 1 + |value|."""
 
 # Operating points
 REST = 1e-9
-"""At an operating point: a speed counts as rest, a condition as zero, below this share of the terms that it is the sum of."""
+"""At an operating point: a speed or a condition counts as zero below this share of the terms that it is the sum of."""
 SAME = 1e-6
-"""Operating points, or torques at a start, that differ by less than this share of their size plus one are one solution."""
+"""Operating points, or torques at a start, that differ by less than this, relative to 1 + |value|, are the same solution."""
 ALIKE = 1e-9
-"""Values at both ends of an interval that differ by less than this share are one value: round-off through the balance of the model."""
+"""Ends of an interval that differ relatively by less than this are one value: round-off through the balance of the model."""
 NEUTRAL = 1e6
-"""Seconds: a motion that takes longer to come to rest is not held by anything."""
+"""Time [s]: nothing holds a motion that takes longer to come to rest."""
 LOCKED = 1e9
 """Torques that change by more than this for a unit change of a limit depend on round-off: the laws lock themselves."""
 INFINITE = 1e12
-"""An input, parameter or torque (in its unit) that would have to be larger counts as infinite."""
+"""Inputs, parameters and torques (in their units) above this count as infinite."""
 
 
 def rounding_tolerance(terms: ca.SX) -> ca.SX:

@@ -98,7 +98,7 @@ def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
 
 
 def _mobility(dae: HybridDae, laws: Sequence[Friction], opened: Opened) -> list[ca.SX]:
-    """Rates of all laws by their torques and without torques, and their reach; of ``laws`` the peaks and whether they are at rest."""
+    """Rates of all laws: derivatives by torques, values without them, and reach; for ``laws`` also peaks and whether they are at rest."""
     mobility, free = -ca.jacobian(opened.rate, opened.tau), opened.rate
     if n := opened.residual.numel():
         z = dae.z[:n]

@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 CANCELLED = 1e-12
-"""What an elimination leaves of two numbers that is less than this share of them is round-off: it is no pivot."""
+"""A difference of two numbers below this share of them is round-off, and no pivot."""
 _STRUCTURAL_ZERO = 1e9
 _NUMERIC_ZERO = 1e6
 
 
 def difference(a: float, b: float) -> float:
-    """A - b, or zero where that is round-off."""
+    """Difference a - b, or zero if that is round-off."""
     left = a - b
     return left if abs(left) > CANCELLED * (abs(a) + abs(b)) else 0.0
 

@@ -38,7 +38,7 @@ HINTS = {
     "Expected newline": '; quantities with a unit stand in quotation marks, as in m = "1500 kg", and decimals have a point',
     "Expected '='": "; write name = value, and [name] above the values of a component",
 }
-"""What people mean where a file is not TOML, by a part of what the parser says."""
+"""Likely mistakes in files that are not TOML, by a fragment of the parser's message."""
 
 
 def read(path: str | Path) -> dict[str, Any]:

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 _ACCURACY = 1e-10
 """Accuracy of the unknowns, relative to their size at the given point plus one."""
 _INDEPENDENT = 1e-9
-"""Smaller singular values, relative to the largest, leave an unknown open."""
+"""Smaller singular values, relative to the largest, leave an unknown undetermined."""
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,9 @@ SAMPLES = 33
 HALVINGS, SECTIONS = 60, 60
 """Iterations between two samples: they locate a pole, and compute an extremum, to round-off."""
 NEAR = 1e-6
-"""Part of the way by which the neighbour of an end lies inside."""
+"""Distance of the neighbour of an end, as a fraction of the line."""
 BESIDE = 1e-15
-"""The middle of the way: zero would be the mode of a law that is stuck."""
+"""Place of the midpoint: zero would be the mode of a stuck law."""
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 BLOCK = 256
 """Points that are processed together."""
@@ -71,7 +71,7 @@ class StuckLine:
         self.resting = np.asarray(first.rest[:, where] & last.rest[:, where])
 
     def sides(self, part: Array, points: Index) -> Rows:
-        """Where the laws are between their limits, -1 and 1."""
+        """Places of the laws between their limits, -1 and 1."""
         between: Rows = (1 - part) * self.first[:, points] + part * self.last[:, points]
         between[between == 0.0] = BESIDE
         return between
@@ -147,7 +147,7 @@ class StuckLine:
 
 
 class ImplicitLine(StuckLine):
-    """The same where unknowns are implicit: they are solved for at every place, between those of both ends."""
+    """The same for implicit unknowns: they are solved for at every place, starting from an interpolation of the ends."""
 
     def __init__(self, solver: Solver, grid: Rows, first: Points, last: Points, where: Index) -> None:
         super().__init__(solver, grid, first, last, where)
@@ -156,7 +156,7 @@ class ImplicitLine(StuckLine):
         self.ends = first.solved.some(where), last.solved.some(where)
 
     def values(self, part: Array, points: Index) -> Rows:
-        """All outputs at some points; nan where no solution is found, beginning with the modes of the nearer end, then of the other one."""
+        """All outputs at some points; nan if no solution is found with the modes of either end, the nearer one first."""
         first, last = (end.some(points) for end in self.ends)
         rest, sides, grid = self.resting[:, points], self.sides(part, points), self.grid[:, points]
         y, tau = ((1 - part)[:, None] * a + part[:, None] * b for a, b in ((first.y, last.y), (first.tau, last.tau)))

@@ -148,7 +148,7 @@ def charge_sustaining(
 
 
 def _check_reach(tests: pd.DataFrame) -> None:
-    """ParameterError where equal charge lies further beyond the tests than these reach: a plug-in hybrid that drives on its battery."""
+    """Raise ParameterError if equal charge lies outside the tests by more than their span: a plug-in hybrid that drives on its battery."""
     charges = tests["charge"].to_numpy(float)
     if np.abs(charges).min() > np.ptp(charges):
         means, low, high = ("discharge" if charges[0] < 0 else "charge"), np.abs(charges).min(), np.abs(charges).max()

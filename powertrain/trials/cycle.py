@@ -354,7 +354,7 @@ def so_far(plant: pt.Plant[Any], parameters: Mapping[str, float] | None = None) 
 
 
 def on_cycle(vehicle: pt.Component, cycle: DriveCycle | str | PathLike[str] | None) -> pt.Component:
-    """The vehicle on a cycle, by default its own, and on its road where the cycle has grades; the road of the cycle before it goes."""
+    """The vehicle on a cycle, by default its own. Grades of the cycle become its road; those of the earlier cycle are removed."""
     parts = anatomy(vehicle)
     path = parts.the("cycle")
     own: DriveCycle = value_at(vehicle, path).cycle

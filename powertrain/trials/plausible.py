@@ -1,4 +1,4 @@
-"""Numbers of a vehicle that are possible, but are likely to be a mistake: another unit, a diameter for a radius, a clutch too weak."""
+"""Values of a vehicle that are possible but likely to be a mistake: another unit, a diameter for a radius, a weak clutch."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ USUAL: dict[str, tuple[float, float, str]] = {
     "A": (0.4, 12.0, "it is the frontal area"),
     "Cd": (0.1, 1.2, "it is the drag coefficient"),
 }
-"""Values that wheels and bodies of road vehicles have, in the unit of the parameter, and what the parameter is."""
+"""Usual values of wheels and bodies of road vehicles, in the unit of the parameter, with its description."""
 ROLLING = 0.003, 0.04
-"""Road load near standstill over the weight: rolling resistance of tyres and drag of bearings and brakes."""
+"""Usual road load near standstill, relative to the weight: rolling resistance of tyres and drag of bearings and brakes."""
 POWER = 5.0, 1000.0
 """Largest power over mass [W/kg]."""
 STORED = 0.2
@@ -42,9 +42,9 @@ GRAVITY, KWH, SPEEDS = 9.80665, 3.6e6, 200
 
 
 def notes(vehicle: pt.Component) -> tuple[str, ...]:
-    """What looks like a mistake in the numbers of a vehicle; empty where nothing does.
+    """Likely mistakes in the values of a vehicle; empty if there are none.
 
-    Nothing here is impossible, and nothing else is checked: a value that has no meaning is refused when it is given.
+    All these values are possible: a value without meaning is rejected when it is given.
     """
     parts = anatomy(vehicle)
     bodies = [(path, value_at(vehicle, path)) for name, path in parts.one if name == "body"]
