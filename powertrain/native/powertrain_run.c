@@ -212,7 +212,7 @@ static void eliminate_what_holds(pt_model *a)
     double (*G)[PT_F] = a->mobility;
     for (int i = 0; i < PT_F; i++) {  /* where the terms of G_ii cancel, their size */
         double own = fabs(G[i][i]), terms = a->size[i];
-        a->size[i] = sqrt(own > SINGULAR * terms ? own : terms > 0 ? terms : 1);
+        a->size[i] = sqrt(own > PT_SINGULAR * terms ? own : terms > 0 ? terms : 1);
     }
     for (int i = 0; i < PT_F; i++)
         for (int j = 0; j < PT_F; j++) G[i][j] /= a->size[i] * a->size[j];

@@ -40,7 +40,9 @@ def test_consumption_in_all_its_units(run: CycleRun) -> None:
     assert run.mpg() == pytest.approx(km / 1.609344 / (joule / 3.6e6 / 33.705))
     assert run.mpg(0.88) == pytest.approx(0.88 * run.mpg())
     full = ElectricCar().battery.full_energy()
-    assert run.table.loc["range with the whole charge"].tolist() == [pytest.approx(run.range() / 1e3), "km"]
+    kilometres, unit = (run.table.loc["range with the whole charge", column] for column in ("value", "unit"))
+    assert kilometres == pytest.approx(run.range() / 1e3)
+    assert unit == "km"
     assert run.range(0.9) == pytest.approx(0.9 * full / joule * run.distance)
     # the stored energy's change is the integral of open-circuit voltage times current
     soc, i = run.result["battery.soc"], run.result["battery.i"]
