@@ -43,7 +43,7 @@ ORDER = [
     "numerics: replay folding",
     "compiler: matching calls cancellation",
     "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity records assemble",
-    "modes: complementarity indicators rules projection jam guards selflocking admissible algebra uniqueness resting resolve",
+    "modes: complementarity indicators rules projection jam guards selflocking admissible algebra uniqueness resting discontinuities resolve",
     "integration: samples step_control step dopri5 rodas5p fused parts sparse_step specialized",
     "engine: catalogue waves chatter schedules trajectory location",
     "engine: continuity zeno failure prepared options loop simulator",

@@ -22,8 +22,9 @@ from powertrain.integration.parts import Parts, in_parts
 from powertrain.integration.specialized import Calls, SpecialSteps, for_modes
 from powertrain.modes.admissible import Admissible
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
+from powertrain.modes.discontinuities import reset_values
 from powertrain.modes.indicators import Indicator, indicators
-from powertrain.modes.resolve import ModeResolver, reset_values
+from powertrain.modes.resolve import ModeResolver
 from powertrain.modes.rules import timed
 from powertrain.numerics.background import Builds, Install
 from powertrain.numerics.buffers import Array, Bound, Memory

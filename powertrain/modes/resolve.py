@@ -8,28 +8,29 @@ from functools import cached_property
 from itertools import islice, product
 from typing import NoReturn
 
-import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Barrier, HybridDae, When
+from powertrain.compiler.hybrid import HybridDae
 from powertrain.errors import SimulationError
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.complementarity import Complementarity, Point
+from powertrain.modes.discontinuities import Discontinuities
 from powertrain.modes.jam import jam_message, law_values, not_found_message, several_message
-from powertrain.modes.lemke import lemke
 from powertrain.modes.resting import resting
-from powertrain.modes.tolerances import INTEGRATED, REST_SPEED, STRUCK, ZONE
+from powertrain.modes.tolerances import ZONE
 from powertrain.modes.uniqueness import Uniqueness
-from powertrain.numerics.buffers import PREFIX, Array, Bound, Evaluated, Memory, view
+from powertrain.numerics.buffers import Array, Bound, Memory, view
 
 PASSES = 20
+"""Passes of the semismooth Newton method before it counts as not converging."""
 _ROUNDS = 10_000
+"""Resets and impacts at one instant."""
 _LINEARIZED = 16
 """Linearisations of the complementarity problem, if laws are nonlinear in the torques or conditions on speeds change."""
 _MOST_PIECES = 12
 """Conditions on torques in the bounds; with more there are too many combinations to try."""
 _MOST_COMBINATIONS = 5000
-"""Passes of the semismooth Newton method before it counts as not converging."""
+"""Combinations of modes that are tried one by one if bounds depend on torques."""
 
 
 class ModeResolver:
@@ -46,7 +47,7 @@ class ModeResolver:
         self.dae, self.memory, self.algebra = dae, memory, algebra
         self.n = dae.x.numel()
         self._update, self._fresh = update, fresh
-        self._values = _Events(dae, memory) if dae.whens or dae.contacts else None
+        self._discontinuities = Discontinuities(dae, memory) if dae.whens or dae.contacts else None
         self.extra: list[tuple[str, str]] = []
         self.notes: list[str] = []
         self._unsolved: NotConsistent | None = None
@@ -304,91 +305,13 @@ class ModeResolver:
     def _discontinuity(self, side: int) -> bool:
         """Apply the resets of all rising edges, else one impact of all barriers that are struck."""
         memory = self.memory
-        assert self._values is not None
+        assert self._discontinuities is not None
         if memory.flags[1]:
             rising = [when for k, when in enumerate(self.dae.whens) if memory.edges[k]]
-            self._values.reset(side, rising)
+            self._discontinuities.reset(side, rising)
             self.extra += [(when.name, "reset") for when in rising if any(not r.discrete for r in when.resets)]
         else:
             struck = np.flatnonzero(memory.closing).tolist()
-            self.extra += [(name, "impact") for name in self._values.impact(side, struck)]
+            self.extra += [(name, "impact") for name in self._discontinuities.impact(side, struck)]
         memory.jumped[0] = 2.0
         return True
-
-
-def reset_values(dae: HybridDae) -> ca.Function:
-    """The right-hand sides of all resets of all laws in order: (t, x, z, m, p) -> values."""
-    values = ca.vertcat(*[reset.value for when in dae.whens for reset in when.resets])
-    return ca.Function(PREFIX + "resets", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(values)])
-
-
-class _Events:
-    """Evaluates resets and impacts when they happen."""
-
-    def __init__(self, dae: HybridDae, memory: Memory) -> None:
-        self.dae, self.memory, self.barriers = dae, memory, dae.barriers
-        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-        barriers = [
-            ca.vertcat(*[getattr(b, part) for b in self.barriers]) for part in ("speed", "restitution", "rests")
-        ]
-        self._resets = Evaluated(reset_values(dae))
-        outputs = [ca.densify(e) for e in (*barriers, dae.impact_x, dae.impact_a)]
-        self._impact = Evaluated(ca.Function(PREFIX + "impact", inputs, outputs))
-        self._first = {}
-        count = 0
-        for when in dae.whens:
-            self._first[when.index] = count
-            count += len(when.resets)
-
-    def reset(self, side: int, rising: Sequence[When]) -> None:
-        """Assign all right-hand sides, evaluated with the values before the reset."""
-        values = self._resets(*self.memory.instant(side))[0].ravel()
-        for when in rising:
-            self.memory.m[when.index] = 1.0
-            for k, reset in enumerate(when.resets, self._first[when.index]):
-                target = self.memory.m if reset.discrete else self.memory.y[side]
-                target[reset.index] = values[k]
-
-    def impact(self, side: int, struck: Sequence[int]) -> list[str]:
-        """Moreau's impact law for the struck barriers together with all those at rest: impulses I change the speeds v to v'.
-
-            v' = v + G I,   0 <= I,   0 <= v' + e min(v, 0),   I' (v' + e min(v, 0)) = 0.
-
-        Returns the names of barriers with a noticeable impulse. Slow rebounds are suppressed (e = 0). Restitution ignores motion away from
-        a barrier, v > 0: with a rebound elsewhere its impulse might add energy, I (v + v')/2 > 0. A barrier that this throws backward is
-        struck next. J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, CISM 302, Springer 1988, section 12.
-        """
-        barriers, m = self.barriers, self.memory.m
-        speed, restitution, rests, on_x, on_a = self._impact(*self.memory.instant(side))
-        touching = [*struck, *(k for k in np.flatnonzero(rests.ravel()).tolist() if k not in struck)]
-        speed, restitution = speed.ravel()[touching], restitution.ravel()[touching]
-        inwards = np.minimum(speed, 0.0)
-        rebound = np.where(-restitution * inwards < REST_SPEED, 0.0, restitution)
-        effect = on_a[np.ix_(touching, touching)]
-        impulse = self._impulses(effect, speed + rebound * inwards, [barriers[k] for k in touching])
-        self.memory.y[side][: self.dae.x.numel()] += on_x[:, touching] @ impulse
-        after, nothing = speed + effect @ impulse, ZONE + STRUCK * np.abs(speed).max()
-        felt = np.diag(effect) * impulse > INTEGRATED
-        for k, away, some in zip(touching, after > nothing, felt, strict=True):
-            if away or some or k in struck:
-                m[barriers[k].index] = barriers[k].left if away else barriers[k].held
-        return [barriers[k].name for k, some in zip(touching, felt, strict=True) if some]
-
-    def _impulses(self, effect: Array, goal: Array, barriers: Sequence[Barrier]) -> Array:
-        """The impulses I >= 0 for which goal + effect I >= 0, with equality where they act."""
-        size = np.sqrt(np.diag(effect))
-        size[size == 0.0] = 1.0
-        largest = np.abs(goal / size).max()
-        found = lemke(effect / np.outer(size, size), goal / size / largest)
-        if found.z is None:
-            self._refuse_unstoppable([barriers[k] for k in found.ray])
-        assert found.z is not None
-        return np.asarray(found.z * largest / size, np.float64)
-
-    def _refuse_unstoppable(self, barriers: Sequence[Barrier]) -> None:
-        if barriers:
-            named = ", ".join(f"{barrier.name} ({barrier.where})" for barrier in barriers)
-            raise SimulationError(
-                f"at t = {self.memory.time[0]:.9g} s a motion that no force can stop closes {named}: it is prescribed, or held against the "
-                "contact by others. Put a compliance between the prescribed motion and the contact, or an elastic contact in its place"
-            )
