@@ -51,7 +51,8 @@ def _step(kind: type[Component], path: str, known: Mapping[str, Any]) -> tuple[s
     if step is None:
         raise ParameterError(f"{kind.__name__}: {path!r} is not a path such as J, wheels[0] or wheels[0].r")
     name, index, rest = step.groups()
-    if name not in known:
+    given = isinstance(getattr(kind, name, None), property)  # the constructor may take what it keeps in several fields
+    if name not in known and not given:
         inside = [
             f"{part}.{name}" for part, value in known.items() if isinstance(value, Component) and name in value._fields
         ]
