@@ -16,7 +16,7 @@ import casadi as ca
 from powertrain.compiler.texts import read, residual_of
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.checks import checked_condition
-from powertrain.language.component import Component, children
+from powertrain.language.component import Component, children, place_parts
 from powertrain.language.connectors import Connector, Input, Output, Signal, declared
 from powertrain.language.fields import Discrete, Parameter, Port, Quantity, Variable
 from powertrain.language.law import Law
@@ -177,11 +177,7 @@ def _bind(component: Component, path: str, flat: Flat, above: tuple[int, ...] = 
         name: _bind(part, f"{path}.{name}" if path else name, flat, (*above, id(component)))
         for name, part in children(component)
     }
-    for name, value in component._values.items():
-        if isinstance(value, Component):
-            bound.__dict__[name] = parts[name]
-        elif isinstance(value, tuple):
-            bound.__dict__[name] = tuple(parts.get(f"{name}[{i}]", item) for i, item in enumerate(value))
+    place_parts(bound, parts)
     return bound
 
 

@@ -293,11 +293,7 @@ def _named(component: Component, path: str, parameters: list[tuple[Symbol, float
             bound._symbols[name] = Symbol.sym(f"{path}{name}")
             parameters.append((bound._symbols[name], component._values[name], spec.unit))
     parts = {name: _named(part, f"{path}{name}.", parameters) for name, part in children(component)}
-    for name, value in component._values.items():
-        if isinstance(value, Component):
-            bound.__dict__[name] = parts[name]
-        elif isinstance(value, tuple):
-            bound.__dict__[name] = tuple(parts.get(f"{name}[{i}]", item) for i, item in enumerate(value))
+    place_parts(bound, parts)
     return bound
 
 
@@ -314,6 +310,15 @@ def _finals(kind: type[Component]) -> list[str]:
     if "equations" in vars(kind):
         return [kind.__name__]
     return [name for derived in kind.__subclasses__() for name in _finals(derived) if not name.startswith("_")]
+
+
+def place_parts(component: Component, parts: Mapping[str, Component]) -> None:
+    """Put copies of the parts of a component in their places; ``parts`` are by name, as of ``children``."""
+    for name, value in component._values.items():
+        if isinstance(value, Component):
+            component.__dict__[name] = parts[name]
+        elif isinstance(value, tuple):
+            component.__dict__[name] = tuple(parts.get(f"{name}[{i}]", item) for i, item in enumerate(value))
 
 
 def children(component: Component) -> Iterator[tuple[str, Component]]:

@@ -21,7 +21,7 @@ REST_SPEED = 1e-4
 STRUCK = 1e-9
 """Speeds after an impact are zero below this share of the largest speed before it."""
 NOISE = 1e-6
-"""Indicators (in rad/s or m/s) below this need not be smooth within a step: the error of the states is as large."""
+"""Indicators (rad/s, m/s, N.m, N, m) need not be smooth within a step below this: the error of the states is as large."""
 LIMIT = 1e-9
 """Allowed excess of a value beyond its limit, relative to 1 + |limit|: rounding of values that a model sets to the limit."""
 JUMP = 1e-7
