@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 
 from powertrain.equilibrium.balance import Balance
 from powertrain.equilibrium.equations import HELD, LEAST, LOWER, NOTHING, UPPER, Equations
+from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.modes.tolerances import BALANCED, NO_WIDTH, RESOLVED, REST
 from powertrain.numerics.batch import Columns
 from powertrain.numerics.buffers import Array
 
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
-
-FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,14 @@ import numpy as np
 from powertrain.compiler.hybrid import Friction, Switch
 from powertrain.equilibrium.balance import Balance
 from powertrain.equilibrium.between import Between
-from powertrain.equilibrium.choices import BACKWARD, FORWARD, STUCK, choices, order
+from powertrain.equilibrium.choices import choices, order
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, SolvedPoints, Trials
 from powertrain.equilibrium.search import Search
 from powertrain.equilibrium.solutions import Solutions
 from powertrain.equilibrium.system import Equilibrium
-from powertrain.modes.indicators import guard_margin
+from powertrain.modes.friction import BACKWARD, FORWARD, STUCK
+from powertrain.modes.guards import guard_margin
 from powertrain.modes.tolerances import INFINITE, RESOLVED, ZONE
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.buffers import Array

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import Friction
-from powertrain.equilibrium.choices import STUCK, choices, held_rows, with_modes
+from powertrain.equilibrium.choices import choices, held_rows, with_modes
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import OK
 from powertrain.equilibrium.system import Equilibrium, formulate
@@ -19,6 +19,7 @@ from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
+from powertrain.modes.friction import STUCK
 from powertrain.plant import Plant
 from powertrain.steadystate.steady import What, question, steady
 
@@ -149,7 +150,8 @@ def _function(
         row for k, row in held_rows(problem) if modes[k] == (STUCK if isinstance(problem.laws[k], Friction) else 1.0)
     ]
     margins = {
-        f"{choice.law.name}": choice.margin(mode) for choice, mode in zip(choices(problem), modes.tolist(), strict=True)
+        f"{choice.law.name}": choice.margins[mode]
+        for choice, mode in zip(choices(problem), modes.tolist(), strict=True)
     }
     given = dict(enumerate(modes.tolist()))
     written = with_modes([*problem.outputs, *margins.values(), *problem.rows, *held], problem.modes, given)

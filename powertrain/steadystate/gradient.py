@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.compiler.hybrid import Friction
-from powertrain.equilibrium.choices import STUCK, held_rows
+from powertrain.equilibrium.choices import held_rows
 from powertrain.equilibrium.points import OK, STUCK_POINT, Look
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as texts
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
+from powertrain.modes.friction import STUCK
 from powertrain.numerics.batch import LANES, Rows, Tape
 from powertrain.plant import Plant
 from powertrain.steadystate.steady import Question, What, kept, question, steady_map, written
