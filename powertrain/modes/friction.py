@@ -5,7 +5,7 @@ the modes that hold at a steady state, where nothing accelerates.
 
 The torques of all laws together are solved in ``powertrain.compiler.torques``, the modes of all laws in
 ``powertrain.modes.complementarity``, and both for many operating points at once in ``powertrain.equilibrium.laws``. A direction without a
-torque limit is a ``Barrier``.
+torque limit is also a ``Barrier`` (``HybridDae.barriers``).
 """
 
 from __future__ import annotations
