@@ -19,6 +19,7 @@ from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
+from powertrain.modes.contact import CLOSED
 from powertrain.modes.friction import STUCK
 from powertrain.plant import Plant
 from powertrain.steadystate.steady import What, question, steady
@@ -147,7 +148,7 @@ def _function(
 ) -> tuple[ca.Function, tuple[str, ...]]:
     """The function of (v, p), and the names of the margins."""
     held = [
-        row for k, row in held_rows(problem) if modes[k] == (STUCK if isinstance(problem.laws[k], Friction) else 1.0)
+        row for k, row in held_rows(problem) if modes[k] == (STUCK if isinstance(problem.laws[k], Friction) else CLOSED)
     ]
     margins = {
         f"{choice.law.name}": choice.margins[mode]
