@@ -38,7 +38,10 @@ def next_mode(dae: HybridDae, law: Switch, fires: ca.SX | None) -> ca.SX:
 
 
 def steady_margins(law: Switch) -> dict[float, ca.SX]:
-    """Both modes, each with a margin that is not negative where it holds at a steady state; around g = 0 both hold."""
+    """Both modes, each with a margin that is not negative where it holds at a steady state.
+
+    Without the uncertainty of a run: there is no mode before, and in a wide band around g = 0 both modes would hold.
+    """
     return {1.0: condition_margin(ca.SX(1), law.g), 0.0: condition_margin(ca.SX(0), law.g)}
 
 
