@@ -12,10 +12,11 @@ import pytest
 from powertrain.equilibrium.balance import Balance
 from powertrain.equilibrium.beginnings import EulerStep, _condition_bound, _degenerate, mobilities
 from powertrain.equilibrium.corrector import Near, corrected, fixed, undetermined
-from powertrain.equilibrium.laws import BACKWARD, FORWARD, FREE, STUCK, Iterates, LawValues, SteadyLaws
+from powertrain.equilibrium.laws import Iterates, LawValues, SteadyLaws
 from powertrain.equilibrium.points import SolvedPoints
 from powertrain.equilibrium.relaxation import relaxed
 from powertrain.equilibrium.solutions import Solutions
+from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
 
 Matrix = np.ndarray[Any, Any]
 

@@ -38,6 +38,7 @@ ORDER = [
     "language: map",
     "modes.tolerances modes.lemke",
     "compiler.hybrid",
+    "modes: friction contact switch when",
     "numerics: tape buffers lookup hoisting vertex_elimination pivots sparse_lu newton elimination compiled background vectorised",
     "numerics: batch many",
     "numerics: replay folding",

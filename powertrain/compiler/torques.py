@@ -32,6 +32,7 @@ from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
 from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key, total_derivative
+from powertrain.modes.friction import least_torque, sliding_torque
 from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.sparse_lu import Numbers, Row, eliminate
 
@@ -257,7 +258,7 @@ def _rate_held(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
     if isinstance(t.law, UnilateralLaw) or not _prescribed(t, own):
         return t.rate
     tied = any(ca.which_depends(ca.vertcat(t.law.lower, t.law.upper), tau, 1, False))
-    return own - (Symbol(0) if tied else ca.fmax(t.law.lower, ca.fmin(t.law.upper, 0)))
+    return own - (Symbol(0) if tied else least_torque(t.law.lower, t.law.upper))
 
 
 def _prescribed(t: LawTorque, own: Symbol) -> bool:
@@ -269,16 +270,11 @@ def _loose(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
     """The expression that is zero while the law slides or the contact is open.
 
     A law held at rest by others does not slide: its limit is the peak torque.
-    If its torque changes no motion, any torque between the bounds is possible at rest: operating points select one by a mode between -1
-    and 1.
     """
     if isinstance(t.law, UnilateralLaw):
         return own
-    lower, upper = t.law.lower, t.law.upper
-    if _prescribed(t, own):
-        upper = ca.if_else(ca.fabs(t.mode) < 1, lower + (1 + t.mode) / 2 * (upper - lower), upper)
     holds = ca.if_else(t.rests, t.law.peak, 1) if breaks_away(t.law) and held_by_others(t, own, tau) else 1
-    return own - holds * ca.if_else(t.mode == -1, lower, upper)
+    return own - holds * sliding_torque(t.mode, t.law.lower, t.law.upper, _prescribed(t, own))
 
 
 def breaks_away(law: FrictionLaw) -> bool:

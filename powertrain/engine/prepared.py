@@ -25,7 +25,7 @@ from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.discontinuities import reset_values
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.modes.resolve import ModeResolver
-from powertrain.modes.rules import timed
+from powertrain.modes.switch import timed
 from powertrain.numerics.background import Builds, Install
 from powertrain.numerics.buffers import Array, Bound, Memory
 from powertrain.numerics.compiled import Compilable, compile_functions

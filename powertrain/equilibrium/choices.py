@@ -1,12 +1,10 @@
 """The modes that laws may have at a steady state, and for every mode a margin that is not negative where the mode holds.
 
-Modes follow the rules of the simulation, with one difference: nothing accelerates, so a law at rest is stuck as long as its torque is
-within the bounds. If the motion is prescribed, that torque is not determined: the law is at rest with any torque between the bounds.
+The margins are those of the laws (``steady_margins`` in ``powertrain.modes.friction``, ``contact`` and ``switch``).
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -18,25 +16,24 @@ from powertrain.compiler.matching import components
 from powertrain.equilibrium.placed import Law
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.symbols import Symbol
-from powertrain.modes.indicators import pressure_margin, relation, torque_margins
-from powertrain.modes.tolerances import EPS, INFINITE, NO_WIDTH, ZONE
+from powertrain.modes import contact, friction, switch
+from powertrain.modes.friction import FREE
+from powertrain.modes.tolerances import INFINITE
 from powertrain.numerics.batch import dependence
-
-FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
 
 @dataclass(frozen=True)
 class LawModes:
-    """A law with its possible modes; ``rest`` is not negative where no mode holds because the law rests under a prescribed motion."""
+    """A law with a margin for each possible mode; ``rest`` is not negative where none holds because a prescribed motion rests."""
 
     law: Law
-    modes: tuple[float, ...]
-    margins: tuple[Symbol, ...]
+    margins: Mapping[float, Symbol]
     rest: Symbol | None = None
 
-    def margin(self, mode: float) -> Symbol:
-        """Not negative where ``mode`` holds."""
-        return self.margins[self.modes.index(mode)]
+    @property
+    def modes(self) -> tuple[float, ...]:
+        """In the order in which they are tried."""
+        return tuple(self.margins)
 
 
 def choices(problem: Equilibrium) -> list[LawModes]:
@@ -57,7 +54,7 @@ class Group:
 def order(problem: Equilibrium, found: Sequence[LawModes]) -> list[Group]:
     """All laws and unknowns in groups, in the order in which they can be solved."""
     laws = range(len(found))
-    wanted = [[*c.margins, *([] if c.rest is None else [c.rest])] for c in found]
+    wanted = [[*c.margins.values(), *([] if c.rest is None else [c.rest])] for c in found]
     wanted += [[problem.rows[i] for i in rows] for rows, _ in problem.blocks]
     owner = [*laws, *(0 for _ in problem.u)]
     for b, (_, block) in enumerate(problem.blocks, len(found)):
@@ -89,36 +86,10 @@ def _moved_by_unknowns(problem: Equilibrium) -> list[bool]:
 
 def _choice(law: Law, moved: bool) -> LawModes:
     if isinstance(law, Switch):
-        return LawModes(law, (1.0, 0.0), (relation(Symbol(1), law.g), relation(Symbol(0), law.g)))
+        return LawModes(law, switch.steady_margins(law))
     if isinstance(law, Contact):
-        closed = pressure_margin(law) if moved else ca.fmin(pressure_margin(law), ZONE - ca.fabs(law.gap))
-        return LawModes(law, (1.0, 0.0), (closed, law.gap + EPS))
-    modes = (FORWARD, BACKWARD) if law.prescribed else (STUCK, FORWARD, BACKWARD)
-    if law.may_free:
-        modes = (*modes, FREE)
-    margins = tuple(_friction_margin(law, mode) for mode in modes)
-    rests = ca.if_else(ca.fabs(law.w) <= ZONE, law.upper - law.lower - NO_WIDTH, -1)
-    return LawModes(law, modes, margins, rests if law.prescribed else None)
-
-
-def _friction_margin(law: Friction, mode: float) -> Symbol:
-    rests = ZONE - ca.fabs(law.w)
-    if mode == FREE:
-        return NO_WIDTH - (law.upper - law.lower)
-    if mode == STUCK:
-        held = ca.fmin(*torque_margins(law))
-        return held if law.algebraic else ca.fmin(held, rests)
-    bound = law.upper if mode == FORWARD else law.lower
-    if bound.is_constant() and not math.isfinite(float(bound)):
-        return Symbol(-1)
-    away = mode * law.w - ZONE
-    if law.algebraic:
-        away = mode * law.w + EPS
-    elif law.prescribed:  # at rest with equal bounds all modes give the same torque
-        away = ca.if_else(ca.fabs(law.w) <= ZONE, NO_WIDTH - (law.upper - law.lower), away)
-    else:
-        away = ca.fmax(away, ca.fmin(rests, mode * law.rate + law.reach * law.hysteresis))
-    return away
+        return LawModes(law, contact.steady_margins(law, moved))
+    return LawModes(law, friction.steady_margins(law), friction.steady_rest(law) if law.prescribed else None)
 
 
 def bounded(problem: Equilibrium) -> list[Symbol]:
@@ -133,15 +104,12 @@ def possible(choice: LawModes, mode: float, hidden: Sequence[Symbol]) -> Symbol:
     While it is not known whether a law is free, nor whether it slides, the free mode need not be tried: between bounds of zero the law
     slides without torque anyway.
     """
-    law, found = choice.law, [] if choice.rest is not None else [choice.margin(mode)]
-    if mode == FREE and isinstance(law, Friction):
+    law, found = choice.law, [] if choice.rest is not None else [choice.margins[mode]]
+    if isinstance(law, Friction) and mode == FREE:
         if choice.rest is None and dependence([*found, law.w], hidden).any(axis=1).all():
             return Symbol(-1)
     elif isinstance(law, Friction):
-        if not law.algebraic:
-            found.append(ZONE - ca.fabs(law.w) if mode == STUCK else mode * law.w + ZONE)
-        if law.may_free:
-            found.append(law.upper - law.lower - NO_WIDTH)
+        found += friction.necessary(law, mode)
     known = [margin for margin in found if not dependence([margin], hidden).any()]
     return ca.mmin(ca.vertcat(Symbol(0), *known))
 

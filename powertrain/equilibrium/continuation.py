@@ -23,9 +23,10 @@ import numpy as np
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected, fixed
-from powertrain.equilibrium.laws import FORWARD, STUCK, Iterates, SteadyLaws
+from powertrain.equilibrium.laws import Iterates, SteadyLaws
 from powertrain.equilibrium.points import SteadyPoint
 from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws, Mask, Point
+from powertrain.modes.friction import FORWARD, STUCK
 from powertrain.modes.tolerances import NO_WIDTH, REST, STILL
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import relative

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.equilibrium.laws import BACKWARD, FORWARD, STUCK, Iterates, LawValues, Mask, SteadyLaws
+from powertrain.equilibrium.laws import Iterates, LawValues, Mask, SteadyLaws
+from powertrain.modes.friction import BACKWARD, FORWARD, STUCK
 from powertrain.modes.tolerances import LOCKED, NEUTRAL, STILL
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array

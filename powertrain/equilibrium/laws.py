@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from powertrain.equilibrium.balance import Balance
 from powertrain.equilibrium.equations import HELD, LEAST, LOWER, NOTHING, UPPER, Equations
-from powertrain.modes.tolerances import BALANCED, NO_WIDTH, RESOLVED, REST
+from powertrain.modes.contact import CLOSED
+from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
+from powertrain.modes.tolerances import BALANCED, NO_WIDTH, REST, balance_tolerance
 from powertrain.numerics.batch import Columns
 from powertrain.numerics.buffers import Array
 
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
-
-FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
 
 @dataclass(frozen=True)
@@ -131,33 +131,43 @@ class SteadyLaws:
         """Speeds below this count as rest."""
         return REST * (1.0 + _times(np.abs(value.speed_[:, :, : self.unknowns]), np.abs(at.y)))
 
+    def beyond(self, value: LawValues, at: Iterates) -> tuple[Mask, Mask]:
+        """Which torques are below and above the limits of a stuck law.
+
+        Within the same uncertainty for all: the laws' own hysteresis follows from their torques in given modes, and these are iterates.
+        """
+        known = balance_tolerance(np.abs(at.tau).max(axis=1, initial=0.0))[:, None]
+        high, low, peak = np.maximum(value.lower, value.upper), np.minimum(value.lower, value.upper), self.peaks(at)
+        return at.tau < peak * low - known, at.tau > peak * high + known
+
     def next_modes(self, at: Iterates, value: LawValues, given: Mask, side: Array, drive: Array | None) -> Array:
         """The modes that follow from the values; equal to those of ``at`` if these hold.
 
         ``given`` are laws whose motion is given; ``side`` is the side from which their rest is approached.
         A law that slides at zero speed is held by others; it is stuck unless ``drive``, its rate against its own compliance, drives it.
+        The rules are those of the laws (``powertrain.modes``) with speeds in place of rates, and with tolerances of an iterate.
         """
         modes, mode = at.modes.copy(), at.modes[:, self.law_modes]
-        zone, known = self.zone(value, at), RESOLVED * (1.0 + np.abs(at.tau).max(axis=1, initial=0.0))[:, None]
-        high, low, peak = np.maximum(value.lower, value.upper), np.minimum(value.lower, value.upper), self.peaks(at)
-        above, below = at.tau > peak * high + known, at.tau < peak * low - known
+        zone, (below, above) = self.zone(value, at), self.beyond(value, at)
         rests, sign = np.abs(value.speed) <= zone, np.sign(value.speed)
-        slides = (mode == FORWARD) | (mode == BACKWARD)
         stuck = np.where(~rests, sign, np.where(above, FORWARD, np.where(below, BACKWARD, STUCK)))
-        turned = mode * value.speed < -zone
-        sliding = np.where(turned, STUCK, mode)
+        sliding = np.where(mode * value.speed < -zone, STUCK, mode)
         if drive is not None:
             sliding = np.where(rests & self.may_free & (mode * drive < 0.0), STUCK, sliding)
-        new = np.where(slides, sliding, stuck)
+        new = np.where((mode == FORWARD) | (mode == BACKWARD), sliding, stuck)
         new = np.where(given, np.where(rests, side, sign), new)
-        new = np.where(self.may_free & (high - low <= NO_WIDTH), FREE, new)
-        closed = np.where(mode == 1.0, ~(above | (value.speed > zone)), value.speed < -zone)
+        width = np.maximum(value.lower, value.upper) - np.minimum(value.lower, value.upper)
+        new = np.where(self.may_free & (width <= NO_WIDTH), FREE, new)
+        closed = np.where(mode == CLOSED, ~(above | (value.speed > zone)), value.speed < -zone)
         modes[:, self.law_modes] = np.where(self.contact, closed, new)
-        sizes = np.concatenate([np.abs(at.y), np.abs(at.tau)], axis=1)
-        terms = REST * (1.0 + _times(np.abs(value.g_), sizes))
-        was = at.modes[:, self.switch_modes]
-        modes[:, self.switch_modes] = np.where((2.0 * was - 1.0) * value.g >= -terms, was, 1.0 - was)
+        modes[:, self.switch_modes] = self._switches(at, value)
         return modes
+
+    def _switches(self, at: Iterates, value: LawValues) -> Array:
+        """The modes of the switches; a condition at zero keeps its side."""
+        sizes = np.concatenate([np.abs(at.y), np.abs(at.tau)], axis=1)
+        terms, was = REST * (1.0 + _times(np.abs(value.g_), sizes)), at.modes[:, self.switch_modes]
+        return np.where((2.0 * was - 1.0) * value.g >= -terms, was, 1.0 - was)
 
     def balanced(self, at: Iterates, value: LawValues) -> Mask:
         """Whether the rows are zero."""

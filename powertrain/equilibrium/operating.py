@@ -14,14 +14,15 @@ import numpy as np
 from powertrain.compiler.hybrid import Friction, Switch
 from powertrain.equilibrium.balance import Balance
 from powertrain.equilibrium.between import Between
-from powertrain.equilibrium.choices import BACKWARD, FORWARD, STUCK, choices, order
+from powertrain.equilibrium.choices import choices, order
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, SolvedPoints, Trials
 from powertrain.equilibrium.search import Search
 from powertrain.equilibrium.solutions import Solutions
 from powertrain.equilibrium.system import Equilibrium
-from powertrain.modes.indicators import guard_margin
-from powertrain.modes.tolerances import INFINITE, RESOLVED, ZONE
+from powertrain.modes.friction import BACKWARD, FORWARD, STUCK
+from powertrain.modes.guards import guard_margin
+from powertrain.modes.tolerances import INFINITE, ZONE, balance_tolerance
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.buffers import Array
 
@@ -167,7 +168,7 @@ class Solver:
         for _ in range(count):
             found = self._torques(np.vstack([grid, points.u, points.modes]))
             torque, lower, upper = found[::3], found[1::3], found[2::3]
-            known = RESOLVED * (1.0 + np.abs(torque).max(axis=0, initial=0.0))
+            known = balance_tolerance(np.abs(torque).max(axis=0, initial=0.0))
             stuck = candidates & (modes == STUCK)
             above, below = stuck & (torque > upper + known), stuck & (torque < lower - known)
             if not (above | below).any():

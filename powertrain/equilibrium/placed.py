@@ -11,7 +11,7 @@ import numpy as np
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import Contact, Friction, Switch, TimeSignal
 from powertrain.language.symbols import Symbol, column, key
-from powertrain.modes.tolerances import ZONE
+from powertrain.modes.friction import held_at_rest
 from powertrain.numerics.buffers import Array
 
 Law = Friction | Switch | Contact
@@ -62,9 +62,9 @@ class Placed:
             m[s.index : s.index + 3] = [Symbol(time), value, Symbol(0)]
         p = [known.get(n, dae.p[i]) for i, n in enumerate(compiled.parameters)]
         self.arguments = [Symbol(time), dae.x, dae.z, column(m), column(p)]
-        shared = [(law.rests, law.w) for law in dae.frictions if law.rests is not None]
-        for (index, _), w in zip(shared, self.put([w for _, w in shared]), strict=True):
-            m[index] = ca.if_else(ca.fabs(w) <= ZONE, 1.0, 0.0)  # nothing accelerates
+        shared = [(law.rests, held_at_rest(law)) for law in dae.frictions if law.rests is not None]
+        for (index, _), rests in zip(shared, self.put([rests for _, rests in shared]), strict=True):
+            m[index] = rests
         self.arguments[3] = column(m)
         self.common = (
             column([*ca.vertsplit(dae.p), *self.inputs.values()])

@@ -130,7 +130,7 @@ class _Table:
         self._first, self._extra = [], []
         for c in found:
             self._first.append(len(rows))
-            rows += c.margins
+            rows += c.margins.values()
             self._extra.append(len(rows))
             rows.append(Symbol(-1) if c.rest is None else c.rest)
             if isinstance(c.law, Friction):

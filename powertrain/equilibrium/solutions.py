@@ -18,9 +18,10 @@ from scipy.spatial import KDTree
 from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected, undetermined
-from powertrain.equilibrium.laws import BACKWARD, STUCK, Iterates, Mask, SteadyLaws
+from powertrain.equilibrium.laws import Iterates, Mask, SteadyLaws
 from powertrain.equilibrium.points import SolvedPoints, SteadyPoint
 from powertrain.equilibrium.relaxation import relaxed
+from powertrain.modes.friction import BACKWARD, STUCK
 from powertrain.modes.tolerances import NO_WIDTH, SAME
 from powertrain.numerics.buffers import Array
 

@@ -15,7 +15,8 @@ from powertrain.integration.step import StepResult, on_polynomial, slope_of_poly
 from powertrain.integration.step_control import allowances, verdict
 from powertrain.modes.indicators import indicators
 from powertrain.modes.projection import at_rest
-from powertrain.modes.rules import mode_pass, timed
+from powertrain.modes.rules import mode_pass
+from powertrain.modes.switch import timed
 from powertrain.modes.tolerances import BALANCED, FOUND, NOW, SETTLED
 from powertrain.numerics.buffers import CHECKS, PREFIX
 from powertrain.numerics.hoisting import hoisted

@@ -24,6 +24,8 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.compiler.torques import COMPLIANCE
+from powertrain.modes.contact import CLOSED, OPEN
+from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.modes.lemke import Long, lemke
 from powertrain.modes.tolerances import ALONE, LEAST_TORQUE, NO_WIDTH
 from powertrain.numerics.buffers import Evaluated
@@ -184,7 +186,7 @@ class Complementarity:
         base = laws.at(replace(point, m=m), tau) if places else near
         bend = self._bends(replace(point, m=m), tau, base, places)
         rest = laws.at_rest(point, base, zone)
-        holds = np.where(rest & (point.m[laws.index] == 0.0), base.peak, 1.0)  # a stuck law must exceed its peak
+        holds = np.where(rest & (point.m[laws.index] == STUCK), base.peak, 1.0)  # a stuck law must exceed its peak
         wide = _widened(base, bend, holds, np.where(rest, known, 0.0))
         answer = _Problem(laws, *wide, tau, rest, zone).answer(self.switches)
         for law, hold in zip(self.dae.frictions, holds, strict=False):
@@ -278,15 +280,15 @@ class _Problem:
             # a law slides if its rate is basic and positive; with a rate of zero it is at rest
             at_first = i in found.basic and w[i] > 0.0
             at_other = k in second and n + second[k] in found.basic and z[second[k]] > 0.0
-            first = 1.0 if self.hangs[k] else -1.0
-            mode = first if at_first else -first if at_other else 0.0
-            modes[self.laws.index[k]] = mode if k < self.laws.frictions else float(mode == 0.0)
+            first = FORWARD if self.hangs[k] else BACKWARD
+            mode = first if at_first else -first if at_other else STUCK
+            modes[self.laws.index[k]] = mode if k < self.laws.frictions else CLOSED if mode == STUCK else OPEN
         free = self.laws.may_free & (
             self.width_0 + self.width_slope @ tau <= NO_WIDTH
         )  # their torques may change the limits
         for k in np.flatnonzero(~self.rest).tolist():
             if k < self.laws.frictions:
-                modes[self.laws.index[k]] = 2.0 if free[k] else 1.0 if self.forward[k] else -1.0
+                modes[self.laws.index[k]] = FREE if free[k] else FORWARD if self.forward[k] else BACKWARD
         nothing = LEAST_TORQUE + ALONE * scale
         for j, k in enumerate(self.bend.places, r + t):
             if z[j] > nothing or w[j] * scale > nothing:  # a condition at zero keeps its side

@@ -1,4 +1,4 @@
-"""Messages for values outside the range in which a model is valid."""
+"""The guard of a value, ``Guard``: its margin, and the message for a value outside the range in which a model is valid."""
 
 from __future__ import annotations
 
@@ -7,11 +7,25 @@ import numpy as np
 
 from powertrain.compiler.hybrid import Guard, HybridDae
 from powertrain.language.units import with_unit
-from powertrain.modes.tolerances import LIMIT
+from powertrain.modes.tolerances import EPS, LIMIT
 from powertrain.numerics.buffers import Memory
 
 _AT_LIMIT = 1e-6
 """A value this close to its limit, relative to 1 + |limit|, is not quoted: it would look like the limit."""
+
+
+def guard_margin(guard: Guard) -> ca.SX:
+    """Distance from the nearer limit, with a tolerance."""
+    margins = []
+    for distance, limit in ((guard.value - guard.low, guard.low), (guard.high - guard.value, guard.high)):
+        size = ca.fabs(limit)
+        margins.append(distance + LIMIT * (1.0 + ca.if_else(size < 1e300, size, 0.0)))
+    return ca.fmin(*margins)
+
+
+def watched(guard: Guard) -> list[tuple[ca.SX, ca.SX | float]]:
+    """What falls through zero when the value leaves its range, if this ends the run, with its uncertainty."""
+    return [(guard_margin(guard), EPS)] if guard.action == "error" else []
 
 
 def first_violation(dae: HybridDae, memory: Memory, side: int, t: float) -> str:

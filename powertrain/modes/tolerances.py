@@ -6,6 +6,8 @@ Numbers that control a method (pivots, ranks, step sizes) are defined where they
 from __future__ import annotations
 
 import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
 
 # Speeds, gaps, conditions
 EPS = 1e-10
@@ -97,6 +99,12 @@ def torque_tolerance(meeting: ca.SX, largest: ca.SX) -> ca.SX:
 def alone_tolerance(largest: ca.SX) -> ca.SX:
     """Uncertainty of the torque of a law that is alone on its motion."""
     return LEAST_TORQUE + ALONE * largest
+
+
+def balance_tolerance(largest: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Uncertainty of the torques at an operating point, of which ``largest`` is the largest."""
+    found: NDArray[np.float64] = RESOLVED * (1.0 + largest)
+    return found
 
 
 def condition_tolerance(torques: ca.SX, largest: ca.SX) -> ca.SX:

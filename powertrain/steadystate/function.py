@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import Friction
-from powertrain.equilibrium.choices import STUCK, choices, held_rows, with_modes
+from powertrain.equilibrium.choices import choices, held_rows, with_modes
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import OK
 from powertrain.equilibrium.system import Equilibrium, formulate
@@ -19,6 +19,8 @@ from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
+from powertrain.modes.contact import CLOSED
+from powertrain.modes.friction import STUCK
 from powertrain.plant import Plant
 from powertrain.steadystate.steady import What, question, steady
 
@@ -146,10 +148,11 @@ def _function(
 ) -> tuple[ca.Function, tuple[str, ...]]:
     """The function of (v, p), and the names of the margins."""
     held = [
-        row for k, row in held_rows(problem) if modes[k] == (STUCK if isinstance(problem.laws[k], Friction) else 1.0)
+        row for k, row in held_rows(problem) if modes[k] == (STUCK if isinstance(problem.laws[k], Friction) else CLOSED)
     ]
     margins = {
-        f"{choice.law.name}": choice.margin(mode) for choice, mode in zip(choices(problem), modes.tolist(), strict=True)
+        f"{choice.law.name}": choice.margins[mode]
+        for choice, mode in zip(choices(problem), modes.tolist(), strict=True)
     }
     given = dict(enumerate(modes.tolist()))
     written = with_modes([*problem.outputs, *margins.values(), *problem.rows, *held], problem.modes, given)

@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.compiler.hybrid import Friction
-from powertrain.equilibrium.choices import STUCK, held_rows
+from powertrain.equilibrium.choices import held_rows
 from powertrain.equilibrium.points import OK, STUCK_POINT, Look
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as texts
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
+from powertrain.modes.contact import CLOSED
+from powertrain.modes.friction import STUCK
 from powertrain.numerics.batch import LANES, Rows, Tape
 from powertrain.plant import Plant
 from powertrain.steadystate.steady import Question, What, kept, question, steady_map, written
@@ -164,7 +166,7 @@ class _Slopes:
         first = len(self.problem.rows)
         r_a, r_u = r_a.copy(), r_u.copy()
         for j, (k, _) in enumerate(self.held, first):
-            holds = modes[k] == (STUCK if isinstance(self.problem.laws[k], Friction) else 1.0)
+            holds = modes[k] == (STUCK if isinstance(self.problem.laws[k], Friction) else CLOSED)
             r_a[j] *= holds
             r_u[j] *= holds
         count = r_a.shape[-1]

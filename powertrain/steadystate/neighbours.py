@@ -20,7 +20,7 @@ from powertrain.equilibrium.choices import bounded, with_modes
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.symbols import Symbol
-from powertrain.modes.indicators import guard_margin
+from powertrain.modes.guards import guard_margin
 from powertrain.modes.tolerances import EPS
 from powertrain.numerics.batch import LANES, Tape, all_hold, column_tape, dependence, different
 from powertrain.numerics.buffers import Array
@@ -175,7 +175,7 @@ class Walker:
     def _influential(self, given: dict[int, float]) -> list[int]:
         """The switches on which the requested values and the margins depend, for given modes of the other laws."""
         modes = self.problem.modes
-        margins = [self.choices[k].margin(m) for k, m in given.items() if m in self.choices[k].modes]
+        margins = [self.choices[k].margins[m] for k, m in given.items() if m in self.choices[k].modes]
         conditions = [c.law.g if isinstance(c.law, Switch) else Symbol(0) for c in self.choices]
         base = [*self._wanted, *self._guards, *margins]
         put = with_modes([*base, *conditions], modes, given)
@@ -198,11 +198,11 @@ class Walker:
         switches = self._relevant[tuple(m for k, m in enumerate(key) if k not in self._switches)]
         modes, nodes = self.problem.modes, [k for k in range(len(key)) if k not in self._switches] + switches
         given = dict(enumerate(key))
-        margins = [self.choices[k].margin(key[k]) for k in nodes if key[k] in self.choices[k].modes]
+        margins = [self.choices[k].margins[key[k]] for k in nodes if key[k] in self.choices[k].modes]
         exact = with_modes([*self._wanted, *margins, *self._guards], modes, given)
         rivals = []
         for other in self._alternatives(key, switches):
-            found = with_modes([self.choices[k].margin(m) for k, m in other.items()], modes, given | other)
+            found = with_modes([self.choices[k].margins[m] for k, m in other.items()], modes, given | other)
             rivals.append([rival - 2 * EPS for rival in found])
         return exact[: len(self._wanted)], different(exact[len(self._wanted) :]), rivals
 

@@ -15,7 +15,7 @@ from powertrain.compiler.hybrid import Friction
 from powertrain.components import rotational as rot
 from powertrain.engine.chatter import Chatter
 from powertrain.integration import fused as steps
-from powertrain.modes.rules import friction_rule
+from powertrain.modes.friction import next_mode
 from powertrain.modes.selflocking import inverted
 from powertrain.modes.tolerances import EPS
 
@@ -82,7 +82,7 @@ def test_a_prescribed_speed_beyond_its_zone_tells_its_direction(w: float, rate: 
     law = Friction("law", "", 0, ca.SX(w * EPS), ca.SX(0), ca.SX(-1), ca.SX(1), ca.SX(1), ca.SX(rate), prescribed=True)
     model = dae(t, x, m, p, ca.SX(0, 1), [], frictions=(law,))
     for mode in (-1.0, 0.0, 1.0):
-        found = ca.Function("f", [m], [friction_rule(model, law, ca.SX(0), ca.SX(0))])(mode)
+        found = ca.Function("f", [m], [next_mode(model, law, ca.SX(0), ca.SX(0))])(mode)
         assert float(found) == (np.sign(w) if abs(w) > 2 else np.sign(rate))
 
 

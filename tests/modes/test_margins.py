@@ -11,7 +11,8 @@ import powertrain as pt
 from powertrain.compiler.hybrid import Contact, Friction
 from powertrain.components import translational as tr
 from powertrain.components.blocks import Ramp
-from powertrain.modes.indicators import pressure_margin, torque_margins
+from powertrain.modes.contact import pressure_margin
+from powertrain.modes.friction import torque_margins
 from powertrain.modes.tolerances import LEAST_TORQUE
 
 NONE = ca.SX(0)

@@ -1,0 +1,253 @@
+"""The friction law: everything that follows from its record, ``Friction``.
+
+In turn: its torque in each mode; the margins of its modes; which of them is watched during a step; the mode that follows at an event; and
+the modes that hold at a steady state, where nothing accelerates.
+
+The torques of all laws together are solved in ``powertrain.compiler.torques``, the modes of all laws in
+``powertrain.modes.complementarity``, and both for many operating points at once in ``powertrain.equilibrium.laws``. A direction without a
+torque limit is also a ``Barrier`` (``HybridDae.barriers``).
+"""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from powertrain.compiler.hybrid import Barrier, Friction, HybridDae
+from powertrain.modes.tolerances import EPS, INTEGRATED, NO_WIDTH, SWIFT, ZONE
+
+FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
+
+
+def sliding_torque(mode: ca.SX, lower: ca.SX, upper: ca.SX, prescribed: bool) -> ca.SX:
+    """The torque of a law that is not stuck.
+
+    If it changes no motion, any torque between the bounds is possible at rest: operating points select one by a mode between -1 and 1.
+    """
+    if prescribed:
+        upper = ca.if_else(ca.fabs(mode) < 1, lower + (1 + mode) / 2 * (upper - lower), upper)
+    return ca.if_else(mode == BACKWARD, lower, upper)
+
+
+def least_torque(lower: ca.SX, upper: ca.SX) -> ca.SX:
+    """The smallest torque within the bounds: that of a stuck law whose torque changes no motion."""
+    return ca.fmax(lower, ca.fmin(upper, 0))
+
+
+def torque_margins(law: Friction) -> tuple[ca.SX, ca.SX]:
+    """Distances of a stuck torque from the lower and the upper limit, including the hysteresis.
+
+    If the bounds are in the wrong order, a switch is about to follow the torque; this is no reason to break loose.
+    """
+    high = law.peak * ca.fmax(law.upper, law.lower)
+    low = law.peak * ca.fmin(law.upper, law.lower)
+    return law.torque - low + law.hysteresis, high - law.torque + law.hysteresis
+
+
+def stuck_margin(law: Friction) -> ca.SX:
+    """A law is stuck while its torque stays within its limits."""
+    return ca.fmin(*torque_margins(law))
+
+
+def speed_margin(law: Friction, mode: ca.SX | float, known: float) -> ca.SX:
+    """A law slides in the direction of its speed."""
+    return mode * law.w + known
+
+
+def rate_margin(law: Friction, mode: ca.SX | float, slack: ca.SX | float) -> ca.SX:
+    """A law at rest slides in the direction of its rate; ``slack`` times the uncertainty of its torque may turn the rate round."""
+    return mode * law.rate + (slack * law.reach * law.hysteresis + (EPS if law.algebraic else 0))
+
+
+def width_margin(law: Friction) -> ca.SX:
+    """A law transmits torque, or is not always at the same one, while its limits differ."""
+    return law.upper - law.lower - NO_WIDTH
+
+
+def held_margin(dae: HybridDae, law: Friction) -> ca.SX:
+    """A law at a limit that others hold at rest stays there while its share of the load exceeds the limit; including the hysteresis."""
+    assert law.share is not None
+    return dae.m[law.index] * (law.share - law.torque) + law.hysteresis
+
+
+def speed_tolerance(dae: HybridDae, law: Friction) -> float:
+    """Hysteresis of the speed of a law: a speed that no law sets to zero has the error of the integration."""
+    integrated = law.prescribed and ca.depends_on(law.w, ca.vertcat(dae.x, dae.z))
+    return INTEGRATED if integrated else EPS
+
+
+def watched(dae: HybridDae, law: Friction) -> list[tuple[ca.SX, ca.SX | float]]:
+    """What falls through zero when the law must change its mode, each with its uncertainty."""
+    slow = speed_tolerance(dae, law)
+    known = slow if law.prescribed else ca.if_else(_by_torque(dae, law), law.hysteresis, slow)
+    found: list[tuple[ca.SX, ca.SX | float]] = [(_motion(dae, law), known)]
+    if law.may_free and ca.depends_on(law.upper - law.lower, ca.vertcat(dae.t, dae.x, dae.z)):
+        found.append((_free(dae, law), EPS))
+    return found
+
+
+def _motion(dae: HybridDae, law: Friction) -> ca.SX:
+    """Sliding: the speed keeps its sign. Stuck: the torque stays within its limits, or a prescribed speed stays zero."""
+    mode, known = dae.m[law.index], speed_tolerance(dae, law)
+    stuck = 2 * known - ca.fabs(law.w) if law.prescribed else stuck_margin(law)
+    loose = speed_margin(law, mode, known)
+    if law.algebraic:  # if the bounds coincide, the direction of sliding makes no difference
+        loose = ca.fmax(loose, law.hysteresis - ca.fabs(law.upper - law.lower))
+    if law.may_free:
+        loose = ca.if_else(mode == FREE, 1.0, loose)
+    if law.rests is not None and law.share is not None:
+        loose = ca.if_else(dae.m[law.rests], held_margin(dae, law), loose)
+    return ca.if_else(mode == STUCK, stuck, loose)
+
+
+def _by_torque(dae: HybridDae, law: Friction) -> ca.SX:
+    """Whether the torque of a law, and not its speed, decides how long it keeps its mode."""
+    stuck = dae.m[law.index] == STUCK
+    return stuck if law.rests is None or law.share is None else ca.logic_or(stuck, dae.m[law.rests])
+
+
+def _free(dae: HybridDae, law: Friction) -> ca.SX:
+    """The law keeps being free, or not free; from free, it engages only above twice the hysteresis of its width."""
+    return ca.if_else(dae.m[law.index] == FREE, 2 * NO_WIDTH - (law.upper - law.lower), width_margin(law))
+
+
+def next_modes(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> dict[int, ca.SX]:
+    """The next mode of the law, and whether it rests at its limit, by their index in the held values.
+
+    A law at rest that reaches its peak keeps the peak while others hold what it moves; this is tried first.
+    """
+    new = next_mode(dae, law, jumped, slack)
+    if law.rests is None:
+        return {law.index: new}
+    rests = _rests(dae, law)
+    leaves = ca.logic_and(dae.m[law.index] == STUCK, ca.fabs(new) == 1)
+    breaks_away = ca.logic_and(ca.logic_and(leaves, ca.fabs(law.w) <= ZONE), law.peak > 1)
+    return {law.index: new, law.rests: ca.if_else(breaks_away, 1 - rests, rests)}
+
+
+def next_mode(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
+    """The next mode of the law; ``jumped`` and ``slack`` as in ``powertrain.modes.rules``."""
+    new = _prescribed(dae, law) if law.prescribed else _moved(dae, law, jumped, slack)
+    if not law.may_free:
+        return new
+    leaves = _free(dae, law) <= 0
+    free = ca.if_else(dae.m[law.index] == FREE, ca.logic_not(leaves), leaves)
+    return ca.if_else(free, FREE, new)
+
+
+def _moved(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
+    """The next mode of a law that its torque moves: by its speed, and near rest by its torque if stuck, by its rate if sliding."""
+    mode, w = dae.m[law.index], law.w
+    below, above = torque_margins(law)
+    zone = ca.SX(1) if law.algebraic else ca.logic_or(ca.fabs(w) <= ZONE, _error(law, mode, jumped))
+    still = ca.SX(1) if law.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
+    sign = ca.if_else(w > 0, FORWARD, BACKWARD)
+    stuck = ca.if_else(above <= 0, FORWARD, ca.if_else(below <= 0, BACKWARD, STUCK))
+    loose = ca.if_else(_slides_on(dae, law, slack), mode, STUCK)
+    return ca.if_else(mode == STUCK, ca.if_else(still, stuck, sign), ca.if_else(zone, loose, sign))
+
+
+def _slides_on(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
+    """Whether a law at rest slides, or stays at its limit, in the direction of its mode."""
+    mode, rests = dae.m[law.index], _rests(dae, law)
+    nothing = ca.logic_and(slack > 0, ca.fabs(law.upper - law.lower) <= law.hysteresis)
+    driven = rate_margin(law, mode, ca.fmax(slack, rests)) > 0  # a held law moves in neither direction
+    slides = ca.logic_or(driven, nothing)
+    if law.share is not None:
+        slides = ca.logic_and(slides, ca.logic_or(ca.logic_not(rests), held_margin(dae, law) > 0))
+    return ca.logic_and(ca.fabs(mode) == 1, slides)
+
+
+def _prescribed(dae: HybridDae, law: Friction) -> ca.SX:
+    """The next mode of a law with a prescribed speed: near rest its rate decides.
+
+    If the speed has the error of the integration, as behind a filter, a low rate decides nothing, and the law keeps its mode.
+    """
+    mode, w, rate = dae.m[law.index], law.w, law.rate
+    known = speed_tolerance(dae, law)
+    if known > EPS:
+        slow = ca.if_else(rate == 0, 0.0, ca.if_else(mode * w <= -known, ca.sign(w), mode))
+        near = ca.if_else(ca.fabs(rate) > SWIFT, ca.sign(rate), slow)
+    else:
+        near = ca.if_else(ca.fabs(rate) > EPS, ca.sign(rate), 0.0)
+    return ca.if_else(ca.fabs(w) > 2 * known, ca.sign(w), near)
+
+
+def _error(law: Friction, mode: ca.SX, jumped: ca.SX) -> ca.SX:
+    """Whether only the error of the integration makes a law move against its mode, or where its torque is unlimited.
+
+    Without a jump the only other cause is the small delay with which the event is located.
+    """
+    w, smooth = law.w, ca.logic_not(jumped)
+    little = ca.fabs(w) <= INTEGRATED
+    against = ca.logic_and(ca.fabs(mode) == 1, mode * w < 0)
+    blocked = sum((ca.logic_and(mode == -way, way * w > 0) for way in law.limitless), ca.SX(0))
+    return ca.logic_or(
+        ca.logic_and(against, ca.logic_and(smooth, little)), ca.logic_and(blocked, ca.logic_or(smooth, little))
+    )
+
+
+def _rests(dae: HybridDae, law: Friction) -> ca.SX:
+    """1 if a law at a limit of its torque was found at rest, held by others."""
+    return ca.SX(0) if law.rests is None else dae.m[law.rests]
+
+
+def idles(dae: HybridDae, law: Friction) -> ca.SX:
+    """Whether a law at a limit of its torque has come to rest, held by others; how they share the torque is then undecided."""
+    mode, known = dae.m[law.index], _rests(dae, law)
+    still = ca.logic_and(ca.fabs(law.w) <= ZONE, ca.fabs(law.rate) <= law.reach * law.hysteresis)
+    return ca.logic_and(ca.logic_and(ca.fabs(mode) == 1, still), known == 0)
+
+
+def struck(barrier: Barrier, jumped: ca.SX) -> ca.SX:
+    """Whether a reset or an impact throws a one-way law backward."""
+    return ca.logic_and(jumped > 1, barrier.speed < -ZONE)
+
+
+def steady_margins(law: Friction) -> dict[float, ca.SX]:
+    """The modes that the law may have at a steady state, each with a margin that is not negative where it holds.
+
+    If the motion is prescribed, the torque at rest is not determined; ``steady_rest`` says where that is so.
+    """
+    modes = (FORWARD, BACKWARD) if law.prescribed else (STUCK, FORWARD, BACKWARD)
+    margins = {mode: _steady_stuck(law) if mode == STUCK else _steady_sliding(law, mode) for mode in modes}
+    return {**margins, FREE: -width_margin(law)} if law.may_free else margins
+
+
+def _steady_stuck(law: Friction) -> ca.SX:
+    """The margin of a run, and the speed, which in a run is zero by integration."""
+    return stuck_margin(law) if law.algebraic else ca.fmin(stuck_margin(law), _at_rest(law))
+
+
+def _steady_sliding(law: Friction, mode: float) -> ca.SX:
+    """The margins of a run, by speed or near rest by rate, but without hysteresis for a speed: there is no mode before."""
+    bound = law.upper if mode == FORWARD else law.lower
+    if bound.is_constant() and not math.isfinite(float(bound)):
+        return ca.SX(-1)
+    if law.algebraic:
+        return speed_margin(law, mode, EPS)
+    away = speed_margin(law, mode, -ZONE)
+    if law.prescribed:  # at rest with equal bounds all modes give the same torque
+        return ca.if_else(ca.fabs(law.w) <= ZONE, -width_margin(law), away)
+    return ca.fmax(away, ca.fmin(_at_rest(law), rate_margin(law, mode, 1.0)))
+
+
+def _at_rest(law: Friction) -> ca.SX:
+    return ZONE - ca.fabs(law.w)
+
+
+def steady_rest(law: Friction) -> ca.SX:
+    """Not negative where a law rests under a prescribed motion: no mode holds, and its torque may lie anywhere between the bounds."""
+    return ca.if_else(ca.fabs(law.w) <= ZONE, width_margin(law), -1)
+
+
+def necessary(law: Friction, mode: float) -> list[ca.SX]:
+    """What is not negative wherever a stuck or sliding mode holds at a steady state; it depends on less than the margin."""
+    found = [] if law.algebraic else [_at_rest(law) if mode == STUCK else speed_margin(law, mode, ZONE)]
+    return [*found, width_margin(law)] if law.may_free else found
+
+
+def held_at_rest(law: Friction) -> ca.SX:
+    """1 where a law at its limit is held at rest by others, at a steady state: nothing accelerates."""
+    return ca.if_else(ca.fabs(law.w) <= ZONE, 1.0, 0.0)

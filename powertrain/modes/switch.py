@@ -1,0 +1,67 @@
+"""The switch, and the comparison (relation) in the condition of a when: everything that follows from their record, ``Switch``.
+
+The mode is 1 while the condition g > 0, else 0. If g is affine in time, the instant of the change is known.
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from powertrain.compiler.hybrid import HybridDae, Switch, When
+from powertrain.modes.tolerances import EPS, NOW
+
+
+def condition_margin(mode: ca.SX, g: ca.SX, known: ca.SX | float = EPS) -> ca.SX:
+    """A mode of 1 holds while g > 0, a mode of 0 while g <= 0; including the hysteresis."""
+    return (2 * mode - 1) * g + known
+
+
+def margin(dae: HybridDae, law: Switch) -> ca.SX:
+    """The condition of a switch with its hysteresis."""
+    return condition_margin(dae.m[law.index], law.g, law.known)
+
+
+def watched(dae: HybridDae, law: Switch) -> list[tuple[ca.SX, ca.SX | float]]:
+    """What falls through zero when the switch must change its mode, with its uncertainty; nothing if the instant is known."""
+    if law.time is not None or not ca.depends_on(law.g, ca.vertcat(dae.t, dae.x, dae.z)):
+        return []
+    return [(margin(dae, law), law.known)]
+
+
+def next_mode(dae: HybridDae, law: Switch, fires: ca.SX | None) -> ca.SX:
+    """The other mode if the margin has failed; ``fires``: whether the instant of the law is now, if that is known."""
+    old = dae.m[law.index]
+    if fires is None:
+        return ca.if_else(margin(dae, law) <= 0, 1 - old, old)
+    new = ca.if_else(condition_margin(old, in_time(dae, law.g)) <= 0, 1 - old, old)
+    return ca.if_else(fires, ca.jacobian(law.g, dae.t) > 0, new)
+
+
+def steady_margins(law: Switch) -> dict[float, ca.SX]:
+    """Both modes, each with a margin that is not negative where it holds at a steady state.
+
+    Without the uncertainty of a run: there is no mode before, and in a wide band around g = 0 both modes would hold.
+    """
+    return {1.0: condition_margin(ca.SX(1), law.g), 0.0: condition_margin(ca.SX(0), law.g)}
+
+
+def in_time(dae: HybridDae, g: ca.SX) -> ca.SX:
+    """``g``, affine in time, divided by its slope: its hysteresis becomes a time."""
+    return g / (ca.fabs(ca.jacobian(g, dae.t)) + 1e-300)
+
+
+def timed(dae: HybridDae) -> tuple[ca.SX, list[int]]:
+    """The known instants of laws (switches, then relations, then whens), and the indices of these laws in the held values."""
+    laws: list[Switch | When] = [*dae.switches, *dae.relations, *dae.whens]
+    known = [(law.time, law.index) for law in laws if law.time is not None]
+    return ca.vertcat(ca.SX(0, 1), *[time for time, _ in known]), [index for _, index in known]
+
+
+def firing(dae: HybridDae, fire: ca.SX) -> dict[int, ca.SX]:
+    """Whether the instant of each timed law that ``fire`` marks is now; a reset may have moved it."""
+    instants, indices = timed(dae)
+    near = NOW * ca.fmax(1, ca.fabs(dae.t))
+    return {
+        index: ca.logic_and(fire[k] > 0, ca.fabs(instant - dae.t) <= near)
+        for k, (index, instant) in enumerate(zip(indices, ca.vertsplit(instants), strict=True))
+    }
