@@ -114,7 +114,7 @@ class Parameter(Quantity):
 class Variable(Quantity):
     """An unknown of the model. ``start`` is an initial condition if the variable needs one; ``guess`` only helps to find a solution.
 
-    ``nominal`` is the variable's usual size, the unit of its absolute tolerance; None is one.
+    ``nominal`` is the variable's usual size, the unit of its absolute tolerance; None is that of its unit.
     """
 
     def __init__(
@@ -203,7 +203,8 @@ def variable(
     prefer
         Whether it is preferred as a state.
     nominal
-        Its usual size: a state is integrated to ``rtol |x| + atol nominal``. The default is one.
+        Its usual size: a state is integrated to ``rtol |x| + atol nominal``. By default that of its unit: 0.1 rad, 0.01 m, 0.01 kg, 0.1
+        for numbers without a unit, and one of every other unit.
 
     Errors
     ------

@@ -102,3 +102,12 @@ def rate_unit(unit: str, order: int = 1) -> str:
         return f"{above}/s{power if power > 1 else ''}"
     inner = below if "/" in below else below.strip("()")
     return f"{above}/({inner}.s{order if order > 1 else ''})"
+
+
+_USUAL = {"rad": 0.1, "m": 0.01, "1": 0.1, "kg": 0.01}
+"""What matters in variables of these units: the twist of a shaft, the deflection of a spring, the slip of a tyre, the fuel of some seconds."""
+
+
+def usual_size(unit: str) -> float:
+    """The nominal size of a variable in this unit if it declares none: 0.1 rad, 0.01 m, 0.1, 0.01 kg, and one of every other unit."""
+    return _USUAL.get(unit, 1.0)

@@ -15,7 +15,7 @@ class Decay(pt.Component):
     """x runs towards sin(t), far below its nominal size."""
 
     x: pt.Variable = pt.variable("m", "Small quantity", start=0.0, nominal=1e-6)
-    y: pt.Variable = pt.variable("m", "The same, larger", start=0.0)
+    y: pt.Variable = pt.variable("m", "The same, larger", start=0.0, nominal=1.0)
     k: pt.Parameter = pt.parameter("1", "Factor", default=1e6)
 
     def equations(self) -> pt.Equations:
@@ -37,6 +37,24 @@ class Geared(pt.Component):
         yield pt.der(self.w) == -self.w
 
 
+class Twisted(pt.Component):
+    """An oscillator, fuel and a slip."""
+
+    phi: pt.Variable = pt.variable("rad", "Twist", start=1e-3)
+    fuel: pt.Variable = pt.variable("kg", "Fuel", start=0.0)
+    slip: pt.Variable = pt.variable("1", "Slip", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        """der(der(phi)) = -100 phi; fuel and slip follow."""
+        yield pt.der(pt.der(self.phi)) == -100 * self.phi
+        yield pt.der(self.fuel) == 1e-3
+        yield pt.der(self.slip) == self.phi - self.slip
+
+    def initial(self) -> pt.Equations:
+        """At rest."""
+        yield pt.der(self.phi) == 0
+
+
 def test_absolute_tolerance_counts_in_nominal_sizes() -> None:
     """The error of a quantity of the order of its nominal size is that of the same quantity of the order of one."""
     plant = pt.compile(Decay())
@@ -52,6 +70,21 @@ def test_nominal_size_of_a_multiple() -> None:
     dae = pt.compile(Geared()).compiled.dae
     expected = {"w": 100.0, "fast": 500.0}
     assert dae.nominal[0] == pytest.approx(expected[dae.state_names[0]])
+
+
+def test_nominal_size_by_unit() -> None:
+    """A variable that declares none has the usual size of its unit, also as the derivative of another."""
+    model = Twisted()
+    dae = pt.compile(model).compiled.dae
+    assert dict(zip(dae.state_names, dae.nominal, strict=True)) == {"phi": 0.1, "der(phi)": 1.0, "fuel": 0.01, "slip": 0.1}
+
+
+def test_tolerances_are_equal_by_default() -> None:
+    """Without atol a run is the run with atol = rtol."""
+    plant = pt.compile(Twisted())
+    given, alone = plant.simulate(1.0, rtol=1e-5, atol=1e-5), plant.simulate(1.0, rtol=1e-5)
+    assert (alone["phi"] == given["phi"]).all()
+    assert alone.statistics["steps"] < plant.simulate(1.0, rtol=1e-5, atol=1e-7).statistics["steps"]
 
 
 @pytest.mark.parametrize("size", [0.0, -1.0, math.inf, math.nan])
