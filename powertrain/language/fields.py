@@ -203,8 +203,8 @@ def variable(
     prefer
         Whether it is preferred as a state.
     nominal
-        Its usual size: a state is integrated to ``rtol |x| + atol nominal``. By default that of its unit: 0.1 rad, 0.01 m, 0.01 kg, 0.1
-        for numbers without a unit, and one of every other unit.
+        Its usual size: a state is integrated to ``rtol |x| + atol nominal``. By default that of its unit: 0.1 rad, 0.1 for pure
+        numbers, 0.01 of every other unit.
 
     Errors
     ------

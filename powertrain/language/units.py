@@ -104,10 +104,12 @@ def rate_unit(unit: str, order: int = 1) -> str:
     return f"{above}/({inner}.s{order if order > 1 else ''})"
 
 
-_USUAL = {"rad": 0.1, "m": 0.01, "1": 0.1, "kg": 0.01}
-"""What matters in variables of these units: the twist of a shaft, the deflection of a spring, the slip of a tyre, the fuel of some seconds."""
+_USUAL = {"rad": 0.1, "1": 0.1}
+"""The twist of a shaft and the slip of a tyre under their largest load."""
+_SMALL = 0.01
+"""For other units: near rest, speeds matter that are far below the usual ones."""
 
 
 def usual_size(unit: str) -> float:
-    """The nominal size of a variable in this unit if it declares none: 0.1 rad, 0.01 m, 0.1, 0.01 kg, and one of every other unit."""
-    return _USUAL.get(unit, 1.0)
+    """The nominal size of a variable in this unit if it declares none: 0.1 rad, 0.1 for pure numbers, 0.01 of every other unit."""
+    return _USUAL.get(unit, _SMALL)
