@@ -76,7 +76,12 @@ def test_nominal_size_by_unit() -> None:
     """A variable that declares none has the usual size of its unit, also as the derivative of another."""
     model = Twisted()
     dae = pt.compile(model).compiled.dae
-    assert dict(zip(dae.state_names, dae.nominal, strict=True)) == {"phi": 0.1, "der(phi)": 0.01, "fuel": 0.01, "slip": 0.1}
+    assert dict(zip(dae.state_names, dae.nominal, strict=True)) == {
+        "phi": 0.1,
+        "der(phi)": 0.01,
+        "fuel": 0.01,
+        "slip": 0.1,
+    }
 
 
 def test_tolerances_are_equal_by_default() -> None:
