@@ -288,7 +288,9 @@ def run(rounds: int = 9) -> list[Row]:
     names = signals()
     exact = _columns(plant.simulate(STOP, times=GRID, rtol=1e-10, atol=1e-12), names)
     scale = np.abs(exact).max(axis=0)
-    errors = {"ours": float((np.abs(_columns(plant.simulate(STOP, times=GRID, atol=ATOL), names) - exact) / scale).max())}
+    errors = {
+        "ours": float((np.abs(_columns(plant.simulate(STOP, times=GRID, atol=ATOL), names) - exact) / scale).max())
+    }
     for name in calls.keys() - {"ours", "compiled"}:
         found = calls[name]()
         assert isinstance(found, np.ndarray)
