@@ -30,11 +30,12 @@ from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.structure import check_structure
 from powertrain.compiler.torques import LawTorque, declare_torques, with_rates
 from powertrain.language.component import Component
+from powertrain.language.fields import NOMINAL
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw, schedule
 from powertrain.language.recorder import Place, reading
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
-from powertrain.language.units import rate_unit, usual_size
+from powertrain.language.units import rate_unit
 
 
 @dataclass(frozen=True)
@@ -196,12 +197,10 @@ def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
 
 
 def _nominal(reduced: Reduced, bases: list[Base], values: dict[int, float]) -> tuple[float, ...]:
-    """Nominal sizes of variables: those declared for them and for their multiples, else the usual size of their unit."""
-    found, units = dict[Base, float](), dict[Base, str]()
+    """Nominal sizes of variables, from those declared for them and for their multiples."""
+    found: dict[Base, float] = {}
     for k, unknown in reduced.flat.unknowns.items():
         alias = reduced.aliases.get(k, Affine(1.0, k, 0, 0.0))
-        if alias.root is not None and alias.plain:
-            units.setdefault((alias.root, alias.order), unknown.unit)
         if unknown.nominal is None or alias.root is None:
             continue
         inside = free_symbols(Symbol(alias.factor))
@@ -209,12 +208,7 @@ def _nominal(reduced: Reduced, bases: list[Base], values: dict[int, float]) -> t
         factor = abs(float(ca.substitute(Symbol(alias.factor), column(inside), numbers)))
         base = alias.root, alias.order
         found[base] = max(found.get(base, 0.0), unknown.nominal / factor)
-
-    def unit(root: int, order: int) -> str:
-        """That of the variable, or of the derivative of a variable."""
-        return units.get((root, order)) or (rate_unit(units[root, 0], order) if (root, 0) in units else "")
-
-    return tuple(found.get(base) or usual_size(unit(*base)) for base in bases)
+    return tuple(found.get(base, NOMINAL) for base in bases)
 
 
 def _derivative_name(name: str, order: int) -> str:

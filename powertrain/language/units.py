@@ -102,14 +102,3 @@ def rate_unit(unit: str, order: int = 1) -> str:
         return f"{above}/s{power if power > 1 else ''}"
     inner = below if "/" in below else below.strip("()")
     return f"{above}/({inner}.s{order if order > 1 else ''})"
-
-
-_USUAL = {"rad": 0.1, "1": 0.1}
-"""The twist of a shaft and the slip of a tyre under their largest load."""
-_SMALL = 0.01
-"""For other units: near rest, speeds matter that are far below the usual ones."""
-
-
-def usual_size(unit: str) -> float:
-    """The nominal size of a variable in this unit if it declares none: 0.1 rad, 0.1 for pure numbers, 0.01 of every other unit."""
-    return _USUAL.get(unit, _SMALL)
