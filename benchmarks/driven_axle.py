@@ -43,7 +43,7 @@ def exported() -> Call:
     def call() -> None:
         one = native.pointer(memory)
         library.pt_start(one)
-        library.pt_tolerance(one, *map(ctypes.c_double, (RTOL, 0.01 * RTOL, np.inf)))
+        library.pt_tolerance(one, *map(ctypes.c_double, (RTOL, RTOL, np.inf)))
         status = library.pt_run(one, ctypes.c_double(stop))
         if status:
             raise RuntimeError(library.pt_message(status).decode())

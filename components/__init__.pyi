@@ -35,6 +35,7 @@ from powertrain.components.body import CentreDifferential as CentreDifferential
 from powertrain.components.body import Chassis as Chassis
 from powertrain.components.body import CoastDownBody as CoastDownBody
 from powertrain.components.body import DrivenAxle as DrivenAxle
+from powertrain.components.body import ElasticShaft as ElasticShaft
 from powertrain.components.body import LumpedAxle as LumpedAxle
 from powertrain.components.body import PoweredAxle as PoweredAxle
 from powertrain.components.body import RigidTransferCase as RigidTransferCase

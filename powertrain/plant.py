@@ -152,7 +152,7 @@ class Plant(Generic[M]):
         points : int
             Number of output intervals where no ``times`` are given.
         rtol, atol : float
-            Tolerances of the states; ``atol`` counts in their nominal sizes and is by default rtol/100.
+            Tolerances of the states; ``atol`` counts in their nominal sizes and is by default equal to ``rtol``.
         max_step : float
             Largest step [s].
         method : {"auto", "dopri5", "rodas5p"}

@@ -162,7 +162,6 @@ CALLS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], Any]]] = {
             free=NAMED,
             guesses=mappings,
             time=values,
-            exhaustive=values,
             first=values,
             side=values,
             progress=values,

@@ -46,7 +46,9 @@ def test_points_in_no_order_are_those_solved_one_by_one(bench: pt.Plant[SplitPat
     load[5000:5003] = np.inf
     points = {"r": xr.DataArray(r, dims="point"), "load": xr.DataArray(load, dims="point")}
     whole = pt.steady(bench, points, outputs=OUTPUTS)
-    same(whole, pt.steady(bench, points, outputs=OUTPUTS, exhaustive=True))
+    for low in range(0, r.size, 1500):
+        some = slice(low, low + 1500)
+        same(whole.isel(point=some), pt.steady(bench, {n: v[some] for n, v in points.items()}, outputs=OUTPUTS))
     assert (whole.status[5000:5003] == NONE).all()
 
 

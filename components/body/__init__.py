@@ -5,6 +5,7 @@ from __future__ import annotations
 from powertrain.components.body.axle import Axle, DrivenAxle, LumpedAxle, PoweredAxle, RollingAxle
 from powertrain.components.body.body import AirStream, Body, Chassis, VehicleBody, Wind
 from powertrain.components.body.coast_down import CoastDownBody
+from powertrain.components.body.elastic_shaft import ElasticShaft
 from powertrain.components.body.path import AxlePath, RoadProfile
 from powertrain.components.body.rolling_road import RollingRoad
 from powertrain.components.body.transfer import CentreDifferential, RigidTransferCase, TransferCase
@@ -18,6 +19,7 @@ __all__ = [
     "Chassis",
     "CoastDownBody",
     "DrivenAxle",
+    "ElasticShaft",
     "LumpedAxle",
     "PoweredAxle",
     "RigidTransferCase",

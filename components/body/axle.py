@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from powertrain import Component, Equations, Input, ParameterError, Symbol, connect, port, signal_input
+from powertrain.components.body.elastic_shaft import ElasticShaft
 from powertrain.components.body.path import AxlePath
 from powertrain.components.differentials import BevelDifferential, CrownGear, Differential
 from powertrain.components.rotational import Flange as Shaft
@@ -115,8 +116,8 @@ class DrivenAxle(PoweredAxle):
     right: Wheel = MagicFormulaWheel()
     left_brake: WheelBrake = WheelBrake(tau_max=1500)
     right_brake: WheelBrake = WheelBrake(tau_max=1500)
-    left_shaft: SpringDamper = SpringDamper(c=1e4, d=30)
-    right_shaft: SpringDamper = SpringDamper(c=1e4, d=30)
+    left_shaft: SpringDamper = ElasticShaft(c=1e4, d=30)
+    right_shaft: SpringDamper = ElasticShaft(c=1e4, d=30)
     differential: Differential = BevelDifferential(eta=0.97)
     cage: Inertia = Inertia(J=0.1)
     final_drive: TwoFlanges = CrownGear(ratio=3.9, eta_ab=0.95, eta_ba=0.95)

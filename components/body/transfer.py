@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from powertrain import Component, Equations, connect, der, port
+from powertrain.components.body.elastic_shaft import ElasticShaft
 from powertrain.components.differentials import BevelDifferential, Differential, LimitedSlipDifferential
 from powertrain.components.rotational import Flange, SpringDamper
 
@@ -37,8 +38,8 @@ class CentreDifferential(TransferCase):
     open differential with an efficiency of 0.97 and a no-load friction of bearings and washers of 2 N.m, an estimate.
     """
 
-    front_shaft: SpringDamper = SpringDamper(c=1e4, d=10)
-    rear_shaft: SpringDamper = SpringDamper(c=1e4, d=10)
+    front_shaft: SpringDamper = ElasticShaft(c=1e4, d=10)
+    rear_shaft: SpringDamper = ElasticShaft(c=1e4, d=10)
     # Without no-load friction, the differential slips and sticks whenever the axles vibrate while the clutch is open.
     differential: Differential = LimitedSlipDifferential(preload=2, bias_drive=1 / 0.97, bias_coast=1 / 0.97)
 

@@ -67,7 +67,7 @@ class MagicFormulaWheel(SlippingWheel):
     sigma_c: Parameter = parameter("m", "Relaxation length of the contact in sliding", default=0.1, above=0)
     T: Parameter = parameter("s", "Time constant of the contact for changes of load", default=0.02, above=0)
     Fz: Variable = variable("N", "Load on the contact")
-    kappa_c: Variable = variable("1", "Slip of the contact", start=0.0)
+    kappa_c: Variable = variable("1", "Slip of the contact", start=0.0, nominal=0.1)
 
     @classmethod
     def from_tir(cls, path: str | Path, **parameters: Any) -> Self:

@@ -30,6 +30,7 @@ from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.structure import check_structure
 from powertrain.compiler.torques import LawTorque, declare_torques, with_rates
 from powertrain.language.component import Component
+from powertrain.language.fields import NOMINAL
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw, schedule
 from powertrain.language.recorder import Place, reading
@@ -207,7 +208,7 @@ def _nominal(reduced: Reduced, bases: list[Base], values: dict[int, float]) -> t
         factor = abs(float(ca.substitute(Symbol(alias.factor), column(inside), numbers)))
         base = alias.root, alias.order
         found[base] = max(found.get(base, 0.0), unknown.nominal / factor)
-    return tuple(found.get(base, 1.0) for base in bases)
+    return tuple(found.get(base, NOMINAL) for base in bases)
 
 
 def _derivative_name(name: str, order: int) -> str:

@@ -206,7 +206,7 @@ class HybridDae:
 
     ``opened`` is the model for given torques of the laws. ``impact_x`` and ``impact_a`` are the responses of the states and of the
     barriers' speeds to their impulses. ``residual_places`` are the source lines of the residuals. ``smooth`` variables must not jump.
-    ``nominal`` are the nominal sizes of x and z, the scale of their absolute tolerance; ones by default. ``relations`` are the comparisons
+    ``nominal`` are the nominal sizes of x and z, the scale of their absolute tolerance. ``relations`` are the comparisons
     combined in the conditions of ``whens``; nothing else depends on their modes.
     """
 

@@ -14,8 +14,8 @@ from powertrain.modes.algebra import NotConsistent
 from powertrain.modes.tolerances import ZONE
 from powertrain.numerics.buffers import Array
 
-RTOL, ATOL = 1e-6, 1e-8
-"""Default tolerances of a run."""
+TOLERANCE = 1e-6
+"""Default tolerance of a run, relative and in nominal sizes."""
 
 
 class Simulator(Prepared):
@@ -35,8 +35,8 @@ class Simulator(Prepared):
         *,
         start: float = 0.0,
         stop: float,
-        rtol: float = RTOL,
-        atol: float = ATOL,
+        rtol: float = TOLERANCE,
+        atol: float = TOLERANCE,
         max_step: float = np.inf,
         progress: Progress | None = None,
     ) -> Trajectory:
@@ -80,7 +80,7 @@ class Simulator(Prepared):
 
     def resolve(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> tuple[Array, Array, Array]:
         """The modes of all laws at one instant, from the guess ``m``: consistent (x, z, m). Raises InitializationError."""
-        self._load(t, x, z, m, p, RTOL, ATOL)
+        self._load(t, x, z, m, p, TOLERANCE, TOLERANCE)
         side = self._settle(t)
         self.fresh[side].call()
         n, nz, held, _ = self.sizes

@@ -14,15 +14,14 @@ from powertrain.numerics.buffers import Array
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
-OK, STUCK_POINT, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED, ONE = range(9)
+OK, STUCK_POINT, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED = range(8)
 
 
 @dataclass(frozen=True)
 class Look:
-    """Options of a search: ``side`` of laws at rest, all combinations of modes, ``first`` of several solutions."""
+    """Options of a search: ``side`` of laws at rest, ``first`` of several solutions."""
 
     side: int | None = None
-    exhaustive: bool = False
     first: bool = False
 
 

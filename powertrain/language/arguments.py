@@ -38,9 +38,9 @@ def positive(what: str, value: Any) -> float:
 
 
 def tolerances(rtol: Any, atol: Any) -> tuple[float, float]:
-    """Both; ``atol`` is a hundredth of ``rtol`` where it is None."""
+    """Both; ``atol`` is equal to ``rtol`` where it is None."""
     relative = positive("rtol", rtol)
-    return relative, relative / 100 if atol is None else positive("atol", atol)
+    return relative, relative if atol is None else positive("atol", atol)
 
 
 def limits(what: str, given: Any, *, closed: bool = False) -> tuple[float, float]:

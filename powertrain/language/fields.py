@@ -111,10 +111,14 @@ class Parameter(Quantity):
         return number
 
 
+NOMINAL = 0.01
+"""Nominal size of a variable that declares none: near rest, speeds matter that are far below the usual ones."""
+
+
 class Variable(Quantity):
     """An unknown of the model. ``start`` is an initial condition if the variable needs one; ``guess`` only helps to find a solution.
 
-    ``nominal`` is the variable's usual size, the unit of its absolute tolerance; None is one.
+    ``nominal`` is the variable's usual size, the unit of its absolute tolerance; None is 0.01.
     """
 
     def __init__(
@@ -203,7 +207,7 @@ def variable(
     prefer
         Whether it is preferred as a state.
     nominal
-        Its usual size: a state is integrated to ``rtol |x| + atol nominal``. The default is one.
+        Its usual size: a state is integrated to ``rtol |x| + atol nominal``. The default is 0.01.
 
     Errors
     ------

@@ -731,7 +731,7 @@ void pt_load(pt_model *a, double t, const double *x, const double *z, const doub
     memcpy(a->m, m, sizeof a->m);
     memcpy(a->p, p, sizeof a->p);
     a->signals = &pt_default_signals;
-    pt_tolerance(a, 1e-6, 1e-8, INFINITY);
+    pt_tolerance(a, 1e-6, 1e-6, INFINITY);
 }
 
 void pt_start(pt_model *a)

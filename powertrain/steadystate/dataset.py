@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
+from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.steadystate.axes import Grid, GridAxis
 from powertrain.steadystate.results import MOST_LAWS, MapResults
@@ -26,7 +26,6 @@ STATUS = {
     OUTSIDE: "outside_range",
     DIVERGED: "no_convergence",
     UNDEFINED: "undefined_value",
-    ONE: "one_solution_found",
 }
 _PROBLEMS = {
     STUCK_POINT: "friction is at rest under a prescribed motion; its torque is not determined and given as an interval",
@@ -36,7 +35,6 @@ _PROBLEMS = {
     OUTSIDE: "a quantity is outside its range",
     DIVERGED: "no operating point was found, although there may be one; give guesses, or check whether an equilibrium exists",
     UNDEFINED: "a signal has no value there, such as an efficiency at zero power",
-    ONE: "one solution; others were not sought, because the laws have too many combinations of modes (exhaustive=True seeks them)",
 }
 
 

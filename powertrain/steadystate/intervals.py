@@ -12,7 +12,7 @@ from itertools import combinations, product
 import numpy as np
 
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import OK, ONE, Index, Mask, Points
+from powertrain.equilibrium.points import OK, Index, Mask, Points
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 
@@ -50,7 +50,7 @@ def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, Mask]:
         sides.append(side)
     values = [solver.values(grid, end)[0] for end in ends]
     low, high = np.minimum.reduce(values), np.maximum.reduce(values)
-    solved: Mask = np.logical_and.reduce([np.isin(end.status, (OK, ONE)) for end in ends])
+    solved: Mask = np.logical_and.reduce([end.status == OK for end in ends])
     line = StuckLine if solver.explicit else ImplicitLine
     where = np.flatnonzero(solved)
     if not where.size:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import NONE, OK, ONE, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Look, Points
+from powertrain.equilibrium.points import NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Look, Points
 from powertrain.modes.tolerances import ALIKE
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
@@ -47,7 +47,7 @@ class MapResults:
         values, left = self.solver.values(grid, points)
         status = points.status
         alike = np.zeros(values.shape, bool)
-        resting = np.isin(status, (OK, ONE)) & points.rest.any(axis=0)
+        resting = (status == OK) & points.rest.any(axis=0)
         if resting.any():
             where = np.flatnonzero(resting)
             low, high, solved = ranges(self.solver, grid[:, where], np.flatnonzero(points.rest[:, where].any(axis=1)))
@@ -56,11 +56,11 @@ class MapResults:
             points.involved[:, where] = points.rest[:, where]
             inside = solved & ~left[:, where].any(axis=0)
             self._ends.append((places[where[inside]], low[:, inside], high[:, inside]))
-        outside = np.isin(status, (OK, ONE, STUCK_POINT)) & left.any(axis=0)
+        outside = np.isin(status, (OK, STUCK_POINT)) & left.any(axis=0)
         status[outside] = OUTSIDE
         undefined = (status == OK) & ~np.isfinite(values).all(axis=0)
         status[undefined] = UNDEFINED
-        given = (status == OK) | (status == ONE) | undefined
+        given = (status == OK) | undefined
         given |= (status == STUCK_POINT) & (end is not None)
         given |= (status == SEVERAL) & self.look.first
         values[~given & ~alike] = np.nan

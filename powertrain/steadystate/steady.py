@@ -48,7 +48,6 @@ def steady(
     held: Sequence[str] | None = None,
     guesses: Mapping[str, float] | None = None,
     time: float = 0.0,
-    exhaustive: bool = False,
     first: bool = False,
     side: Literal[-1, 1] | None = None,
     compile: bool = False,
@@ -58,8 +57,7 @@ def steady(
 
     If only modes are unknown, all combinations consistent with the known signs are tried. If speeds, inputs or parameters
     are implicit, modes and unknowns are solved together, starting from the values of the model and with the laws sliding forward and
-    backward; a solution that none of these starts reaches is missed. In large maps of explicit models with very many combinations, the
-    status ``one_solution_found`` means that other solutions were not sought; ``exhaustive`` solves every point on its own.
+    backward; a solution that none of these starts reaches is missed. The size of the grid changes nothing but the time a point takes.
 
     The result has ``units`` and ``long_name`` on all variables, and a ``status`` at every point. If the status is ``stuck``, friction
     is at rest under a prescribed motion, and equilibrium does not determine its torque: ``<name>_low`` and ``<name>_high`` are then the
@@ -88,8 +86,6 @@ def steady(
         Start values of unknowns.
     time : float
         Time [s] at which time-dependent sources are evaluated.
-    exhaustive : bool
-        Solve every point on its own, and search for all its solutions.
     first : bool
         If there are several solutions, return one; laws at rest are preferred to sliding laws.
     side : {-1, 1}, optional
@@ -117,7 +113,7 @@ def steady(
     """
     if side is not None and number("side", side) not in (1, -1):
         raise ParameterError(f"side = {side!r} must be 1 or -1, or None for intervals")
-    look = Look(side, flag("exhaustive", exhaustive), flag("first", first))
+    look = Look(side, flag("first", first))
     plant, t = plant if isinstance(plant, Plant) else Plant(plant), number("time", time, "s")
     q = question(plant, grid, outputs, parameters, inputs, free, guesses, held)
     map_ = steady_map(plant, q, t, flag("compile", compile))

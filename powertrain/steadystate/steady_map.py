@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import OK, ONE, Look
+from powertrain.equilibrium.points import OK, Look
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
@@ -56,28 +56,34 @@ class SteadyMap:
         ``keep``: with modes and unknowns of every point, so every point is solved on its own.
         """
         self.solver.set_common(common)
-        fast = self.walker is not None and grid.size >= _FAST and not look.exhaustive and not keep
-        ordered = self._slowest_first(grid) if fast else grid
-        results = MapResults(self.solver, len(self.quantities), ordered.size, look)
+        if grid.size >= _FAST and not keep and (walked := self._walked(grid, common, look, progress)) is not None:
+            return walked
+        results = MapResults(self.solver, len(self.quantities), grid.size, look)
         results.solved = [] if keep else None
         bar = Bar(progress, grid.size)
-        if fast and self.walker is not None:
-            self.walker.set_common(common)
-            finite = self._by_rows(self.walker, results, ordered, common, bar)
-            if finite is None:
-                self._by_points(self.walker, results, ordered, bar)
-            if not finite:
-                self._look_again(results, ordered)
-            if self.walker.unchecked:
-                results.status[results.status == OK] = ONE
-        else:
-            for first, count, values in ordered.pieces():
-                for low in range(0, count, _SLOW_BLOCK):
-                    high = min(low + _SLOW_BLOCK, count)
-                    results.solve(block(values, low, high), first + low)
-                    bar.reach(first + high)
+        for first, count, values in grid.pieces():
+            for low in range(0, count, _SLOW_BLOCK):
+                high = min(low + _SLOW_BLOCK, count)
+                results.solve(block(values, low, high), first + low)
+                bar.reach(first + high)
         bar.close()
-        return ordered, results
+        return grid, results
+
+    def _walked(self, grid: Grid, common: Array, look: Look, progress: bool | None) -> tuple[Grid, MapResults] | None:
+        """The map from point to point; None for implicit models, and for laws with too many combinations of modes to exclude all others."""
+        walker = self.walker
+        if walker is None or walker.unchecked:
+            return None
+        ordered, bar = self._slowest_first(grid), Bar(progress, grid.size)
+        results = MapResults(self.solver, len(self.quantities), ordered.size, look)
+        walker.set_common(common)
+        finite = self._by_rows(walker, results, ordered, common, bar)
+        if finite is None:
+            self._by_points(walker, results, ordered, bar)
+        if not finite:
+            self._look_again(results, ordered)
+        bar.close()
+        return None if walker.unchecked else (ordered, results)
 
     def _slowest_first(self, grid: Grid) -> Grid:
         """The grid with the dimensions first along which modes change most."""

@@ -15,7 +15,7 @@ class Decay(pt.Component):
     """x runs towards sin(t), far below its nominal size."""
 
     x: pt.Variable = pt.variable("m", "Small quantity", start=0.0, nominal=1e-6)
-    y: pt.Variable = pt.variable("m", "The same, larger", start=0.0)
+    y: pt.Variable = pt.variable("m", "The same, larger", start=0.0, nominal=1.0)
     k: pt.Parameter = pt.parameter("1", "Factor", default=1e6)
 
     def equations(self) -> pt.Equations:
@@ -37,6 +37,20 @@ class Geared(pt.Component):
         yield pt.der(self.w) == -self.w
 
 
+class Shaken(pt.Component):
+    """An oscillator that is shaken a little."""
+
+    s: pt.Variable = pt.variable("m", "Position", start=1e-3)
+
+    def equations(self) -> pt.Equations:
+        """der(der(s)) = -100 s + sin(t)/10."""
+        yield pt.der(pt.der(self.s)) == -100 * self.s + ca.sin(pt.time) / 10
+
+    def initial(self) -> pt.Equations:
+        """At rest."""
+        yield pt.der(self.s) == 0
+
+
 def test_absolute_tolerance_counts_in_nominal_sizes() -> None:
     """The error of a quantity of the order of its nominal size is that of the same quantity of the order of one."""
     plant = pt.compile(Decay())
@@ -52,6 +66,15 @@ def test_nominal_size_of_a_multiple() -> None:
     dae = pt.compile(Geared()).compiled.dae
     expected = {"w": 100.0, "fast": 500.0}
     assert dae.nominal[0] == pytest.approx(expected[dae.state_names[0]])
+
+
+def test_tolerances_without_declaration() -> None:
+    """The nominal size is 0.01, and atol equals rtol."""
+    plant = pt.compile(Shaken())
+    assert plant.compiled.dae.nominal == (0.01, 0.01)
+    alone, given = plant.simulate(1.0, rtol=1e-5), plant.simulate(1.0, rtol=1e-5, atol=1e-5)
+    assert (alone["s"] == given["s"]).all()
+    assert alone.statistics["steps"] < plant.simulate(1.0, rtol=1e-5, atol=1e-7).statistics["steps"]
 
 
 @pytest.mark.parametrize("size", [0.0, -1.0, math.inf, math.nan])
