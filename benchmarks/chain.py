@@ -67,15 +67,15 @@ def run(rounds: int = 15, n: int = 10, stop: float = 10.0, points: int = 1001) -
     cvodes = ca.integrator("powertrain_chain", "cvodes", by_hand(n), 0.0, list(grid), tolerances)
 
     def ours() -> list[Array]:
-        result = plant.simulate(stop, times=grid, atol=1e-8)
+        result = plant.simulate(stop, times=grid)
         return [result[name] for name in plant.compiled.states]
 
     def hand() -> Array:
         return np.array(cvodes(x0=x0, p=p)["xf"]).T
 
-    exact = _speeds(plant.simulate(stop, times=grid, rtol=1e-10, atol=1e-12), grid, n)
+    exact = _speeds(plant.simulate(stop, times=grid, rtol=1e-10), grid, n)
     errors = (
-        np.abs(_speeds(plant.simulate(stop, times=grid, atol=1e-8), grid, n) - exact).max(),
+        np.abs(_speeds(plant.simulate(stop, times=grid), grid, n) - exact).max(),
         np.abs(hand()[:, :n] - exact).max(),
     )
     times = measure({"ours": ours, "cvodes": hand}, rounds)

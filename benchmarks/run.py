@@ -69,7 +69,7 @@ HEAD = """# Benchmarks
 Measured by `python -m benchmarks --write`, which needs `gcc` for the baselines in C.
 
 - Both sides of a ratio run alternately in the same process. A ratio is the median over the rounds.
-- Tolerances are rtol 1e-6 and atol 1e-8 on both sides unless stated otherwise.
+- Tolerances are 1e-6 relative and 1e-8 absolute on both sides unless stated otherwise.
 - The time for powertrain is that of `Plant.simulate` as a user calls it, including initialisation and reading the states at every output
   instant. The baselines return their states at the same instants.
 - "C" is compiled with `-O3 -march=native` from a program written or generated for the model. "ODE reduced by hand" means that the time for

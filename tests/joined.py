@@ -30,4 +30,4 @@ def joined(*parts: pt.Component, joints: str) -> Joined:
 def run(model: pt.Component, stop: float, starts: dict[str, float] | None = None, **options: Any) -> Any:
     """Simulates tightly; starts by the index of the part: {"0.v": 10} is parts[0].v."""
     named = {f"parts[{name.replace('.', '].', 1)}": value for name, value in (starts or {}).items()}
-    return pt.simulate(model, stop, starts=named, **{"rtol": 1e-10, "atol": 1e-12, **options})
+    return pt.simulate(model, stop, starts=named, **{"rtol": 1e-10, **options})

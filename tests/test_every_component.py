@@ -158,7 +158,7 @@ BENCHED = [
 @pytest.mark.parametrize("kind", BENCHED)
 def test_energy_closes_and_no_loss_is_negative(kind: type[pt.Component]) -> None:
     """What enters through the ports is lost, stored, or (sources) supplied; a passive part never loses less than nothing."""
-    result = pt.simulate(bench(made(kind)), stop=2.0, rtol=1e-8, atol=1e-10)
+    result = pt.simulate(bench(made(kind)), stop=2.0, rtol=1e-8)
     audit = pt.energy_audit(result)
     assert not audit.hidden
     assert audit.closure < 1e-6  # the integrator's tolerance over a few hundred steps
@@ -175,7 +175,7 @@ SYMMETRIC = [kind for kind in MECHANICAL if kind.__name__ not in ONE_SIDED and n
 def test_mirrored_drive_gives_mirrored_motion(kind: type[pt.Component]) -> None:
     """Opposite torques and forces give opposite speeds: no direction is preferred."""
     part, times = made(kind), np.linspace(0.0, 1.5, 31)
-    runs = [pt.simulate(bench(part, sign), stop=1.5, times=times, rtol=1e-9, atol=1e-11) for sign in (1.0, -1.0)]
+    runs = [pt.simulate(bench(part, sign), stop=1.5, times=times, rtol=1e-9) for sign in (1.0, -1.0)]
     speeds = [
         name for name in runs[0].names("*") if name.startswith(("rotors[", "masses[")) and name.endswith((".w", ".v"))
     ]

@@ -34,7 +34,7 @@ def plant() -> pt.Plant[Engaging]:
 def measured(
     plant: pt.Plant[Engaging], noise: float, seed: int = 0, starts: dict[str, float] = STARTS
 ) -> pt.Experiment:
-    run = plant.simulate(2.0, starts=starts, inputs=COMMAND, rtol=1e-10, atol=1e-12)
+    run = plant.simulate(2.0, starts=starts, inputs=COMMAND, rtol=1e-10)
     assert any(e.new == 0.0 for e in run.events)
     rng, found = np.random.default_rng(seed), run.at(GRID, SIGNALS)
     values = {n: np.asarray(found[n]) + noise * SIGMA[n] * rng.standard_normal(len(GRID)) for n in SIGNALS}

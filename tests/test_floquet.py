@@ -14,7 +14,7 @@ import powertrain as pt
 from powertrain.components.blocks import Constant
 from powertrain.components.rotational import Clutch, ConstantSpeed, Damper, Fixed, Inertia, Spring
 
-TIGHT: dict[str, Any] = {"rtol": 1e-10, "atol": 1e-12}
+TIGHT: dict[str, Any] = {"rtol": 1e-10}
 
 
 class Damped(pt.Component):

@@ -49,7 +49,7 @@ def attempt(model: Driveline) -> Balance | pt.PowertrainError:
     """The energy balance of a run, or the error that refused it."""
     try:
         with bounded():
-            return balance(pt.simulate(model, 1.0, rtol=1e-7, atol=1e-9, points=10))
+            return balance(pt.simulate(model, 1.0, rtol=1e-7, points=10))
     except pt.PowertrainError as error:
         return error
 

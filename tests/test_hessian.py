@@ -80,7 +80,7 @@ def test_a_clutch_that_sticks() -> None:
     np.testing.assert_allclose(np.abs(found) * np.outer(size, size), np.abs(wanted) * np.outer(size, size), atol=1e-9)
 
 
-TIGHT: dict[str, Any] = {"rtol": 1e-11, "atol": 1e-13}
+TIGHT: dict[str, Any] = {"rtol": 1e-11}
 
 
 def differences(plant: pt.Plant[Any], of: Any, names: list[str], share: float, **options: Any) -> np.ndarray | None:

@@ -53,7 +53,7 @@ def plane(method: Method) -> pt.Map:
     "table", [line(8), line(60), line(8, method="smooth"), plane("linear"), plane("smooth")], ids=repr
 )
 def test_against_another_integrator(table: pt.Map, method: str) -> None:
-    result = pt.simulate(Pushed(table=table), 3.0, method=method, rtol=1e-9, atol=1e-11)
+    result = pt.simulate(Pushed(table=table), 3.0, method=method, rtol=1e-9)
 
     def law(t: float, y: np.ndarray) -> list[float]:
         return [float(y[1]), float(table(y[1], y[0]) if len(table.axes) == 2 else table(y[1]))]
@@ -127,7 +127,7 @@ class Chained(pt.Component):
 
 @pytest.mark.parametrize("method", ["dopri5", "rodas5p"])
 def test_tables_of_tables(method: str) -> None:
-    result = pt.simulate(Chained(), 2.0, method=method, rtol=1e-9, atol=1e-11)
+    result = pt.simulate(Chained(), 2.0, method=method, rtol=1e-9)
 
     def sum_of(x: float) -> float:
         a = float(BENT(x))

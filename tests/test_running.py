@@ -10,7 +10,7 @@ from small_models import STARTS, CoupledClutches, Engaging, Relay
 
 import powertrain as pt
 
-TIGHT: dict[str, Any] = {"rtol": 1e-10, "atol": 1e-12}
+TIGHT: dict[str, Any] = {"rtol": 1e-10}
 
 
 @pytest.fixture(scope="module")

@@ -352,7 +352,7 @@ class _Programme:
         starts = {n: float(v[0]) for n, v in states.items() if n in self.plant.compiled.signals}
         changed = {n: v for n, v in self.run.parameters.items() if v != self.plant.parameters[n]} | parameters
         result = self.plant.simulate(
-            times[-1], start=times[0], starts=starts, inputs=inputs, parameters=changed, rtol=1e-8, atol=1e-10
+            times[-1], start=times[0], starts=starts, inputs=inputs, parameters=changed, rtol=1e-8
         )
         return Plan(
             cost, number_of(result, self.objective), result, self._sequence(result) == self._sequence(self.run), inputs, starts,

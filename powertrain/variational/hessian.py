@@ -23,7 +23,7 @@ from powertrain.variational.unknowns import unknowns
 if TYPE_CHECKING:
     import xarray as xr
 
-_TOLERANCES = {"rtol": 1e-10, "atol": 1e-12}
+_TOLERANCES = {"rtol": 1e-10}
 _known: WeakKeyDictionary[Model, SecondOrder | None] = WeakKeyDictionary()
 
 
@@ -43,7 +43,7 @@ def hessian(plant: Plant[Any] | Component, of: Any, wrt: Sequence[str], **option
     wrt
         Names or patterns of parameters and initial values, as for ``pt.gradient``.
     options
-        Options of ``Plant.simulate``, such as ``stop=2.0``. By default the run has ``rtol`` 1e-10 and ``atol`` 1e-12.
+        Options of ``Plant.simulate``, such as ``stop=2.0``. By default the run has an ``rtol`` of 1e-10.
 
     Returns
     -------

@@ -14,7 +14,7 @@ from powertrain.components import rotational as rot
 from powertrain.components import translational as trans
 from powertrain.components.blocks import Constant, Sine
 
-TIGHT: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-11}
+TIGHT: dict[str, Any] = {"rtol": 1e-9}
 
 
 def test_inertias_joined_rigidly_move_as_one() -> None:
@@ -143,7 +143,7 @@ def test_slider_crank_keeps_the_energy(implicit: bool) -> None:
     """J w^2/2 + m (ds/dphi w)^2/2 is constant, with the derivative of s by finite differences."""
     r, rod, m, J = 0.1, 0.3, 1.0, 0.1
     model = row(rot.Inertia(J=J), Crank(implicit=implicit))
-    result = pt.simulate(model, 1.0, starts={"parts[0].w": 10.0, "parts[0].phi": 0.5}, rtol=1e-8, atol=1e-10)
+    result = pt.simulate(model, 1.0, starts={"parts[0].w": 10.0, "parts[0].phi": 0.5}, rtol=1e-8)
     phi, w = result["parts[0].phi"], result["parts[0].w"]
 
     def s(angle: Any) -> Any:

@@ -14,7 +14,7 @@ from powertrain.components import translational as trans
 from powertrain.components.blocks import Constant, Ramp, Sine
 from powertrain.vehicles.four_wheel_drive import FourWheelDriveCar
 
-TIGHT: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-11}
+TIGHT: dict[str, Any] = {"rtol": 1e-9}
 
 
 def test_three_clutches_in_series_end_as_one_shaft() -> None:

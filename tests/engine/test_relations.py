@@ -193,7 +193,7 @@ def drawn(draws: random.Random, depth: int = 3) -> Callable[[Swinging], pt.Symbo
 @pytest.mark.parametrize("seed", range(100))
 def test_random_conditions_need_no_short_steps(seed: int) -> None:
     plant = pt.compile(Swinging(condition=drawn(random.Random(seed))))
-    coarse, fine = plant.simulate(4.0, rtol=1e-8, atol=1e-10), plant.simulate(4.0, max_step=1e-3)
+    coarse, fine = plant.simulate(4.0, rtol=1e-8), plant.simulate(4.0, max_step=1e-3)
     assert [e.kind + f"{e.new}" for e in coarse.events] == [e.kind + f"{e.new}" for e in fine.events]
     assert coarse.events.times == pytest.approx(fine.events.times, abs=1e-5)
     assert coarse["load.s"][-1] == pytest.approx(fine["load.s"][-1], abs=1e-5)

@@ -40,7 +40,7 @@ class Shuffle(pt.Component):
 def test_steps_for_given_modes_are_the_general_ones_to_the_last_bit(
     method: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    options: dict[str, Any] = {"method": method, "points": 100, "rtol": 1e-8, "atol": 1e-10}
+    options: dict[str, Any] = {"method": method, "points": 100, "rtol": 1e-8}
     general = pt.compile(Shuffle()).simulate(20, **options)
     monkeypatch.setattr(special, "OFTEN", 0)
     own = pt.compile(Shuffle()).simulate(20, **options)

@@ -63,7 +63,7 @@ class Stop(pt.Component):
 
 
 def events(plant: pt.Plant[Shaken], case: dict[str, float], **options: Any) -> list[tuple[str, float, float, float]]:
-    found = plant.simulate(2.0, parameters=case, rtol=1e-8, atol=1e-10, **options).events
+    found = plant.simulate(2.0, parameters=case, rtol=1e-8, **options).events
     return [(e.name, e.old, e.new, e.time) for e in found]
 
 

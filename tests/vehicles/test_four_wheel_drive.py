@@ -85,7 +85,7 @@ def test_ice_under_the_front(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CENTRES)
 def test_one_wheel_on_ice_goes_round_with_open_differentials(name: str) -> None:
-    result = drive(name, inputs={"driver.accelerator_pedal": 0.4}, rtol=1e-8, atol=1e-10)
+    result = drive(name, inputs={"driver.accelerator_pedal": 0.4}, rtol=1e-8)
     audit = pt.energy_audit(result)
     assert not audit.hidden
     assert audit.closure < 1e-6

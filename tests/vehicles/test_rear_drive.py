@@ -117,7 +117,7 @@ def test_energy_closes_and_mirrors(name: str, road: str) -> None:
         "ice": (ICE, {**ICE, "parameters": {"rear.right.mu": 0.15}}),
         "bend": (DRY, {"inputs": {"driver.accelerator_pedal": 0.25, "curvature": -0.1}}),
     }[road]
-    one, other = (drive(name, stop=1.5, rtol=1e-8, atol=1e-10, **o) for o in (options, mirrored))
+    one, other = (drive(name, stop=1.5, rtol=1e-8, **o) for o in (options, mirrored))
     audit = pt.energy_audit(one)
     assert not audit.hidden
     assert audit.closure < 1e-6

@@ -73,7 +73,7 @@ def test_polarized_battery_settles_with_its_time(ohmic: float) -> None:
     """0.2 Ohm, of which a part acts at once, the rest over 2 s."""
     rig = Discharge(battery=PolarizedBattery(ocv=FLAT, R=0.2, ohmic=ohmic, T=2, Q=1e9), draw=Current(i=50))
     times = np.linspace(0, 10, 11)
-    result = pt.simulate(rig, 10, times=times, rtol=1e-9, atol=1e-11)
+    result = pt.simulate(rig, 10, times=times, rtol=1e-9)
     followed = ohmic + (1 - ohmic) * (1 - np.exp(-times / 2))
     np.testing.assert_allclose(result["battery.bus.v"], 200 - 10 * followed, rtol=1e-8)
     audit = pt.energy_audit(result)
@@ -98,7 +98,7 @@ def test_a_cold_battery_has_more_resistance(battery: Battery | PolarizedBattery)
             yield pt.connect(self.battery.bus, self.draw.bus)  # type: ignore[attr-defined]
             yield pt.connect(self.battery.heat_port, self.cells.port)  # type: ignore[attr-defined]
 
-    result = pt.simulate(Cold(battery=battery), 60, starts={"cells.T": 263.15}, rtol=1e-9, atol=1e-11)
+    result = pt.simulate(Cold(battery=battery), 60, starts={"cells.T": 263.15}, rtol=1e-9)
     T, drop = result["cells.T"], 200 - result["battery.bus.v"]
     late = result.time > 2
     np.testing.assert_allclose(drop[late], 10 * np.exp(2000 * (1 / T[late] - 1 / 293.15)), rtol=5e-3)
@@ -171,7 +171,7 @@ def test_power_that_it_may_give_and_take(kind: type[Battery]) -> None:
 
 @pytest.mark.parametrize("battery", [Battery(), PolarizedBattery(T=0.3)], ids=["resistance", "polarized"])
 def test_energy_closes_with_a_machine(battery: Battery | PolarizedBattery) -> None:
-    result = pt.simulate(FlywheelDrive(battery=battery), 12, rtol=1e-8, atol=1e-10)
+    result = pt.simulate(FlywheelDrive(battery=battery), 12, rtol=1e-8)
     audit = pt.energy_audit(result)
     assert audit.closure < 1e-7
     assert not audit.hidden

@@ -81,7 +81,7 @@ def test_dogs_stay_in_their_gap_under_load() -> None:
     parts = dogs, rot.Inertia(J=0.1), rot.Inertia(J=10), TimeTable(table=((0, 0), (0.01, 0), (0.01, 1))), rot.Torque()
     load = TimeTable(table=((0, 0), (0.1, 0), (1.1, 300)))
     wired = "0.flange_a=1.flange_a 0.flange_b=2.flange_a 3.y=0.engage 4.flange=1.flange_b 5.y=4.tau"
-    result = run(joined(*parts, load, joints=wired), 1.1, rtol=1e-8, atol=1e-10)
+    result = run(joined(*parts, load, joints=wired), 1.1, rtol=1e-8)
     assert set(result["parts[0].gap"]) == {0.0}
     assert result["parts[0].tau"][-1] == pytest.approx(-300 * 10 / 10.1, rel=1e-2)
     assert pt.energy_audit(result).closure < 1e-8

@@ -35,7 +35,7 @@ def driven(drive: Any, tau_a: float, tau_b: float, w: float = 0.0, stop: float =
     parts = drive, rot.Inertia(J=1e-4), rot.Inertia(J=1.0)
     torques = rot.ConstantTorque(tau_constant=tau_a), rot.ConstantTorque(tau_constant=tau_b)
     wired = "0.flange_a=1.flange_a=3.flange 0.flange_b=2.flange_a=4.flange"
-    return run(joined(*parts, *torques, joints=wired), stop, {"1.w": w, "2.w": w / ratio}, rtol=1e-8, atol=1e-10)
+    return run(joined(*parts, *torques, joints=wired), stop, {"1.w": w, "2.w": w / ratio}, rtol=1e-8)
 
 
 def acceleration(result: Any) -> float:

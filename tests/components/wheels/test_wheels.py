@@ -106,7 +106,7 @@ def test_energy_closes_through_start_slide_and_stop(name: str) -> None:
         body=VehicleBody(),
     )
     model = pt.replace(model, {"front.mu": 0.25, "rear.mu": 0.3} if name != "rigid" else {})
-    result = pt.simulate(model, 8.0, rtol=1e-8, atol=1e-10)
+    result = pt.simulate(model, 8.0, rtol=1e-8)
     audit = pt.energy_audit(result)
     assert not audit.hidden
     assert audit.closure < 1e-6

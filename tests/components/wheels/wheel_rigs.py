@@ -64,4 +64,4 @@ def plain(wheel: Wheel, *, locked_front: bool = False, **changes: Any) -> Plain:
 
 
 def tight(model: pt.Component, stop: float, starts: dict[str, float] | None = None, **options: Any) -> Any:
-    return pt.simulate(model, stop, starts=starts, **{"rtol": 1e-9, "atol": 1e-11, **options})
+    return pt.simulate(model, stop, starts=starts, **{"rtol": 1e-9, **options})
