@@ -112,8 +112,9 @@ class _Shifter:
         calm = t > self.kicked + self.patience or v > up * (1 + self.eager)
         deep, w = max(pedal - self.kick, 0) / max(1 - self.kick, 1e-6), v * self.per_speed[before - 1]
         spent = before > len(self.up) or w > deep * self.w_up[before - 1]
+        over = v > up and w > self.w_up[before - 1] > 0 if before <= len(self.up) else False
         pulls = before > 1 and w < deep * self.w_down[before - 2] * self.down[before - 2] / self.up[before - 2]
-        if v > up * now and calm and spent:
+        if (v > up * now and calm and spent) or over:
             self.gear += 1
         elif v < min(down * now, self._middle()):
             self.gear -= 1

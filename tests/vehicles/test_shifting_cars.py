@@ -117,6 +117,15 @@ def test_a_full_pedal_reaches_the_highest_speed_of_all_gears() -> None:
     assert drive_cycle(car, WLTC).litres_per_100km == pytest.approx(6.80, rel=5e-3)
 
 
+@pytest.mark.slow
+def test_a_schedule_beyond_the_limiter_is_shifted_below_it() -> None:
+    """Shift speeds for 800 rad/s, where the engine does not fire beyond 680 rad/s: the car stayed in first gear, at 50 km/h."""
+    car, ratios = ManualCar(), ManualCar().gearbox.gear_ratios
+    late = pt.replace(car, schedule=GearSchedule.for_gears(ratios, 4.1, w_full=800))
+    found, expected = full_accelerator(late)["body.v"].max(), full_accelerator(car)["body.v"].max()
+    assert found == pytest.approx(expected, rel=1e-2)
+
+
 def test_fewer_shift_speeds_than_gears() -> None:
     """The gears beyond were never engaged, without a word."""
     fewer = GearSchedule(speeds=GearSchedule().speeds[:-1])

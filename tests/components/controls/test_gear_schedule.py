@@ -107,6 +107,15 @@ def test_a_full_pedal_waits_for_the_speed_at_which_the_next_gear_pulls_harder() 
         assert _shifts(pt.simulate(car, stop=12, max_step=0.2))[0] == pytest.approx(first, abs=1e-6)
 
 
+def test_the_upshift_never_waits_for_a_speed_beyond_that_of_the_pull() -> None:
+    """eager = 4 asks for 20 m/s, where the engine would turn at 800 rad/s; the next gear pulls harder from 400 rad/s, 10 m/s."""
+    v, w = TimeTable(table=((0.0, 0.0), (20.0, 20.0))), TimeTable(table=((0.0, 0.0), (20.0, 800.0)))
+    u, schedule = TimeTable(table=((0.0, 1.0),)), GearSchedule(speeds=SPEEDS, eager=4)
+    assert _shifts(pt.simulate(Scheduled(v=v, u=u, w=w, pulls=PULLS, schedule=schedule), stop=12, max_step=0.2))[
+        0
+    ] == pytest.approx(10, abs=1e-6)
+
+
 def test_a_full_pedal_goes_down_to_the_gear_that_pulls_harder() -> None:
     """Third gear at 30 m/s, far above all shift speeds: down below 6/8 of 250 rad/s, the pull speed after the shift."""
     u = TimeTable(table=((0.0, 0.0), (10.0, 0.0), (10.0, 1.0)))
