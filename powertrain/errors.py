@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 
@@ -37,9 +37,15 @@ class SimulationError(PowertrainError):
         self.result = result
 
 
-def suggestion(name: str, known: Iterable[str]) -> str:
-    """'; did you mean ...?' with up to three near misses of ``name``, or '' where nothing is near."""
-    known = list(dict.fromkeys(known))
+def suggestion(name: str, known: Iterable[str], fields: Mapping[str, Any] | None = None) -> str:
+    """'; did you mean ...?' with up to three near misses of ``name``, or '' where nothing is near.
+
+    First come those of ``fields`` whose description begins with the name: mass is m, "Mass of the vehicle".
+    """
+    known, begins = list(dict.fromkeys(known)), name.replace("_", " ").lower() + " "
+    near = [k for k, spec in (fields or {}).items() if str(getattr(spec, "doc", "")).lower().startswith(begins)][:3]
+    if near:
+        return f"; did you mean {' or '.join(near)}?"
     near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
     near += [k for k in known if k not in near and k.rpartition(".")[2] == name.rpartition(".")[2]][: 3 - len(near)]
     return f"; did you mean {' or '.join(near)}?" if near else ""

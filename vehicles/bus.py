@@ -1,10 +1,37 @@
-"""The power on a vehicle's bus that is available to a machine, as an input of its control."""
+"""The bus of a vehicle: what is on it, and the power that is available to a machine, as an input of its control."""
 
 from __future__ import annotations
 
-from powertrain import Equations, Symbol
+from powertrain import Component, Equations, ParameterError, Symbol, connect, replace
 from powertrain.components.control import BlendedBraking, PowerSplit
-from powertrain.components.electric import ElectricMachine
+from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
+from powertrain.components.evaluation import numbers
+from powertrain.components.thermal import HeatPort
+
+
+def one_bus(
+    vehicle: Component, battery: PolarizedBattery, accessories: AccessoryLoad, *machines: ElectricMachine
+) -> Equations:
+    """``battery`` supplies the ``machines`` and the ``accessories``.
+
+    Errors: ParameterError if even the full battery cannot supply what they take while the vehicle stands.
+    """
+    yield connect(battery.bus, *(machine.bus for machine in machines), accessories.bus)
+    cells, R = battery.ocv.values.max(), float(replace(battery).R)
+    most, rest = cells**2 / (4 * R), [_at_rest(machine) for machine in machines]
+    taken = float(replace(accessories).P) + sum(rest)
+    if most <= taken:
+        raise ParameterError(
+            f"{type(vehicle).__name__}.battery delivers at most {most:.3g} W, with {cells:.3g} V and R = {R:.3g} Ohm, but while the "
+            f"vehicle stands the accessories take {taken - sum(rest):.3g} W and the electric machines {sum(rest):.3g} W; "
+            "give it an ocv of more cells in series, or a smaller R"
+        )
+
+
+def _at_rest(machine: ElectricMachine) -> float:
+    """The loss [W] of a machine at rest without torque."""
+    machine = replace(machine)
+    return float(numbers(lambda w: machine.losses(w, Symbol(0.0), HeatPort.reference), 0.0))
 
 
 def known_machine(control: BlendedBraking | PowerSplit, machine: ElectricMachine, left: Symbol) -> Equations:

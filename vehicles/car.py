@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, Input, ModelError, Output, ParameterError, connect, signal_input
+from itertools import pairwise
+
+from powertrain import Component, Equations, Input, ModelError, Output, ParameterError, connect, replace, signal_input
 from powertrain.components.body import (
     Axle,
     Body,
@@ -27,7 +29,7 @@ from powertrain.components.control import (
     Shifting,
 )
 from powertrain.components.cycles import CycleSpeed, DriveCycle
-from powertrain.components.engines import AccessoryDrive, Engine, EngineCooling, WarmEngine, WillansEngine
+from powertrain.components.engines import AccessoryDrive, Engine, EngineCooling, WarmEngine, WillansEngine, pull_speeds
 from powertrain.components.rotational import Flange
 from powertrain.components.transmissions import ManualGearbox, Shiftable
 from powertrain.components.wheels import RigidWheel
@@ -105,6 +107,8 @@ class GearedCar(Car):
     def _by_schedule(self, clutch: Input) -> Equations:
         """The schedule operates lever, throttle and ``clutch``; ``start_stop`` decides whether the engine runs."""
         check_gears(self, self.schedule, self.gearbox)
+        if isinstance(self.schedule, (GearSchedule, PowerShiftSchedule)):
+            yield from self.schedule.pulled(*self.pull_speeds())
         yield from self._on_the_cycle()
         yield connect(self.body.v, self.schedule.v, self.start_stop.v)
         yield connect(self.driver.accelerator, self.schedule.accelerator, self.start_stop.accelerator)
@@ -114,6 +118,15 @@ class GearedCar(Car):
         yield connect(self.schedule.lever, self.gearbox.lever)
         yield connect(self.start_stop.on, self.engine.on)
         yield from self._cooled(self.engine, self.cooling)
+
+    def pull_speeds(self) -> tuple[list[float], list[float]]:
+        """For each upshift, the engine speed from which the next gear pulls harder, before and after the shift [rad/s].
+
+        Empty for a gearbox that does not say its ratios.
+        """
+        ratios = replace(self.gearbox).gear_ratios
+        before = pull_speeds(self.engine, ratios)
+        return list(before), [w * other / one for w, (one, other) in zip(before, pairwise(ratios), strict=True)]
 
     def initial(self) -> Equations:
         """At rest, with the engine idling and the first gear engaged."""

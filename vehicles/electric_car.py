@@ -9,7 +9,7 @@ from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery, cells_in_series
 from powertrain.components.rotational import IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable, SingleGear
-from powertrain.vehicles.bus import known_machine
+from powertrain.vehicles.bus import known_machine, one_bus
 from powertrain.vehicles.car import Car, check_gears
 
 BATTERY = PolarizedBattery(
@@ -55,7 +55,7 @@ class ElectricCar(Car):
 
     def equations(self) -> Equations:
         """The bus, and the connection to the road."""
-        yield connect(self.battery.bus, self.machine.bus, self.accessories.bus)
+        yield from one_bus(self, self.battery, self.accessories, self.machine)
         yield connect(self.machine.shaft, self.gearbox.flange_a)
         yield from self._to_the_road(self.gearbox.flange_b, self.control.friction)
         yield from self._signals()

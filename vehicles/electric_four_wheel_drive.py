@@ -9,6 +9,7 @@ from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, ElectricDriveControl, Pedals
 from powertrain.components.differentials import CrownGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
+from powertrain.vehicles.bus import one_bus
 from powertrain.vehicles.car import Car
 from powertrain.vehicles.electric_car import BATTERY
 
@@ -42,7 +43,7 @@ class ElectricFourWheelDriveCar(Car):
 
     def equations(self) -> Equations:
         """The bus, and each machine at its axle."""
-        yield connect(self.battery.bus, self.front_machine.bus, self.rear_machine.bus, self.accessories.bus)
+        yield from one_bus(self, self.battery, self.accessories, self.front_machine, self.rear_machine)
         yield from self._to_the_road(self.front_machine.shaft, self.control.friction, self.rear_machine.shaft)
         yield from self._signals()
 

@@ -13,7 +13,7 @@ from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.limited import limited
 from powertrain.components.rotational import Clutch, IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable
-from powertrain.vehicles.bus import known_machine
+from powertrain.vehicles.bus import known_machine, one_bus
 from powertrain.vehicles.car import check_gears
 from powertrain.vehicles.hybrid import HybridCar
 
@@ -95,7 +95,7 @@ class ParallelHybrid(HybridCar):
         own = self.coupling.flange_b if self.position == "P4" else None
         if own is None:
             yield connect(self.coupling.flange_b, places[self.position])
-        yield connect(self.battery.bus, self.machine.bus, self.accessories.bus)
+        yield from one_bus(self, self.battery, self.accessories, self.machine)
         yield from self._to_the_road(self.gearbox.flange_b, self.control.friction, own)
         yield from self._signals()
 

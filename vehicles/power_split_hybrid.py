@@ -9,7 +9,7 @@ from powertrain.components.differentials import CrownGear, Epicyclic, PlanetaryG
 from powertrain.components.electric import ElectricMachine
 from powertrain.components.engines import Engine, WillansEngine, operating_line
 from powertrain.components.rotational import SpringDamper
-from powertrain.vehicles.bus import known_machine
+from powertrain.vehicles.bus import known_machine, one_bus
 from powertrain.vehicles.hybrid import HybridCar
 
 ENGINE = WillansEngine(
@@ -45,7 +45,7 @@ class PowerSplitHybrid(HybridCar):
         yield connect(self.damper.flange_b, self.gear.carrier)
         yield connect(self.machine_1.shaft, self.gear.sun)
         yield connect(self.machine_2.shaft, self.gear.ring)
-        yield connect(self.battery.bus, self.machine_1.bus, self.machine_2.bus, self.accessories.bus)
+        yield from one_bus(self, self.battery, self.accessories, self.machine_1, self.machine_2)
         yield from self._to_the_road(self.gear.ring, self.control.friction)
         yield from self._signals()
 

@@ -10,7 +10,7 @@ from powertrain.components.electric import ElectricMachine
 from powertrain.components.engines import Engine, WillansEngine, operating_line
 from powertrain.components.rotational import IdealGear, SpringDamper
 from powertrain.components.transmissions import Shiftable, SingleGear
-from powertrain.vehicles.bus import known_machine
+from powertrain.vehicles.bus import known_machine, one_bus
 from powertrain.vehicles.electric_car import OIL
 from powertrain.vehicles.hybrid import HybridCar
 
@@ -43,7 +43,7 @@ class SeriesHybrid(HybridCar):
         """Engine to generator, the bus, machine to road."""
         yield connect(self.engine.crank, self.damper.flange_a)
         yield connect(self.damper.flange_b, self.generator.shaft)
-        yield connect(self.battery.bus, self.generator.bus, self.machine.bus, self.accessories.bus)
+        yield from one_bus(self, self.battery, self.accessories, self.generator, self.machine)
         yield connect(self.machine.shaft, self.gearbox.flange_a)
         yield from self._to_the_road(self.gearbox.flange_b, self.control.friction)
         yield from self._signals()

@@ -29,7 +29,12 @@ from powertrain import (
     when,
 )
 from powertrain.components.control.interfaces import SOON
+from powertrain.components.limited import limited
 
+TINY = 1e-6
+"""Smallest pedal travel of a kick-down: with kick = 1 there is none."""
+SUPPLIED = 1.0
+"""Speed [rad/s] above which w_up counts as supplied."""
 SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
 """Shifts of a six-speed gearbox in m/s, with the accelerator released."""
 
@@ -82,6 +87,8 @@ class _Scheduled(Shifting):
     before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
     began: Discrete = discrete("s", "Time at which the last shift began", start=-100.0)
     kicked: Discrete = discrete("s", "Time of the last kick-down", start=-100.0)
+    w_up: Input = signal_input("rad/s", "Engine speed from which the next gear pulls harder", default=0.0)
+    w_down: Input = signal_input("rad/s", "Engine speed below which the previous gear pulls harder", default=0.0)
 
     @classmethod
     def for_gears(
@@ -119,12 +126,23 @@ class _Scheduled(Shifting):
         down = self._at_gear([row[1] for row in self.speeds], 2)
         middle = self._at_gear([sum(row) / 2 for row in self.speeds], 2)
         eager, marks = 1 + self.eager * pressed, (reinit(self.before, self.gear), reinit(self.began, time))
+        deep, w = limited((pedal - self.kick) / ca.fmax(1 - self.kick, TINY)), self.w.value
+        spent = w > deep * self.w_up.value
         calm = ca.logic_or(time > self.kicked + self.patience, v > up * (1 + self.eager))
-        higher, lower = ca.logic_and(v > up * eager, calm), v < ca.fmin(down * eager, middle)
-        kick = ca.logic_and(ca.logic_and(pedal > self.kick, v < down * eager), ca.logic_not(lower))
+        over = ca.logic_and(ca.logic_and(v > up, w > self.w_up.value), self.w_up.value > SUPPLIED)
+        higher = ca.logic_or(ca.logic_and(ca.logic_and(v > up * eager, calm), spent), over)
+        lower = v < ca.fmin(down * eager, middle)
+        pulls = w < self._at_gear([row[1] / row[0] for row in self.speeds], 2) * deep * self.w_down.value
+        kick = ca.logic_and(ca.logic_and(pedal > self.kick, ca.logic_or(v < down * eager, pulls)), ca.logic_not(lower))
         yield when(ca.logic_and(higher, rested), reinit(self.gear, self.gear + 1), *marks)
         yield when(ca.logic_and(lower, rested), reinit(self.gear, self.gear - 1), *marks)
         yield when(ca.logic_and(kick, rested), reinit(self.gear, self.gear - 1), reinit(self.kicked, time), *marks)
+
+    def pulled(self, before: Sequence[float], after: Sequence[float]) -> Equations:
+        """Supply ``w_up`` and ``w_down`` [rad/s]: engine speeds before and after each upshift at which two gears pull equally hard."""
+        if before:
+            yield self.w_up.value == self._at_gear(list(before), 1)
+            yield self.w_down.value == ca.fmax(self._at_gear(list(after), 2), 0.0)
 
     def _at_gear(self, values: list[float], first: int) -> Symbol:
         """The value for the present gear, from ``first`` on; otherwise a value that is never reached."""
@@ -149,9 +167,10 @@ class _Scheduled(Shifting):
 class GearSchedule(_Scheduled):
     """Changes gears depending on the vehicle speed: opens the clutch, moves the lever and closes the clutch, with the throttle closed.
 
-      up from gear to gear + 1 where v > up (1 + eager pressed)
+      up from gear to gear + 1 where v > up (1 + eager pressed) and w > deep w_up, or v > up and w > w_up
       down to gear where v < min(down (1 + eager pressed), (up + down)/2)
-      kick-down to gear where accelerator > kick and v < down (1 + eager pressed)
+      kick-down to gear where accelerator > kick and (v < down (1 + eager pressed) or w < deep w_down down/up)
+      deep = (accelerator - kick)/(1 - kick), at least 0
       pressed = (accelerator - relaxed)/(1 - relaxed), at least 0
       t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
       ..+ t_close: hold rises to 1
@@ -160,8 +179,11 @@ class GearSchedule(_Scheduled):
     ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below up,
     and the difference is the hysteresis; "15 km/h" is converted. A pressed accelerator shifts up later and, up to the middle between both
     speeds, down earlier, so no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time
-    ``patience`` after it, only v > up (1 + eager) shifts up. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed
-    like a centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear. Errors: ParameterError for speeds
+    ``patience`` after it, only v > up (1 + eager) shifts up. Between ``kick`` and the fully pressed accelerator the upshift moves to
+    ``w_up``, the engine speed from which the next gear pulls harder, and never lies beyond it; ``w_down`` is this speed after the
+    shift. Cars supply both from ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives the best acceleration and the
+    highest speed. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed like a centrifugal clutch: below w_open it
+    is open, so the vehicle starts and stops in first gear. Errors: ParameterError for speeds
     without hysteresis or not in order.
     """
 

@@ -11,6 +11,7 @@ from powertrain.components.engines.operation import (
     FuelLine,
     best_fuel_line,
     operating_line,
+    pull_speeds,
     sparse_fuel_line,
     throttle_table,
 )
@@ -36,6 +37,7 @@ __all__ = [
     "WillansEngine",
     "best_fuel_line",
     "operating_line",
+    "pull_speeds",
     "read_fuel_map",
     "read_torque_map",
     "sparse_fuel_line",

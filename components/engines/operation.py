@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +21,8 @@ HALVINGS = 32
 """Bisections of an interval of throttles."""
 UNDER_LOAD, POINTS = 1.35, 20
 """The lowest speed of an operating line relative to idle speed, and the number of its points."""
+BELOW_LIMIT = 0.98
+"""Highest speed of a shift relative to the start of the rev limiter."""
 ROUND = 1e-9
 """Round-off at the largest power."""
 
@@ -158,6 +162,24 @@ def _least_fuel(engine: Engine, power: Array, low: float, high: float, share: fl
         step = (last - first) / (GRID - 1)
         first, last = np.maximum(best - step, low), np.minimum(best + step, high)
     return np.asarray(best)
+
+
+def pull_speeds(engine: Engine, ratios: Sequence[float]) -> tuple[float, ...]:
+    """For each upshift, the engine speed [rad/s] from which the next gear pulls harder with an open throttle.
+
+    There the tractive forces of two neighbouring gears cross: full-load power at this speed equals that at the speed of the next gear, less
+    by the step between the ``ratios``. Losses and inertias of the driveline are neglected. Where the forces do not cross below the rev
+    limiter, it is 98 % of the limiter's speed.
+    """
+    engine = replace(engine)
+    low, high = float(engine.w_idle), BELOW_LIMIT * float(engine.w_limit - engine.band_limit)
+    w, found = np.linspace(low, high, GRID), []
+    for one, other in pairwise(ratios):
+        lower = w * other / one
+        gain = w * engine.full_load(w) - lower * engine.full_load(lower)
+        last = int(np.flatnonzero(gain > 0)[-1]) if (gain > 0).any() else 0
+        found.append(float(np.interp(0, -gain[last : last + 2], w[last : last + 2])))
+    return tuple(found)
 
 
 def throttle_table(engine: Engine, *, speeds: int = 41, torques: int = 61) -> Map:

@@ -142,6 +142,11 @@ class Automatic(ClutchToClutch):
         """The number of forward gears."""
         return len(self.scheme.forward)
 
+    @property
+    def gear_ratios(self) -> tuple[float, ...]:
+        """Those of the scheme."""
+        return tuple(self.scheme.ratio(gear.name) for gear in self.scheme.forward)
+
     def check(self) -> Equations:
         """The differentials must be those of the scheme: the shift control uses its ratios."""
         for lever, part in zip(self.scheme.levers, self.levers, strict=False):

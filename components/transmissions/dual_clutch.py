@@ -62,6 +62,11 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
         """The number of gears."""
         return len(self.gears)
 
+    @property
+    def gear_ratios(self) -> tuple[float, ...]:
+        """Those of the gears."""
+        return tuple(float(gear.ratio) for gear in self.gears)
+
     def check(self) -> Equations:
         """Gear ratios must decrease: an upshift slows the engine down."""
         yield from ratios_decrease(self.gears)  # with two final drives, give the products with them

@@ -34,6 +34,11 @@ class Shiftable(TwoFlanges):
         """The number of forward gears."""
         raise NotImplementedError(type(self).__name__)
 
+    @property
+    def gear_ratios(self) -> tuple[float, ...]:
+        """Ratios of the forward gears, speed at flange_a over speed at flange_b; empty if the transmission does not say them."""
+        return ()
+
     def in_gear(self, k: int) -> Shiftable:
         """The transmission with the k-th gear permanently engaged."""
         raise NotImplementedError(type(self).__name__)
@@ -103,6 +108,11 @@ class ManualGearbox(Shiftable):
     def gear_count(self) -> int:
         """The number of gears."""
         return len(self.gears)
+
+    @property
+    def gear_ratios(self) -> tuple[float, ...]:
+        """Those of the gears."""
+        return tuple(float(gear.ratio) for gear in self.gears)
 
     def in_gear(self, k: int) -> SingleGear:
         """The gearbox with gear k permanently engaged, without the other gears and the synchronisers."""

@@ -33,6 +33,11 @@ class PowerShiftGearbox(Shiftable):
         """The number of ratios."""
         return len(self.ratios)
 
+    @property
+    def gear_ratios(self) -> tuple[float, ...]:
+        """``ratios``."""
+        return self.ratios
+
     def in_gear(self, k: int) -> PowerShiftGearbox:
         """Itself: with a constant lever it has one ratio."""
         return self

@@ -56,6 +56,11 @@ class SynchronisedGearbox(Shiftable):
         """The number of gears."""
         return len(self.gears)
 
+    @property
+    def gear_ratios(self) -> tuple[float, ...]:
+        """Those of the gears."""
+        return tuple(float(gear.ratio) for gear in self.gears)
+
     def in_gear(self, k: int) -> SingleGear:
         """The gearbox with gear k permanently engaged, without the other gears and the synchronisers."""
         return SingleGear(gear=self.gears[k - 1], input=self.input, churning=self.churning, output=self.output)

@@ -39,37 +39,41 @@ def command(name: str, text: bool, schematic: Path | None) -> None:
     """Describe a component or vehicle: parameters with units, defaults and ranges, slots, ports, variables, equations, source.
 
     Set parameters and slots with `powertrain run VEHICLE --set PATH=VALUE`. If a name occurs in several families, put the family in front.
-    Of a parameter file (.toml) or a measured car, the class that it sets is described.
+    Of a parameter file (.toml) or a measured car, the values that it sets are printed in place of the defaults.
     """
     from powertrain.presets import catalogue, named
 
     with of_the_command_line():
+        model = None
         if name.lower().endswith(".toml"):
-            name = type(named.of_file(Path(name))[0]).__name__
+            model = named.of_file(Path(name))[0]
         elif name.lower() in named.measured():
-            name = type(named.load(name.lower())).__name__
+            model = named.load(name.lower())
+        name = name if model is None else type(model).__name__
         entry = catalogue.find(name, (*catalogue.assembled(), *catalogue.components()), "component")
-    click.echo(described(entry, text))
+    click.echo(described(entry, text, model))
     if schematic is not None:
         with of_the_command_line():
-            draw(entry, schematic)
+            draw(entry.kind() if model is None else model, schematic)
         click.echo(f"\nwrote {schematic}")
 
 
-def draw(entry: Entry, path: Path) -> None:
-    """The schematic of what a class is by default. Errors: ParameterError where it needs values or has no parts."""
-    figure = pt.schematic(entry.kind()).get_figure(root=True)
+def draw(model: pt.Component, path: Path) -> None:
+    """The schematic of a component. Errors: ParameterError if it has no parts."""
+    figure = pt.schematic(model).get_figure(root=True)
     assert figure is not None
     figure.savefig(path, dpi=130)
 
 
-def described(entry: Entry, text: bool = False) -> str:
-    """All about a component."""
+def described(entry: Entry, text: bool = False, model: pt.Component | None = None) -> str:
+    """All about a component, with its defaults or the values of a ``model``."""
     from powertrain.cli.facts import facts, text_of
 
     kind = entry.kind
     sections = [f"{entry.name} ({entry.family})\n\n{paragraphs(inspect.getdoc(kind) or '')}"]
-    sections += [f"{title(table.title)}\n{columns(table.rows, table.head, table.right)}" for table in facts(kind)]
+    sections += [
+        f"{title(table.title)}\n{columns(table.rows, table.head, table.right)}" for table in facts(kind, model)
+    ]
     shown = inspect.getsource(kind) if text else textwrap.indent(text_of(kind), "  ")
     sections.append(f"{title('Equations')}\n{shown}")
     sections.append(f"{title('Source')}\n  {kind.__module__}, {inspect.getsourcefile(kind)}")

@@ -30,14 +30,17 @@ class Facts:
     right: tuple[int, ...] = ()
 
 
-def facts(kind: type[pt.Component]) -> list[Facts]:
-    """All tables of a component that have rows."""
+def facts(kind: type[pt.Component], model: pt.Component | None = None) -> list[Facts]:
+    """All tables of a component that have rows, with its defaults, or with the values of a ``model`` of this kind."""
+    said, given = ("default", {}) if model is None else ("value", model._values)
     tables = [
-        Facts("Parameters", ("name", "default", "unit", "range", "meaning"), list(_parameters(kind)), (1,)),
-        Facts("Slots and fields", ("name", "kind", "default", "takes"), list(_slots(kind))),
+        Facts("Parameters", ("name", said, "unit", "range", "meaning"), list(_parameters(kind, given)), (1,)),
+        Facts("Slots and fields", ("name", "kind", said, "takes"), list(_slots(kind, given))),
         Facts("Ports", ("name", "kind", "unit", "meaning"), list(_ports(kind))),
         Facts("Variables", ("name", "unit", "meaning"), list(_variables(kind))),
-        Facts("Parameters of its parts", ("path", "value", "unit", "range", "meaning"), list(_inner(kind)), (1,)),
+        Facts(
+            "Parameters of its parts", ("path", "value", "unit", "range", "meaning"), list(_inner(kind, model)), (1,)
+        ),
     ]
     return [_without_empty_end(table) for table in tables if table.rows]
 
@@ -63,23 +66,23 @@ def text_of(kind: type[pt.Component]) -> str:
     return "\n".join(found)
 
 
-def _parameters(kind: type[pt.Component]) -> Iterator[Row]:
+def _parameters(kind: type[pt.Component], given: dict[str, Any]) -> Iterator[Row]:
     for name, spec in kind._fields.items():
         if isinstance(spec, pt.Parameter):
-            yield _parameter(name, spec, spec.default)
+            yield _parameter(name, spec, given.get(name, spec.default))
 
 
 def _parameter(name: str, spec: pt.Parameter, value: float | None) -> Row:
     return name, "must be given" if value is None else f"{value:g}", spec.unit, spec.range, spec.doc
 
 
-def _slots(kind: type[pt.Component]) -> Iterator[Row]:
+def _slots(kind: type[pt.Component], given: dict[str, Any]) -> Iterator[Row]:
     for name, spec in kind._fields.items():
         if isinstance(spec, (Port, pt.Parameter, pt.Variable, pt.Discrete)):
             continue
         takes = kind._slot_types().get(name)
         fits = [entry.name for entry in fitting(takes) if entry.kind is not takes]
-        yield name, _kind(takes), _default(spec), ", ".join(fits)
+        yield name, _kind(takes), _default(given.get(name, spec)), ", ".join(fits)
 
 
 def _default(spec: Any) -> str:
@@ -110,13 +113,13 @@ def _variables(kind: type[pt.Component]) -> Iterator[Row]:
             yield name, spec.unit, spec.doc
 
 
-def _inner(kind: type[pt.Component]) -> Iterator[Row]:
-    """The parameters of the parts that stand in the slots by default, by path, without those that the whole determines."""
+def _inner(kind: type[pt.Component], model: pt.Component | None) -> Iterator[Row]:
+    """The parameters of the parts in the slots, by default or in a model, by path, without those that the whole determines."""
     from powertrain.compiler.assemble import free_parameters
     from powertrain.presets.places import places
 
     try:
-        model = kind()
+        model = model or kind()
     except pt.PowertrainError:
         return
     found = [place for place in places(model) if place.spec is not None and "." in place.path]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -211,22 +212,32 @@ def _draw_map(run: CycleRun, model: pt.Component, chart: Path) -> str:
 
 def report(run: CycleRun, name: str) -> Iterator[str]:
     """The results of the vehicle ``name`` in text: the run's table at once, then the energy audit, which takes its time."""
-    from powertrain.trials.charge import charge_corrected, stores_of
+    from powertrain.trials.charge import beyond_correction, charge_corrected, stores_of
 
     cycle = run.cycle
     about = f"{cycle.duration:.0f} s, {cycle.distance / 1e3:.2f} km, up to {cycle.top_speed * 3.6:.1f} km/h"
     results = [
         (what, number(value), unit) for what, (value, unit) in zip(run.table.index, run.table.values, strict=True)
     ]
+    far = ""
     if run.anatomy.engines and (stores := stores_of(run)):
+        far = beyond_correction(run)
         results.append(
             (
                 f"consumption, corrected to equal charge ({' and '.join(stores)})",
-                number(charge_corrected(run)),
+                number(math.nan if far else charge_corrected(run)),
                 "l/100 km",
             )
         )
-    yield "\n".join([f"{name} over {cycle.name} ({about})", "", columns(results, right=[1]), *_not_followed(run)])
+    yield "\n".join(
+        [
+            f"{name} over {cycle.name} ({about})",
+            "",
+            columns(results, right=[1]),
+            *_not_followed(run),
+            *_not_corrected(far),
+        ]
+    )
     yield f"{title('Energy by component')}\n{_energies(run)}"
 
 
@@ -243,6 +254,11 @@ def _not_followed(run: CycleRun) -> list[str]:
         "",
         f"The vehicle does not follow the cycle: {run.time_outside:.1f} s outside the speed tolerance (±2 km/h, ±1 s){most}.",
     ]
+
+
+def _not_corrected(far: str) -> list[str]:
+    """A sentence where the run is too far from equal charge."""
+    return ["", f"No consumption at equal charge: {far}."] if far else []
 
 
 def _energies(run: CycleRun) -> str:

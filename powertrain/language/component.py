@@ -122,9 +122,10 @@ class Component(metaclass=_Kind):
                 raise TypeError(f"{type(self).__name__} takes its fields by name: {type(self).__name__}({first}=...)")
             unknown = [name for name in given if name not in self._fields or not is_given(self._fields[name])]
             if unknown:
-                known = [name for name, spec in self._fields.items() if is_given(spec)]
+                known = {name: spec for name, spec in self._fields.items() if is_given(spec)}
+                near = suggestion(unknown[0], known, known)
                 raise ParameterError(
-                    f"{type(self).__name__} has no field {unknown[0]}{suggestion(unknown[0], known)} (its fields: {', '.join(known)})"
+                    f"{type(self).__name__} has no field {unknown[0]}{near} (its fields: {', '.join(known)})"
                 )
             values = {
                 name: self._value(name, spec, given) for name, spec in self._fields.items() if not is_symbolic(spec)

@@ -56,7 +56,7 @@ def _step(kind: type[Component], path: str, known: Mapping[str, Any]) -> tuple[s
         inside = [
             f"{part}.{name}" for part, value in known.items() if isinstance(value, Component) and name in value._fields
         ]
-        near = f"; did you mean {' or '.join(inside)}?" if inside else suggestion(name, known)
+        near = f"; did you mean {' or '.join(inside)}?" if inside else suggestion(name, known, kind._fields)
         near = near or f" (its fields: {', '.join(known)})"
         raise ParameterError(f"{kind.__name__} has no field {name}{near}")
     return name, index, rest

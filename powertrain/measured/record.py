@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
@@ -35,6 +36,9 @@ SPREAD = {4: 4.0, 5: 4.5, 6: 5.3, 7: 6.5, 8: 7.7, 9: 9.0, 10: 7.4}
 ELECTRICITY = "Electricity"
 OTHER_FUELS = "diesel", "e85", "ethanol", "methanol", "cng", "natural gas", "lpg", "propane", "hydrogen"
 """Words in the names of fuels that are neither gasoline nor electricity."""
+DIGIT = re.compile(r"\d")
+INITIALS = frozenset("AWD BMW EV FWD GLI GMC GTI PHEV RWD SUV TDI".split())
+"""Words of names that are written in capitals."""
 COAST_DOWN = "coast_A_N", "coast_B_N_per_mps", "coast_C_N_per_mps2"
 TEXTS = "vehicle", "test_vehicle", "transmission", "drive", "test", "procedure", "fuel"
 POSITIVE = "gears", "displacement_l", "rated_power_kW", "test_mass_kg", "axle_ratio", "n_over_v_top_gear_rpm_per_kmh"
@@ -129,7 +133,7 @@ class TestCar:
             )
         loads = [[float(r[name]) for name in COAST_DOWN] for r in city or rows]
         return cls(
-            name=row["vehicle"].title(),
+            name=cased(row["vehicle"]),
             test_vehicle=row["test_vehicle"],
             transmission=kind,
             gears=int(float(row["gears"])),
@@ -147,6 +151,16 @@ class TestCar:
             udds=_mean(float(r["fuel_economy_mpg"]) if electric else _warm(r) for r in city),
             hwfet=_mean(float(r["fuel_economy_mpg"]) for r in road),
         )
+
+
+def cased(name: str) -> str:
+    """The name of a car as its maker writes it, from a list that prints it in capitals: Mazda MX-5; a name in mixed case is kept."""
+    if name not in (name.upper(), name.lower()):
+        return name
+    maker, *others = name.upper().split()
+    kept = [word in INITIALS or (bool(DIGIT.search(word)) and not word.startswith(maker)) for word in others]
+    words = [word if keep else word.title() for word, keep in zip(others, kept, strict=True)]
+    return " ".join([maker if maker in INITIALS else maker.title(), *words])
 
 
 def _of_one_fuel(rows: list[dict[str, str]], where: str) -> list[dict[str, str]]:

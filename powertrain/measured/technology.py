@@ -160,9 +160,13 @@ def family(car: TestCar) -> str:
         return "late closing"
     if is_charged(car):
         return "turbocharged"
-    return FAMILIES.get((car.name.split()[0], round(car.displacement * 1e3, 1)), "port injected")
+    return FAMILIES.get((_maker(car), round(car.displacement * 1e3, 1)), "port injected")
+
+
+def _maker(car: TestCar) -> str:
+    return car.name.split()[0].title()
 
 
 def stops(car: TestCar) -> bool:
     """Whether the engine is taken to stop at rest."""
-    return car.transmission in ("automatic", "dual clutch", "belt") and car.name.split()[0] in STOPPING
+    return car.transmission in ("automatic", "dual clutch", "belt") and _maker(car) in STOPPING

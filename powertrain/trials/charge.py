@@ -19,6 +19,8 @@ from powertrain.trials.cycle import CycleRun, drive_cycle, on_cycle
 
 NEC_TOLERANCE = 0.01
 """A test is charge-sustaining up to this net energy change relative to the energy of the fuel, SAE J1711."""
+NEC_LIMIT = 0.05
+"""Up to this net energy change relative to the energy of the fuel a single run is corrected, SAE J1711."""
 BREAK_OFF = 0.04
 """A charge-depleting test ends below this change of the charge relative to the cycle's energy demand, UN Regulation No. 154, Annex B8."""
 SPREAD = (-0.04, -0.02, 0.0, 0.02, 0.04)
@@ -38,8 +40,31 @@ def charge_corrected(run: CycleRun, *stores: str, path: float = 1.0) -> float:
       fuel - gained/(path marginal efficiency heating value)
     Additional work does not increase the friction of an engine that runs anyway, so it costs less than the mean. nan if the engine did not
     run or the vehicle did not move. ``charge_sustaining`` is the method of the regulation, with five runs.
+    SAE J1711 corrects up to a net energy change of 5 % of the fuel's energy (``beyond_correction``). A plug-in hybrid that drove on its
+    battery is far beyond: the marginal efficiency of an engine that hardly ran says little about the charge-sustaining consumption.
     Errors: ParameterError for a store that the vehicle does not have.
     """
+    gained = _gained(run, *stores)
+    if not run.fuel > 0:
+        return math.nan
+    return run.litres_per_100km * (1 - gained / (path * run.marginal_efficiency) / run.heat)
+
+
+def beyond_correction(run: CycleRun, *stores: str) -> str:
+    """Why a run is too far from equal charge for a correction; empty if it is not."""
+    change = _gained(run, *stores) / run.heat if run.fuel > 0 else 0.0
+    if abs(change) <= NEC_LIMIT:
+        return ""
+    name = " and ".join(stores or stores_of(run))
+    return (
+        f"the {name} {'gained' if change > 0 else 'gave'} {abs(change):.0%} of the fuel's energy, too far from equal charge for a "
+        f"correction, which holds up to {NEC_LIMIT:.0%}; start at the charge that the vehicle sustains (drive_cycle(..., starts=...)), "
+        "or use trials.charge_sustaining"
+    )
+
+
+def _gained(run: CycleRun, *stores: str) -> float:
+    """Energy [J] that the stores gained. Errors: ParameterError for a store that the vehicle does not have."""
     table = run.audit.components["stored"]
     for store in stores:
         if store not in table.index:
@@ -47,10 +72,7 @@ def charge_corrected(run: CycleRun, *stores: str, path: float = 1.0) -> float:
             raise pt.ParameterError(
                 f"charge_corrected: {run.anatomy.vehicle} has no component {store!r}{suggestion(store, known)}"
             )
-    gained = sum(float(table.loc[store]) for store in stores or stores_of(run))
-    if not run.fuel > 0:
-        return math.nan
-    return run.litres_per_100km * (1 - gained / (path * run.marginal_efficiency) / run.heat)
+    return sum(float(table.loc[store]) for store in stores or stores_of(run))
 
 
 @dataclass(frozen=True)

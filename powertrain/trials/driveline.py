@@ -72,7 +72,7 @@ def driveline_map(
     ]
     v, pedal = maps[0]["speed"].values, maps[0]["accelerator"].values
     gear = xr.DataArray(
-        held_gears(vehicle, v, pedal), dims=("speed", "accelerator"), attrs={"units": "1", "long_name": "Gear"}
+        held_gears(vehicle, v, pedal, maps), dims=("speed", "accelerator"), attrs={"units": "1", "long_name": "Gear"}
     )
     at = xr.DataArray(np.asarray(gear) - 1, dims=gear.dims)
     return xr.concat(maps, "gear", combine_attrs="override").isel(gear=at).assign(gear=gear)

@@ -11,6 +11,7 @@ import powertrain as pt
 from powertrain.components.control import FixedGear, GearSchedule, PowerShiftSchedule
 from powertrain.components.transmissions import Shiftable
 from powertrain.trials.operating import operating_map
+from powertrain.vehicles.car import GearedCar
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,10 +45,10 @@ def in_gear(vehicle: pt.Component, k: int) -> pt.Component:
     return pt.replace(vehicle, {shifting: held, name: box.in_gear(k)})
 
 
-def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array) -> NDArray[np.intp]:
-    """The highest gear that the schedule keeps, over speed [m/s] and accelerator."""
-    schedule, last = getattr(vehicle, _named(vehicle, *SCHEDULES)), numbers(vehicle)[-1]
-    return np.array([[_Shifter(schedule, last).kept(float(v), float(p)) for p in accelerators] for v in speeds])
+def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array, maps: list[xr.Dataset]) -> NDArray[np.intp]:
+    """The highest gear that the schedule keeps, over speed [m/s] and accelerator; ``maps`` are those of the gears."""
+    last = numbers(vehicle)[-1]
+    return np.array([[_Shifter(vehicle, maps, last).kept(float(v), float(p)) for p in accelerators] for v in speeds])
 
 
 def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list[xr.Dataset]:
@@ -58,7 +59,7 @@ def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list
     """
     maps = []
     for k in numbers(vehicle):
-        found = operating_map(in_gear(vehicle, k), speeds, accelerators)[["force", "fuel_rate"]]
+        found = operating_map(in_gear(vehicle, k), speeds, accelerators)[["force", "fuel_rate", "w"]]
         found = found.interpolate_na("accelerator").interpolate_na("speed")
         if missing := int(found["force"].isnull().sum()):
             raise pt.ParameterError(f"backward: {missing} points of the map in gear {k} have no operating point")
@@ -71,8 +72,7 @@ def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[x
 
     The schedule chooses it for the pedal position that gives the force; a long row has the gear in which it ends.
     """
-    schedule = getattr(vehicle, _named(vehicle, *SCHEDULES))
-    shifter, gears = _Shifter(schedule), []
+    shifter, gears = _Shifter(vehicle, maps), []
     for begin, end, speed, push in zip(times[:-1], times[1:], v, force, strict=True):
         for t in np.arange(begin, end, min(shifter.dwell, end - begin)):
             shifter.decide(float(t), float(speed), accelerator(maps[shifter.gear - 1], float(speed), float(push)))
@@ -83,12 +83,16 @@ def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[x
 class _Shifter:
     """State and rules of a gear schedule."""
 
-    def __init__(self, schedule: GearSchedule | PowerShiftSchedule, gear: int = 1) -> None:
+    def __init__(self, vehicle: pt.Component, maps: list[xr.Dataset], gear: int = 1) -> None:
+        schedule = getattr(vehicle, _named(vehicle, *SCHEDULES))
         self.up, self.down = np.array(schedule.speeds).T
         self.eager, self.relaxed, self.dwell, self.kick, self.patience = (
             float(getattr(schedule, name)) for name in ("eager", "relaxed", "dwell", "kick", "patience")
         )
         self.gear, self.began, self.kicked = gear, -np.inf, -np.inf
+        self.per_speed = [_per_speed(found) for found in maps]
+        pulls = vehicle.pull_speeds() if isinstance(vehicle, GearedCar) else ([], [])
+        self.w_up, self.w_down = (values or [0.0] * len(self.up) for values in pulls)
 
     def kept(self, v: float, pedal: float) -> int:
         """The gear kept at a speed [m/s] and an accelerator position, coming from a higher gear."""
@@ -106,11 +110,15 @@ class _Shifter:
         now, before = 1 + self.eager * pressed, self.gear
         up, down = self._limits()
         calm = t > self.kicked + self.patience or v > up * (1 + self.eager)
-        if v > up * now and calm:
+        deep, w = max(pedal - self.kick, 0) / max(1 - self.kick, 1e-6), v * self.per_speed[before - 1]
+        spent = before > len(self.up) or w > deep * self.w_up[before - 1]
+        over = v > up and w > self.w_up[before - 1] > 0 if before <= len(self.up) else False
+        pulls = before > 1 and w < deep * self.w_down[before - 2] * self.down[before - 2] / self.up[before - 2]
+        if (v > up * now and calm and spent) or over:
             self.gear += 1
         elif v < min(down * now, self._middle()):
             self.gear -= 1
-        elif pedal > self.kick and v < down * now:
+        elif pedal > self.kick and (v < down * now or pulls):
             self.gear, self.kicked = self.gear - 1, t
         self.began = t if self.gear != before else self.began
 
@@ -120,6 +128,12 @@ class _Shifter:
 
     def _middle(self) -> float:
         return float(self.up[self.gear - 2] + self.down[self.gear - 2]) / 2 if self.gear > 1 else -np.inf
+
+
+def _per_speed(found: xr.Dataset) -> float:
+    """Engine speed over vehicle speed [rad/m] in a gear, with the start device closed: it only slips the engine faster."""
+    moving = found.sel(speed=found["speed"] > 0)
+    return float((moving["w"] / moving["speed"]).min())
 
 
 def accelerator(found: xr.Dataset, v: float, force: float) -> float:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 
 import powertrain as pt
+from powertrain.components.body import VehicleBody
+from powertrain.vehicles.manual_car import ManualCar
 
 
 class Band(pt.Component):
@@ -99,3 +101,11 @@ def test_what_fits_a_slot_is_named() -> None:
         pt.replace(Frame(), shape=Square)
     with pytest.raises(pt.ModelError, match=r"not str; write Round\(...\) or Square\(...\)$"):
         pt.replace(Frame(), {"shape": "Square"})
+
+
+def test_a_parameter_asked_for_by_its_meaning_is_suggested() -> None:
+    """It was "did you mean chassis?"."""
+    with pytest.raises(pt.ParameterError, match=r"^VehicleBody has no field mass; did you mean m\?$"):
+        pt.replace(ManualCar(), {"body.mass": 1500})
+    with pytest.raises(pt.ParameterError, match=r"^VehicleBody has no field mass; did you mean m\? \(its fields: "):
+        VehicleBody(mass=1500)  # type: ignore[call-arg]

@@ -8,6 +8,7 @@ import pytest
 import powertrain as pt
 from powertrain.components.control import ElectricDriveControl
 from powertrain.components.cycles import DriveCycle
+from powertrain.components.electric import cells_in_series
 from powertrain.trials import drive_cycle, full_accelerator
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.electric_four_wheel_drive import ElectricFourWheelDriveCar
@@ -17,6 +18,28 @@ from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
 from powertrain.vehicles.series_hybrid import SeriesHybrid
 
 HARD = DriveCycle("hard", ((0, 0), (1, 0), (20, 33), (30, 33), (32.5, 8), (36, 8)))
+
+
+@pytest.mark.parametrize(
+    ("car", "said"),
+    [
+        (ElectricCar(), "accessories take 300 W and the electric machines 80 W"),
+        (ElectricFourWheelDriveCar(), "the electric machines"),
+        (ParallelHybrid(), "the electric machines"),
+        (SeriesHybrid(), "the electric machines"),
+        (PowerSplitHybrid(), "accessories take 300 W and the electric machines 100 W"),
+    ],
+    ids=lambda v: type(v).__name__ if isinstance(v, pt.Component) else "",
+)
+def test_a_battery_of_one_cell_is_refused(car: pt.Component, said: str) -> None:
+    """It ended in a solver message. A cell of 4.15 V behind 0.1 Ohm gives 4.15^2/0.4 = 43.1 W."""
+    one = pt.replace(car, {"battery.ocv": cells_in_series(1), "battery.R": 0.1})
+    name = type(car).__name__
+    with pytest.raises(
+        pt.ParameterError, match=rf"^{name}.battery delivers at most 43.1 W, with 4.15 V and R = 0.1 Ohm"
+    ) as caught:
+        pt.compile(one)
+    assert said in str(caught.value)
 
 
 def test_torque_that_the_battery_allows() -> None:

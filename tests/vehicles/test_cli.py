@@ -195,6 +195,19 @@ def test_info_of_a_parameter_file_and_of_a_measured_car(tmp_path: Path) -> None:
     assert done("info", "honda-civic-4dr-belt").startswith("VariatorCar")
 
 
+def test_info_of_a_file_has_its_values(tmp_path: Path) -> None:
+    """Own parameters, slots, and the parameters of parts; without a file the defaults of the class."""
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        'class = "ManualCar"\nfront = "RollingAxle"\nrear = "LumpedAxle"\n[body]\nm = "1234 kg"\n', encoding="utf-8"
+    )
+    text = done("info", str(file))
+    assert re.search(r"^  body.m +1234  kg", text, re.MULTILINE)
+    assert re.search(r"^  front +Axle +RollingAxle", text, re.MULTILINE)
+    assert re.search(r"^  name +kind +value +takes", text, re.MULTILINE)
+    assert re.search(r"^  body.m +1300  kg", done("info", "ManualCar"), re.MULTILINE)
+
+
 def test_info_fills_prose_to_the_terminal_and_leaves_formulas_their_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "70")
     lines = done("info", "CircularCamDifferential").partition("Parameters")[0].splitlines()
@@ -540,6 +553,15 @@ def test_run_of_what_drives_without_the_engine(tmp_path: Path) -> None:
     text = done("run", "FlywheelHybrid", "--span", "0:20", "--plot", str(plot))
     assert re.search(r"consumption, corrected to equal charge \(flywheel\) +-  l/100 km", text)
     assert re.search(r"mean efficiency of the engine +-  1", text)
+
+
+@pytest.mark.slow
+def test_run_far_from_equal_charge_is_not_corrected() -> None:
+    """A plug-in hybrid that drove on its battery had 6.50 l/100 km at equal charge; started at that charge, it takes 5.42 l/100 km."""
+    text = done("run", "ParallelHybrid.plug_in()")
+    assert re.search(r"consumption, corrected to equal charge \(battery\) +-  l/100 km", text)
+    assert "the battery gave 174% of the fuel's energy, too far from equal charge" in text.replace("\n", " ")
+    assert "No consumption at equal charge" not in done("run", "ParallelHybrid", "--span", "0:500")
 
 
 @pytest.mark.slow

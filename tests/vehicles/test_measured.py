@@ -17,7 +17,7 @@ from powertrain.measured.building import PROGRESSION, RADIUS, build, ratios
 from powertrain.measured.fitting import NOISE, Sensitivities
 from powertrain.measured.prediction import predict
 from powertrain.measured.published import published
-from powertrain.measured.record import SPREAD, TestCar
+from powertrain.measured.record import SPREAD, TestCar, cased
 from powertrain.measured.technology import Technology, family, priors
 from powertrain.trials import full_accelerator, time_between
 
@@ -32,8 +32,24 @@ def test_fourteen_cars() -> None:
     assert {kind: kinds.count(kind) for kind in set(kinds)} == {
         "manual": 6, "belt": 3, "automatic": 2, "dual clutch": 1, "power split": 1, "electric": 1
     }  # fmt: skip
-    assert family(CARS["Toyota Rav4 automatic"]) == family(CARS["Toyota Prius power split"]) == "late closing"
+    assert family(CARS["Toyota RAV4 automatic"]) == family(CARS["Toyota Prius power split"]) == "late closing"
     assert family(CARS["Volkswagen Jetta automatic"]) == "turbocharged"
+
+
+@pytest.mark.parametrize(
+    ("listed", "name"),
+    [
+        ("MAZDA MX-5", "Mazda MX-5"),
+        ("MAZDA MAZDA3", "Mazda Mazda3"),
+        ("BMW X5 AWD", "BMW X5 AWD"),
+        ("toyota rav4", "Toyota RAV4"),
+        ("MERCEDES-BENZ METRIS", "Mercedes-Benz Metris"),
+        ("Volkswagen Golf GTI", "Volkswagen Golf GTI"),
+    ],
+)
+def test_names_as_their_makers_write_them(listed: str, name: str) -> None:
+    """Of a list in capitals, initials and words with digits keep theirs."""
+    assert cased(listed) == name
 
 
 def test_warm_udds_is_the_hot_bag_and_the_stabilised_one() -> None:
@@ -41,7 +57,7 @@ def test_warm_udds_is_the_hot_bag_and_the_stabilised_one() -> None:
     assert CARS["Nissan Versa manual"].udds == pytest.approx(1.026 * 36.3)  # no bags published
     prius = CARS["Toyota Prius power split"]
     assert prius.udds == pytest.approx((5.78 + 6.21) / (5.78 / 62.7224963 + 6.21 / 114.3515914))
-    assert CARS["Tesla Model 3 Long Range Awd electric"].hwfet == 173.4
+    assert CARS["Tesla Model 3 Long Range AWD electric"].hwfet == 173.4
 
 
 def test_other_cars_are_read_in_the_same_columns(tmp_path: Path) -> None:
@@ -170,7 +186,7 @@ def test_published_errors() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["Toyota Rav4 automatic", "Tesla Model 3 Long Range Awd electric"])
+@pytest.mark.parametrize("name", ["Toyota RAV4 automatic", "Tesla Model 3 Long Range AWD electric"])
 def test_what_is_published_is_what_is_simulated(name: str) -> None:
     compare(CARS[name], "hwfet")
 

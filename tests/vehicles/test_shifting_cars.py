@@ -13,7 +13,8 @@ import powertrain as pt
 from powertrain.components.control import GearSchedule, OpenPedals
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.transmissions import Automatic, DualClutchGearbox, ManualGearbox
-from powertrain.trials import CycleRun, drive_cycle, shift_quality, shifts
+from powertrain.trials import CycleRun, drive_cycle, full_accelerator, shift_quality, shifts
+from powertrain.trials.gears import in_gear
 from powertrain.trials.lever_figure import plot_lever_diagrams
 from powertrain.trials.shift_figure import plot_shift, plot_shift_quality
 from powertrain.vehicles.automatic_car import AutomaticCar
@@ -105,6 +106,24 @@ def test_what_has_no_such_shifts() -> None:
 def test_more_shift_speeds_than_gears() -> None:
     with pytest.raises(pt.ModelError, match=r"7 rows of shift speeds, for 8 gears, but gearbox \(Automatic\) has 3"):
         pt.compile(AutomaticCar(gearbox=Automatic.simpson_three_speed()))
+
+
+@pytest.mark.slow
+def test_a_full_pedal_reaches_the_highest_speed_of_all_gears() -> None:
+    """162 km/h in top gear, where sixth gear reaches 197 km/h. The shift map at part load stays: the WLTC takes 6.80 l/100 km."""
+    car = AutomaticCar()
+    top = max(full_accelerator(in_gear(car, k))["body.v"].max() for k in (5, 6, 7, 8))
+    assert full_accelerator(car)["body.v"].max() == pytest.approx(top, rel=1e-3)
+    assert drive_cycle(car, WLTC).litres_per_100km == pytest.approx(6.80, rel=5e-3)
+
+
+@pytest.mark.slow
+def test_a_schedule_beyond_the_limiter_is_shifted_below_it() -> None:
+    """Shift speeds for 800 rad/s, where the engine does not fire beyond 680 rad/s: the car stayed in first gear, at 50 km/h."""
+    car, ratios = ManualCar(), ManualCar().gearbox.gear_ratios
+    late = pt.replace(car, schedule=GearSchedule.for_gears(ratios, 4.1, w_full=800))
+    found, expected = full_accelerator(late)["body.v"].max(), full_accelerator(car)["body.v"].max()
+    assert found == pytest.approx(expected, rel=1e-2)
 
 
 def test_fewer_shift_speeds_than_gears() -> None:

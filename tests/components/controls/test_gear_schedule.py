@@ -23,13 +23,17 @@ class Scheduled(pt.Component):
     u: TimeTable = TimeTable(table=((0.0, 0.5),))
     w: TimeTable = TimeTable(table=((0.0, 300.0),))
     schedule: GearSchedule = GearSchedule(speeds=SPEEDS, eager=0)
+    pulls: tuple[tuple[float, ...], ...] = ((0.0, 0.0), (0.0, 0.0))
 
     def equations(self) -> pt.Equations:
+        yield from self.schedule.pulled(*self.pulls)
         yield pt.connect(self.v.y, self.schedule.v)
         yield pt.connect(self.u.y, self.schedule.accelerator)
         yield pt.connect(self.w.y, self.schedule.w)
 
 
+PULLS = (400.0, 300.0), (200.0, 250.0)
+"""Engine speeds before and after both upshifts at which two gears pull equally hard."""
 UP_AND_DOWN = TimeTable(table=((0.0, 0.0), (10.0, 10.0), (20.0, 0.0)))
 
 
@@ -92,6 +96,32 @@ def test_a_kick_down_ends_where_the_full_pedal_shifts_up() -> None:
     u = TimeTable(table=((0.0, 0.0), (10.0, 0.0), (10.0, 1.0)))
     result = pt.simulate(Scheduled(v=v, u=u, schedule=GearSchedule(speeds=SPEEDS)), stop=15, max_step=0.2)
     assert _shifts(result)[-1] == pytest.approx(13.5, abs=1e-6)
+
+
+def test_a_full_pedal_waits_for_the_speed_at_which_the_next_gear_pulls_harder() -> None:
+    """Pull speeds of 400 and 300 rad/s with w = 40 v: up at 10 m/s, where 4 m/s would do, and half way from kick at 200 rad/s, 5 m/s."""
+    v, w = TimeTable(table=((0.0, 0.0), (20.0, 20.0))), TimeTable(table=((0.0, 0.0), (20.0, 800.0)))
+    for pedal, first in ((0.5, 4.0), (0.9, 5.0), (1.0, 10.0)):
+        u = TimeTable(table=((0.0, pedal),))
+        car = Scheduled(v=v, u=u, w=w, pulls=PULLS, schedule=GearSchedule(speeds=SPEEDS, eager=0))
+        assert _shifts(pt.simulate(car, stop=12, max_step=0.2))[0] == pytest.approx(first, abs=1e-6)
+
+
+def test_the_upshift_never_waits_for_a_speed_beyond_that_of_the_pull() -> None:
+    """eager = 4 asks for 20 m/s, where the engine would turn at 800 rad/s; the next gear pulls harder from 400 rad/s, 10 m/s."""
+    v, w = TimeTable(table=((0.0, 0.0), (20.0, 20.0))), TimeTable(table=((0.0, 0.0), (20.0, 800.0)))
+    u, schedule = TimeTable(table=((0.0, 1.0),)), GearSchedule(speeds=SPEEDS, eager=4)
+    assert _shifts(pt.simulate(Scheduled(v=v, u=u, w=w, pulls=PULLS, schedule=schedule), stop=12, max_step=0.2))[
+        0
+    ] == pytest.approx(10, abs=1e-6)
+
+
+def test_a_full_pedal_goes_down_to_the_gear_that_pulls_harder() -> None:
+    """Third gear at 30 m/s, far above all shift speeds: down below 6/8 of 250 rad/s, the pull speed after the shift."""
+    u = TimeTable(table=((0.0, 0.0), (10.0, 0.0), (10.0, 1.0)))
+    for speed, gear in ((180.0, 2), (195.0, 3)):
+        car = Scheduled(v=TimeTable(table=((0.0, 30.0),)), u=u, w=TimeTable(table=((0.0, speed),)), pulls=PULLS)
+        assert pt.simulate(car, stop=11, max_step=0.2)["schedule.gear"][-1] == gear
 
 
 def _shifts(result: pt.Result[Scheduled]) -> list[float]:

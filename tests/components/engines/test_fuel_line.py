@@ -14,6 +14,7 @@ from powertrain.components.engines import (
     WillansEngine,
     best_fuel_line,
     operating_line,
+    pull_speeds,
     throttle_table,
 )
 
@@ -98,3 +99,21 @@ def test_throttle_for_a_torque(engine: Engine) -> None:
 def test_impossible_lines(options: dict[str, Any], said: str) -> None:
     with pytest.raises(pt.ParameterError, match=said):
         best_fuel_line(ENGINES[0], **options)
+
+
+@pytest.mark.parametrize("engine", ENGINES[:3], ids=lambda e: f"{type(e).__name__}")
+def test_gears_pull_equally_hard_at_the_upshift(engine: Engine) -> None:
+    """Against the tractive forces of all gears over the vehicle speed: below the upshift the lower gear pulls harder, above it the next."""
+    ratios = (4.0, 2.5, 1.6, 1.2, 1.1)
+    limit = 0.98 * float(engine.w_limit - engine.band_limit)
+    for one, other, w in zip(ratios[:-1], ratios[1:], pull_speeds(engine, ratios), strict=True):
+        x = w / one * np.linspace(0.9, min(1.1, limit / w), 101)
+        harder = one * engine.full_load(one * x) > other * engine.full_load(other * x)
+        np.testing.assert_array_equal(
+            harder[np.abs(x * one - w) > 0.005 * w], (x * one < w)[np.abs(x * one - w) > 0.005 * w]
+        )
+
+
+def test_an_engine_of_constant_torque_is_shifted_at_its_limiter() -> None:
+    curve = pt.Map.curve([50.0, 700.0], [100.0, 100.0], x="speed", x_unit="rad/s", unit="N.m", name="full load")
+    assert pull_speeds(WillansEngine(curve=curve), (3.0, 2.0, 1.0)) == pytest.approx((0.98 * 670, 0.98 * 670))
