@@ -17,6 +17,7 @@ from test_fuzz import bounded
 
 import powertrain as pt
 from powertrain.engine.trajectory import Instant
+from powertrain.modes.resolve import ModeResolver
 
 FIRST, _, LAST = os.environ.get("POWERTRAIN_FUZZ", "60:500").partition(":")
 STOP = 1.0
@@ -141,3 +142,19 @@ def test_many_mechanisms(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(100))
 def test_careless_mechanisms(seed: int) -> None:
     examined(seed, careless=True)
+
+
+def test_modes_that_repeat_are_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mass with a static friction peak comes to rest at a stop; stuck it does not hold, sliding it rests: once round is enough."""
+    rounds, note_rest = list[float](), ModeResolver._note_rest
+
+    def counted(resolver: ModeResolver, side: int) -> bool:
+        rounds.append(float(resolver.memory.time[0]))
+        return note_rest(resolver, side)
+
+    monkeypatch.setattr(ModeResolver, "_note_rest", counted)
+    found = runs(76735, False)
+    assert isinstance(found, pt.SimulationError)
+    assert "no consistent modes were found" in str(found)
+    assert "parts[8].mode" in str(found)
+    assert rounds.count(rounds[-1]) < 10

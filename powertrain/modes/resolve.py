@@ -60,7 +60,9 @@ class ModeResolver:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; uses and clears ``memory.fire`` and ``memory.jumped``."""
         memory = self.memory
         self.extra, self._unsolved = [], None
-        for _ in range(_ROUNDS):
+        begun = set[bytes]()
+        while (state := self._state(side)) not in begun and len(begun) < _ROUNDS:
+            begun.add(state)
             if self._found(side) and self._note_rest(side):
                 return
         names = sorted({name for name, _ in self.extra})
@@ -70,6 +72,11 @@ class ModeResolver:
         raise SimulationError(
             f"at t = {memory.time[0]:.9g} s resets follow one another without end: {', '.join(names)}"
         )
+
+    def _state(self, side: int) -> bytes:
+        """What the next round depends on: if it returns, so do all that follow."""
+        memory = self.memory
+        return b"".join(a.tobytes() for a in (memory.y[side], memory.m, memory.jumped, memory.fire))
 
     def _note_rest(self, side: int) -> bool:
         """Mark the laws at a limit that others hold at rest; False if this changes torques or rates, so modes must be found again.
