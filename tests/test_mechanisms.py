@@ -26,8 +26,8 @@ NOTHING = 1e-9
 """Energy in J that is round-off."""
 NOISE = 1e-6
 """Share of energies that is nothing."""
-STILL = 3e-6
-"""Speeds (rad/s, m/s) that are nothing: what the coarse run leaves of one beside a tyre, whose slip may be off by 1e-7 in each step."""
+STILL = 1e-5
+"""Speeds (rad/s, m/s) that are nothing: what tens of steps of the coarse run leave of one beside a tyre, each with 1e-7 of its slip."""
 SLOW = 1e-2
 """Rates (rad/s2, m/s2) that are nothing: what a speed that is nothing makes of stiff couplings."""
 TOGETHER = 1e-5

@@ -142,15 +142,15 @@ class _Scheduled(Shifting):
         """Supply ``w_up`` and ``w_down`` [rad/s]: engine speeds before and after each upshift at which two gears pull equally hard."""
         if before:
             yield self.w_up.value == self._at_gear(list(before), 1)
+        if after:
             yield self.w_down.value == ca.fmax(self._at_gear(list(after), 2), 0.0)
 
     def _at_gear(self, values: list[float], first: int) -> Symbol:
         """The value for the present gear, from ``first`` on; otherwise a value that is never reached."""
-        low, high = (0.0, -1e9) if first > 1 else (0.0, 1e9)
-        found = Symbol(high)
+        found = Symbol(-1e9 if first > 1 else 1e9)
         for k, value in enumerate(values, first):
             found = ca.if_else(ca.fabs(self.gear - k) < 0.5, value, found)
-        return found + low
+        return found
 
     def _check(self) -> None:
         where = f"{self._path or type(self).__name__}.speeds"
@@ -169,7 +169,7 @@ class GearSchedule(_Scheduled):
 
       up from gear to gear + 1 where v > up (1 + eager pressed) and w > deep w_up, or v > up and w > w_up
       down to gear where v < min(down (1 + eager pressed), (up + down)/2)
-      kick-down to gear where accelerator > kick and (v < down (1 + eager pressed) or w < deep w_down down/up)
+      kick-down to gear where accelerator > kick and v < down (1 + eager pressed)
       deep = (accelerator - kick)/(1 - kick), at least 0
       pressed = (accelerator - relaxed)/(1 - relaxed), at least 0
       t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
@@ -180,17 +180,20 @@ class GearSchedule(_Scheduled):
     and the difference is the hysteresis; "15 km/h" is converted. A pressed accelerator shifts up later and, up to the middle between both
     speeds, down earlier, so no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time
     ``patience`` after it, only v > up (1 + eager) shifts up. Between ``kick`` and the fully pressed accelerator the upshift moves to
-    ``w_up``, the engine speed from which the next gear pulls harder, and never lies beyond it; ``w_down`` is this speed after the
-    shift. Cars supply both from ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives the best acceleration and the
-    highest speed. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed like a centrifugal clutch: below w_open it
-    is open, so the vehicle starts and stops in first gear. Errors: ParameterError for speeds
-    without hysteresis or not in order.
+    ``w_up``, the engine speed from which the next gear pulls harder, and never lies beyond it. Cars supply it from
+    ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives the best acceleration and the highest speed. Shifts are at least
+    ``dwell`` apart. The clutch closes with the engine speed like a centrifugal clutch: below w_open it is open, so the vehicle starts and
+    stops in first gear. Errors: ParameterError for speeds without hysteresis or not in order.
     """
 
     t_open: Parameter = parameter("s", "Time in which the clutch opens and the throttle closes", default=0.15, above=0)
     t_lever: Parameter = parameter("s", "Time in which the lever goes from gear to gear", default=0.25, above=0)
     t_close: Parameter = parameter("s", "Time in which the clutch closes and the throttle opens", default=0.3, above=0)
     hold: Variable = variable("1", "Clutch pedal: 1 released, 0 pressed")
+
+    def pulled(self, before: Sequence[float], after: Sequence[float]) -> Equations:
+        """``w_up`` only: a shift down that interrupts the torque costs more than it gains unless the accelerator stays pressed."""
+        yield from super().pulled(before, ())
 
     def equations(self) -> Equations:
         """When to shift, and the sequence of a shift."""
@@ -212,7 +215,9 @@ class GearSchedule(_Scheduled):
 class PowerShiftSchedule(_Scheduled):
     """Changes gears depending on the vehicle speed without interrupting the torque, for gearboxes with overlapping clutches.
 
-    The gear is chosen as by ``GearSchedule``.
+    The gear is chosen as by ``GearSchedule``, but a pressed accelerator also kicks down to a gear that pulls harder:
+      kick-down to gear where accelerator > kick and (v < down (1 + eager pressed) or w < deep w_down down/up)
+    with ``w_down``, the speed ``w_up`` after the shift.
     t = time since the shift began, 0..t_shift: the lever moves uniformly to the new gear
     throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
     """

@@ -92,6 +92,8 @@ class _Shifter:
         self.gear, self.began, self.kicked = gear, -np.inf, -np.inf
         self.per_speed = [_per_speed(found) for found in maps]
         pulls = vehicle.pull_speeds() if isinstance(vehicle, GearedCar) else ([], [])
+        if isinstance(schedule, GearSchedule):
+            pulls = pulls[0], []
         self.w_up, self.w_down = (values or [0.0] * len(self.up) for values in pulls)
 
     def kept(self, v: float, pedal: float) -> int:

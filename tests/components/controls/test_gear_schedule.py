@@ -9,7 +9,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.blocks import TimeTable
-from powertrain.components.control import GearSchedule, StartStop
+from powertrain.components.control import GearSchedule, PowerShiftSchedule, StartStop
 from powertrain.presets.files import applied
 from powertrain.vehicles.manual_car import ManualCar
 
@@ -22,7 +22,7 @@ class Scheduled(pt.Component):
     v: TimeTable
     u: TimeTable = TimeTable(table=((0.0, 0.5),))
     w: TimeTable = TimeTable(table=((0.0, 300.0),))
-    schedule: GearSchedule = GearSchedule(speeds=SPEEDS, eager=0)
+    schedule: GearSchedule | PowerShiftSchedule = GearSchedule(speeds=SPEEDS, eager=0)
     pulls: tuple[tuple[float, ...], ...] = ((0.0, 0.0), (0.0, 0.0))
 
     def equations(self) -> pt.Equations:
@@ -117,10 +117,15 @@ def test_the_upshift_never_waits_for_a_speed_beyond_that_of_the_pull() -> None:
 
 
 def test_a_full_pedal_goes_down_to_the_gear_that_pulls_harder() -> None:
-    """Third gear at 30 m/s, far above all shift speeds: down below 6/8 of 250 rad/s, the pull speed after the shift."""
+    """Third gear at 30 m/s, far above all shift speeds: down below 6/8 of 250 rad/s, the pull speed after the shift.
+
+    A shift that interrupts the torque waits for the shift speeds.
+    """
     u = TimeTable(table=((0.0, 0.0), (10.0, 0.0), (10.0, 1.0)))
-    for speed, gear in ((180.0, 2), (195.0, 3)):
-        car = Scheduled(v=TimeTable(table=((0.0, 30.0),)), u=u, w=TimeTable(table=((0.0, speed),)), pulls=PULLS)
+    smooth, abrupt = (kind(speeds=SPEEDS, eager=0) for kind in (PowerShiftSchedule, GearSchedule))
+    for schedule, speed, gear in ((smooth, 180.0, 2), (smooth, 195.0, 3), (abrupt, 180.0, 3)):
+        w = TimeTable(table=((0.0, speed),))
+        car = Scheduled(v=TimeTable(table=((0.0, 30.0),)), u=u, w=w, pulls=PULLS, schedule=schedule)
         assert pt.simulate(car, stop=11, max_step=0.2)["schedule.gear"][-1] == gear
 
 
