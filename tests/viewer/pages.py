@@ -57,7 +57,7 @@ def in_browser(path: Path, actions: str, fragment: str = "") -> Any:
     probed = path.with_suffix(".probed.html")
     probed.write_text(path.read_text(encoding="utf-8").replace("</body>", f"{probe}</body>"), encoding="utf-8")
     command = [browser, "--headless=new", "--no-sandbox", "--disable-gpu", f"--user-data-dir={path.parent / 'profile'}"]
-    command += ["--window-size=1280,2000", "--virtual-time-budget=20000", "--dump-dom", f"{probed.as_uri()}{fragment}"]
+    command += ["--window-size=1280,2000", "--virtual-time-budget=100000", "--dump-dom", f"{probed.as_uri()}{fragment}"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     answered = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.DOTALL)
     assert answered, f"the page did not answer: {done.stderr[-2000:]}"
