@@ -60,11 +60,13 @@ class ModeResolver:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; uses and clears ``memory.fire`` and ``memory.jumped``."""
         memory = self.memory
         self.extra, self._unsolved = [], None
-        begun = set[bytes]()
-        while (state := self._state(side)) not in begun and len(begun) < _ROUNDS:
-            begun.add(state)
+        left = set[bytes]()
+        while len(left) < _ROUNDS:
             if self._found(side) and self._note_rest(side):
                 return
+            if (state := self._state(side)) in left:
+                break
+            left.add(state)
         names = sorted({name for name, _ in self.extra})
         if not names:
             at_limit = [f.index for f in self.dae.frictions if f.rests is not None]
