@@ -76,7 +76,7 @@ class ModeResolver:
         )
 
     def _state(self, side: int) -> bytes:
-        """What the next round depends on: if it returns, so do all that follow."""
+        """What the next round depends on: if it recurs, the rounds repeat without end."""
         memory = self.memory
         return b"".join(a.tobytes() for a in (memory.y[side], memory.m, memory.jumped, memory.fire))
 
