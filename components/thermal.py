@@ -1,4 +1,4 @@
-"""Lumped thermal components: sinks for losses, heat conduction and storage.
+"""Lumped thermal components: sinks for losses, conduction, convection, radiation, storage and sensors.
 
 The energy audit follows mechanical energy, which ends in the losses of the components. Heat ports carry this lost power away and are
 not counted again.
@@ -28,17 +28,25 @@ from powertrain import (
 )
 
 __all__ = [
+    "STEFAN_BOLTZMANN",
+    "BodyRadiation",
     "Convection",
     "FixedHeatFlow",
     "FixedTemperature",
     "HeatCapacitor",
+    "HeatFlowSensor",
     "HeatPort",
     "Lossy",
     "PrescribedHeatFlow",
     "PrescribedTemperature",
+    "RelTemperatureSensor",
     "TemperatureSensor",
     "ThermalConductor",
+    "ThermalResistor",
 ]
+
+STEFAN_BOLTZMANN = 5.670374419e-8
+"""Stefan-Boltzmann constant in W/(m2.K4) (CODATA 2018)."""
 
 
 class HeatPort(Connector):
@@ -109,6 +117,43 @@ class ThermalConductor(_TwoHeatPorts):
         """Conduction."""
         yield from self._pass()
         yield self.Q_flow == self.G * self.dT
+
+
+class ThermalResistor(_TwoHeatPorts):
+    """Conducts heat without storing it; the resistance is given, as in data sheets of machines and power electronics.
+
+    dT = R Q_flow
+
+    Without resistance connect the ports directly.
+    """
+
+    R: Parameter = parameter("K/W", "Thermal resistance", above=0)
+
+    def equations(self) -> Equations:
+        """Conduction."""
+        yield from self._pass()
+        yield self.dT == self.R * self.Q_flow
+
+
+class BodyRadiation(_TwoHeatPorts):
+    """Heat exchanged by radiation between two grey surfaces.
+
+    Q_flow = Gr sigma (port_a.T^4 - port_b.T^4),  sigma = 5.670374419e-8 W/(m2.K4)
+
+    Gr is an area times an exchange factor, with the emissivities e of the surfaces (0 to 1) and their areas A. Surface 1 enclosed by
+    surface 2 (concentric spheres, long coaxial cylinders; e_2 counts little if A_2 is large, as around a brake disc):
+    Gr = A_1/(1/e_1 + (1/e_2 - 1) A_1/A_2). Parallel plates of area A: Gr = A/(1/e_1 + 1/e_2 - 1).
+
+    Sources: Modelica Standard Library 4.0.0, Thermal.HeatTransfer.Components.BodyRadiation; T. L. Bergman, A. S. Lavine, F. P. Incropera,
+    D. P. DeWitt, Fundamentals of Heat and Mass Transfer, 7th ed., Wiley 2011, Table 13.3 (exchange factors); CODATA 2018 (sigma).
+    """
+
+    Gr: Parameter = parameter("m2", "Radiation conductance: area times exchange factor", min=0)
+
+    def equations(self) -> Equations:
+        """The law of Stefan and Boltzmann."""
+        yield from self._pass()
+        yield self.Q_flow == self.Gr * STEFAN_BOLTZMANN * (self.port_a.T**4 - self.port_b.T**4)
 
 
 class Convection(Component):
@@ -205,3 +250,31 @@ class TemperatureSensor(Component):
         """The reading; the sensor takes no heat."""
         yield self.T.value == self.port.T
         yield self.port.Q_flow == 0
+
+
+class RelTemperatureSensor(Component):
+    """Reads a temperature difference: T_rel = port_a.T - port_b.T."""
+
+    T_rel: Output = signal_output("K", "Temperature difference, port_a.T - port_b.T")
+    port_a: HeatPort = port(HeatPort)
+    port_b: HeatPort = port(HeatPort)
+
+    def equations(self) -> Equations:
+        """The reading; the sensor takes no heat."""
+        yield self.T_rel.value == self.port_a.T - self.port_b.T
+        yield self.port_a.Q_flow == 0
+        yield self.port_b.Q_flow == 0
+
+
+class HeatFlowSensor(Component):
+    """Reads a heat flow: Q_flow = port_a.Q_flow = -port_b.Q_flow, without a difference of temperature."""
+
+    Q_flow: Output = signal_output("W", "Heat flow from port_a to port_b")
+    port_a: HeatPort = port(HeatPort)
+    port_b: HeatPort = port(HeatPort)
+
+    def equations(self) -> Equations:
+        """The reading; both ports have one temperature."""
+        yield self.port_a.T == self.port_b.T
+        yield self.port_a.Q_flow + self.port_b.Q_flow == 0
+        yield self.Q_flow.value == self.port_a.Q_flow

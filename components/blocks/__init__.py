@@ -18,6 +18,7 @@ from powertrain.components.blocks.basic import (
     Product,
     Pulse,
     Ramp,
+    SecondOrder,
     Sine,
     Step,
     TimeTable,
@@ -25,7 +26,7 @@ from powertrain.components.blocks.basic import (
 )
 from powertrain.components.blocks.controllers import LimPID, SampledPI
 from powertrain.components.blocks.motion import KinematicPTP
-from powertrain.components.blocks.shaping import AllPass, Delay, Hysteresis, Limiter
+from powertrain.components.blocks.shaping import AllPass, Delay, Hysteresis, Limiter, SlewRateLimiter, VariableLimiter
 from powertrain.components.blocks.tables import CombiTable1D, CombiTable2D
 
 __all__ = [
@@ -50,8 +51,11 @@ __all__ = [
     "Pulse",
     "Ramp",
     "SampledPI",
+    "SecondOrder",
     "Sine",
+    "SlewRateLimiter",
     "Step",
     "TimeTable",
     "Trapezoid",
+    "VariableLimiter",
 ]

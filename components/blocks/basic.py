@@ -15,6 +15,7 @@ from powertrain import (
     Output,
     Parameter,
     Symbol,
+    Variable,
     der,
     discrete,
     parameter,
@@ -24,6 +25,7 @@ from powertrain import (
     signal_output,
     switch,
     time,
+    variable,
     when,
     within,
 )
@@ -303,3 +305,28 @@ class FirstOrder(_Source):
     def initial(self) -> Equations:
         """The start."""
         yield self.y.value == self.y_start
+
+
+class SecondOrder(_Source):
+    """A second-order lag that starts at y_start with the rate yd_start: an actuator, a filter, a hydraulic valve.
+
+    der(yd) = w (w (k u - y) - 2 D yd),  der(y) = yd
+    """
+
+    k: Parameter = parameter("1", "Gain", default=1.0)
+    w: Parameter = parameter("rad/s", "Natural angular frequency without damping", above=0)
+    D: Parameter = parameter("1", "Damping ratio", min=0)
+    y_start: Parameter = parameter("1", "y at the start", default=0.0)
+    yd_start: Parameter = parameter("1/s", "yd at the start", default=0.0)
+    u: Input = signal_input("1", "Signal")
+    yd: Variable = variable("1/s", "Rate of y")
+
+    def equations(self) -> Equations:
+        """A second-order lag."""
+        yield der(self.y.value) == self.yd
+        yield der(self.yd) == self.w * (self.w * (self.k * self.u.value - self.y.value) - 2 * self.D * self.yd)
+
+    def initial(self) -> Equations:
+        """The start."""
+        yield self.y.value == self.y_start
+        yield self.yd == self.yd_start

@@ -48,30 +48,52 @@ class _Controller(Component):
 class LimPID(_Controller):
     """A PID controller with limited output and anti-windup, weights of the set point and a filtered derivative.
 
-    y = v within yMin..yMax,  v = k (wp u_s - u_m + integral + derivative)
+    y = v within yMin..yMax,  v = k (wp u_s - u_m + integral + derivative) + kFF u_ff
     Ti der(integral) = u_s - u_m + (y - v)/(k Ni)
     derivative = Nd (wd u_s - u_m - x),  Td der(x) = derivative
 
     Beyond a limit the integral part is reduced with the time constant Ni Ti, so that the output leaves the limit as soon as the error
-    changes sign (back-calculation). ``controllerType`` selects the parts: "P", "PI", "PD", "PID". Both parts are zero at the start.
+    changes sign (back-calculation). ``controllerType`` selects the parts: "P", "PI", "PD", "PID". The feed-forward signal u_ff may be left
+    unconnected.
+
+    The derivative part is zero at the start. ``initType`` says where the integral part starts:
+    "InitialState": integral = xi_start;  "InitialOutput": v = y_start;  "SteadyState": der(integral) = 0
+    "NoInit": where the conditions of the model put it, at zero if there are none.
+
+    "InitialOutput" takes over at the torque or the pedal of the operating point at which a run begins. "SteadyState" alone only says that
+    the set point is met; the model must also ask for rest, by a condition such as ``der(self.shaft.w) == 0`` in its ``initial()``.
     Source: Modelica Standard Library 4.0.0, Blocks.Continuous.LimPID.
     """
 
     controllerType: Literal["P", "PI", "PD", "PID"] = "PID"
+    initType: Literal["NoInit", "InitialState", "InitialOutput", "SteadyState"] = "InitialState"
+    u_ff: Input = signal_input("1", "Feed-forward signal", default=0.0)
+    kFF: Parameter = parameter("1", "Gain of the feed-forward signal", default=1.0)
     Td: Parameter = parameter("s", "Time constant of the derivative", default=0.1, above=0)
     wp: Parameter = parameter("1", "Weight of the set point in the proportional part", default=1.0, min=0)
     wd: Parameter = parameter("1", "Weight of the set point in the derivative part", default=0.0, min=0)
     Ni: Parameter = parameter("1", "Time of the anti-windup over Ti", default=0.9, above=0)
     Nd: Parameter = parameter("1", "Td over the time constant of the derivative's filter", default=10.0, above=0)
+    xi_start: Parameter = parameter("1", "Integral part at the start, for InitialState", default=0.0)
+    y_start: Parameter = parameter("1", "Actuating signal at the start, for InitialOutput", default=0.0)
     v: Variable = variable("1", "Actuating signal before its limits")
     integral: Variable = variable("1", "Integral part", start=0.0)
     derivative: Variable = variable("1", "Derivative part")
     x: Variable = variable("1", "State of the derivative filter")
 
+    def check(self) -> Equations:
+        """The limits must be in order; a start by output needs an integral part and a value within the limits."""
+        yield from super().check()
+        if self.initType == "InitialOutput":
+            yield "I" in self.controllerType  # InitialOutput needs an integral part
+            yield self.yMin <= self.y_start
+            yield self.y_start <= self.yMax
+
     def equations(self) -> Equations:
-        """Three parts and two limits."""
+        """Three parts, a feed-forward signal and two limits."""
         set_point, measured = self.u_s.value, self.u_m.value
-        yield self.v == self.k * (self.wp * set_point - measured + self.integral + self.derivative)
+        parts = self.wp * set_point - measured + self.integral + self.derivative
+        yield self.v == self.k * parts + self.kFF * self.u_ff.value
         low = switch(self.v < self.yMin, self.yMin, self.v, continuous=True)
         yield self.y.value == switch(self.v > self.yMax, self.yMax, low, continuous=True)
         integrates, derives = "I" in self.controllerType, "D" in self.controllerType
@@ -81,8 +103,14 @@ class LimPID(_Controller):
         yield self.derivative == (self.Nd * (self.wd * set_point - measured - self.x) if derives else 0)
 
     def initial(self) -> Equations:
-        """The derivative starts without a transient."""
+        """The derivative starts without a transient, the integral as ``initType`` says."""
         yield self.x == self.wd * self.u_s.value - self.u_m.value
+        if "I" in self.controllerType and self.initType == "InitialState":
+            yield self.integral == self.xi_start
+        if self.initType == "InitialOutput":
+            yield self.v == self.y_start
+        if "I" in self.controllerType and self.initType == "SteadyState":
+            yield der(self.integral) == 0
 
 
 class SampledPI(_Controller):

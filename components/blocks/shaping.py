@@ -5,6 +5,7 @@ from __future__ import annotations
 from powertrain import (
     Discrete,
     Equations,
+    Input,
     Output,
     Parameter,
     connect,
@@ -12,6 +13,7 @@ from powertrain import (
     discrete,
     parameter,
     reinit,
+    signal_input,
     signal_output,
     switch,
     when,
@@ -34,6 +36,48 @@ class Limiter(Filter):
         u = self.u.value
         low = switch(u < self.uMin, self.uMin, u, continuous=True)
         yield self.y.value == switch(u > self.uMax, self.uMax, low, continuous=True)
+
+
+class VariableLimiter(Filter):
+    """A signal within limits that are signals: y = u where limit2 <= u <= limit1, else the limit exceeded.
+
+    Where limit2 exceeds limit1, y = limit1.
+    """
+
+    limit1: Input = signal_input("1", "Upper limit")
+    limit2: Input = signal_input("1", "Lower limit")
+
+    def equations(self) -> Equations:
+        """Three pieces."""
+        low = switch(self.u.value < self.limit2.value, self.limit2.value, self.u.value, continuous=True)
+        yield self.y.value == switch(low > self.limit1.value, self.limit1.value, low, continuous=True)
+
+
+class SlewRateLimiter(Filter):
+    """A signal that follows another one with limited rates, as a demanded torque follows the pedal.
+
+    der(y) = (u - y)/Td within Falling..Rising;  it starts at y = u
+
+    Td is the time constant with which y reaches u in the end. Source: Modelica Standard Library 4.0.0, Blocks.Nonlinear.SlewRateLimiter.
+    """
+
+    Rising: Parameter = parameter("1/s", "Maximum rate", default=1.0, above=0)
+    Falling: Parameter = parameter("1/s", "Minimum rate, negative", default=-1.0)
+    Td: Parameter = parameter("s", "Time constant of the approach", default=0.01, above=0)
+
+    def check(self) -> Equations:
+        """A signal must be able to fall."""
+        yield self.Falling < 0
+
+    def equations(self) -> Equations:
+        """Three pieces."""
+        rate = (self.u.value - self.y.value) / self.Td
+        low = switch(rate < self.Falling, self.Falling, rate, continuous=True)
+        yield der(self.y.value) == switch(rate > self.Rising, self.Rising, low, continuous=True)
+
+    def initial(self) -> Equations:
+        """At rest."""
+        yield self.y.value == self.u.value
 
 
 class Hysteresis(Filter):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from joined import joined, run
 
 import powertrain as pt
 from powertrain.components import blocks as b
+from powertrain.components import rotational
 
 SINE = b.Sine(amplitude=2, f=0.5)
 
@@ -17,6 +18,44 @@ SINE = b.Sine(amplitude=2, f=0.5)
 def test_limiter() -> None:
     result = run(joined(SINE, b.Limiter(uMax=1.5, uMin=-0.5), joints="0.y=1.u"), 2.0)
     np.testing.assert_allclose(result["parts[1].y"], np.clip(result["parts[0].y"], -0.5, 1.5), atol=1e-9)
+
+
+def test_limits_that_are_signals() -> None:
+    """2 sin(pi t) between t/2 and 1.5 - t/4."""
+    parts = SINE, b.VariableLimiter(), b.Ramp(offset=1.5, height=-1, duration=4), b.Ramp(height=2, duration=4)
+    result = run(joined(*parts, joints="0.y=1.u 2.y=1.limit1 3.y=1.limit2"), 1.5)
+    t = result.time
+    np.testing.assert_allclose(result["parts[1].y"], np.clip(result["parts[0].y"], t / 2, 1.5 - t / 4), atol=1e-9)
+
+
+def test_slew_rate() -> None:
+    """A step from 0 to 1 at 1 s and back at 3 s: slopes of 2 and -4 to within Td of the end, exponential from there."""
+    limiter = b.SlewRateLimiter(Rising=2, Falling=-4, Td=0.01)
+    pulse = b.Pulse(period=10, width=20, startTime=1)
+    result = run(joined(pulse, limiter, joints="0.y=1.u"), 4.0)
+    t, y = result.time, result["parts[1].y"]
+    np.testing.assert_allclose(y[t < 1], 0, atol=1e-12)
+    for start, slope, end in ((1.0, 2.0, 1.0), (3.0, -4.0, 0.0)):
+        length = 1 / abs(slope) - 0.01
+        ramp, rest = (t > start) & (t < start + length), (t > start + length) & (t < start + 0.9)
+        np.testing.assert_allclose(y[ramp], 1 - end + slope * (t[ramp] - start), atol=1e-9)
+        np.testing.assert_allclose(y[rest], end - slope * 0.01 * np.exp(-(t[rest] - start - length) / 0.01), atol=1e-9)
+
+
+def test_a_slew_rate_without_fall_is_rejected() -> None:
+    with pytest.raises(pt.ParameterError, match=r"self.Falling < 0"):
+        b.SlewRateLimiter(Falling=0)
+
+
+def test_second_order() -> None:
+    """A step response with damping 0.5: overshoot by exp(-pi D/root(1 - D^2)) = 16.3 %."""
+    result = run(joined(b.Constant(k=3), b.SecondOrder(k=2, w=4, D=0.5), joints="0.y=1.u"), 4.0)
+    t, damped = result.time, 4 * np.sqrt(0.75)
+    bend = np.exp(-2 * t) * (np.cos(damped * t) + 2 / damped * np.sin(damped * t))
+    np.testing.assert_allclose(result["parts[1].y"], 6 * (1 - bend), atol=1e-7)
+    assert float(result.at(np.pi / damped, "parts[1].y")) == pytest.approx(
+        6 * (1 + np.exp(-np.pi / np.sqrt(3))), rel=1e-7
+    )
 
 
 @pytest.mark.parametrize(("start", "first"), [(0.0, 0), (1.0, 1)])
@@ -71,6 +110,81 @@ def test_pi_controller_in_its_range() -> None:
     result = controlled(b.LimPID(controllerType="PI", k=2, Ti=2, yMax=10, yMin=-10))
     t = result.time
     np.testing.assert_allclose(1 - result["parts[2].y"], np.exp(-t) * (1 - t), atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("kind", "first"), [({}, 2.0), ({"xi_start": -0.5}, 1.0), ({"initType": "InitialOutput", "y_start": 0.6}, 0.6)]
+)
+def test_pi_controller_starts_as_asked(kind: dict[str, Any], first: float) -> None:
+    """The same double pole with error 1 and its rate -y at the start: exp(-t) (1 + (1 - y) t); y = k (1 + xi_start) or y_start."""
+    result = controlled(b.LimPID(controllerType="PI", k=2, Ti=2, yMax=10, yMin=-10, **kind))
+    t = result.time
+    np.testing.assert_allclose(1 - result["parts[2].y"], np.exp(-t) * (1 + (1 - first) * t), atol=1e-7)
+
+
+class Shaft(pt.Component):
+    """A shaft of 2 kg.m2 with a drag of 30 N.m at 100 rad/s, whose speed a controller holds at 100 rad/s."""
+
+    pid: b.LimPID
+    conditions: tuple[str, ...] = ()
+    set_point: b.Constant = b.Constant(k=100)
+    one: b.Constant = b.Constant(k=1)
+    torque: rotational.Torque = rotational.Torque()
+    inertia: rotational.Inertia = rotational.Inertia(J=2)
+    drag: rotational.LinearSpeedDependentTorque = rotational.LinearSpeedDependentTorque(tau_nominal=-30, w_nominal=100)
+    sensor: rotational.SpeedSensor = rotational.SpeedSensor()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.set_point.y, self.pid.u_s)
+        yield pt.connect(self.sensor.w, self.pid.u_m)
+        yield pt.connect(self.pid.y, self.torque.tau)
+        if "forward" in self.conditions:
+            yield pt.connect(self.one.y, self.pid.u_ff)
+        yield pt.connect(self.torque.flange, self.inertia.flange_a, self.sensor.flange)
+        yield pt.connect(self.inertia.flange_b, self.drag.flange)
+
+    def initial(self) -> pt.Equations:
+        if "rest" in self.conditions:
+            yield pt.der(self.inertia.w) == 0
+        if "output" in self.conditions:
+            yield self.pid.y.value == 30
+
+
+@pytest.mark.parametrize("controller", ["PI", "PID"])
+@pytest.mark.parametrize(
+    ("kind", "conditions", "starts"),
+    [
+        ({"initType": "SteadyState"}, ("rest",), {}),
+        ({"initType": "InitialOutput", "y_start": 30}, (), {"inertia.w": 100}),
+        ({"initType": "InitialState", "xi_start": 15}, (), {"inertia.w": 100}),
+        ({"initType": "NoInit"}, ("output",), {"inertia.w": 100}),
+        ({"initType": "InitialState", "kFF": 30}, ("forward",), {"inertia.w": 100}),
+    ],
+)
+def test_controllers_start_at_rest(
+    controller: Literal["PI", "PID"], kind: dict[str, Any], conditions: tuple[str, ...], starts: dict[str, float]
+) -> None:
+    """The set point takes 30 N.m: by the integral part, 15 of 30/k, or by the feed-forward signal; nothing moves then."""
+    pid = b.LimPID(controllerType=controller, k=2, Ti=2, yMax=200, yMin=-200, **kind)
+    result = pt.simulate(Shaft(pid=pid, conditions=conditions), 3.0, starts=starts)
+    np.testing.assert_allclose(result["inertia.w"], 100.0, rtol=1e-9)
+    np.testing.assert_allclose(result["pid.y"], 30.0, rtol=1e-9)
+
+
+def test_a_controller_at_its_limit_starts_in_balance() -> None:
+    """20 N.m hold 100 * 20/30 rad/s, and the back-calculation holds the integral part: v = y + k Ni (u_s - u_m)."""
+    pid = b.LimPID(controllerType="PI", initType="SteadyState", k=2, Ti=2, yMax=20, yMin=-200)
+    result = pt.simulate(Shaft(pid=pid, conditions=("rest",)), 3.0)
+    np.testing.assert_allclose(result["inertia.w"], 100 * 20 / 30, rtol=1e-9)
+    np.testing.assert_allclose(result["pid.v"], 20 + 2 * 0.9 * 100 / 3, rtol=1e-9)
+
+
+def test_a_start_by_output_that_cannot_be_is_refused() -> None:
+    limits: dict[str, Any] = {"yMax": 200.0, "yMin": -200.0, "initType": "InitialOutput"}
+    with pytest.raises(pt.ParameterError, match=r"InitialOutput needs an integral part"):
+        b.LimPID(controllerType="PD", **limits)
+    with pytest.raises(pt.ParameterError, match=r"does not hold with yMax = 200, y_start = 300"):
+        b.LimPID(y_start=300, **limits)
 
 
 def test_derivative_is_filtered() -> None:

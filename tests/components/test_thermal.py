@@ -66,6 +66,46 @@ def test_heat_ports_carry_no_power_of_the_audit() -> None:
     assert float(th.HeatPort().power()) == 0.0
 
 
+def test_resistors_in_series_and_the_heat_through_them() -> None:
+    """0.15 K/W and 0.05 K/W with 50 J/K: a time constant of 10 s; the first resistor has three quarters of the difference."""
+    parts = (
+        th.HeatCapacitor(C=50),
+        th.ThermalResistor(R=0.15),
+        th.HeatFlowSensor(),
+        th.ThermalResistor(R=0.05),
+        th.FixedTemperature(T=300),
+        th.RelTemperatureSensor(),
+    )
+    joints = "0.port=1.port_a=5.port_a 1.port_b=2.port_a=5.port_b 2.port_b=3.port_a 3.port_b=4.port"
+    result = run(joined(*parts, joints=joints), 20.0, {"0.T": 400.0})
+    excess = 100 * np.exp(-result.time / 10)
+    np.testing.assert_allclose(result["parts[0].T"], 300 + excess, rtol=1e-9)
+    np.testing.assert_allclose(result["parts[2].Q_flow"], excess / 0.2, rtol=1e-7)
+    np.testing.assert_allclose(result["parts[5].T_rel"], 0.75 * excess, rtol=1e-7)
+    np.testing.assert_allclose(result["parts[4].port.Q_flow"], excess / 0.2, rtol=1e-7)
+
+
+def test_a_resistor_without_resistance_is_refused() -> None:
+    with pytest.raises(pt.ParameterError, match=r"ThermalResistor\.R = 0 K/W is outside its range"):
+        th.ThermalResistor(R=0)
+
+
+def test_a_body_cools_by_radiation_into_space() -> None:
+    """C der(T) = -Gr sigma T^4: T^-3 = T_0^-3 + 3 Gr sigma t/C, from 900 K to 303 K within an hour."""
+    parts = th.HeatCapacitor(C=3000), th.BodyRadiation(Gr=0.17), th.FixedTemperature(T=0)
+    result = run(joined(*parts, joints="0.port=1.port_a 1.port_b=2.port"), 3600.0, {"0.T": 900.0})
+    expected = (900.0**-3 + 3 * 0.17 * th.STEFAN_BOLTZMANN * result.time / 3000) ** (-1 / 3)
+    np.testing.assert_allclose(result["parts[0].T"], expected, rtol=1e-8)
+
+
+def test_radiation_between_two_surfaces() -> None:
+    """Black bodies at 700 K and 300 K exchange 5.670374e-8 (700^4 - 300^4) = 13155 W/m2; the heat flows to the colder one."""
+    parts = th.FixedTemperature(T=300), th.BodyRadiation(Gr=2), th.FixedTemperature(T=700)
+    result = run(joined(*parts, joints="0.port=1.port_a 1.port_b=2.port"), 1.0)
+    np.testing.assert_allclose(result["parts[1].Q_flow"], -2 * 13155.27, rtol=1e-6)
+    np.testing.assert_allclose(result["parts[0].port.Q_flow"], 2 * 13155.27, rtol=1e-6)
+
+
 def test_negative_capacity_is_refused() -> None:
     with pytest.raises(pt.ParameterError, match=r"HeatCapacitor\.C = -1 J/K is outside its range"):
         th.HeatCapacitor(C=-1)
