@@ -29,8 +29,8 @@ RUNNING = 250.0
 def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Component:
     """The vehicle with its body on a level rolling road, fixed pedals, a warm running engine, and actuators at their targets.
 
-    ``WarmEngine`` replaces a ``CoolantCircuit``, which may settle above 120 degC at full load and low speed. Wheels do not slip, and those of an
-    axle turn together, so losses of tyres and differentials are not included.
+    ``WarmEngine`` replaces a ``CoolantCircuit``, which may settle above 120 degC at full load and low speed. Wheels do not slip, and those
+    of an axle turn together, so losses of tyres and differentials are not included.
     Errors: ParameterError for a vehicle with discrete variables that are not ``held``, such as the engaged gear.
     """
     _refuse_memory(vehicle, held)
