@@ -138,11 +138,15 @@ class ThermalResistor(_TwoHeatPorts):
 class BodyRadiation(_TwoHeatPorts):
     """Heat exchanged by radiation between two grey surfaces.
 
-    Q_flow = Gr sigma (port_a.T^4 - port_b.T^4),  sigma = 5.670374419e-8 W/(m2.K4)
+    Q_flow = Gr sigma (port_a.T^4 - port_b.T^4)
 
-    Gr is an area times an exchange factor, with the emissivities e of the surfaces (0 to 1) and their areas A. Surface 1 enclosed by
-    surface 2 (concentric spheres, long coaxial cylinders; e_2 counts little if A_2 is large, as around a brake disc):
-    Gr = A_1/(1/e_1 + (1/e_2 - 1) A_1/A_2). Parallel plates of area A: Gr = A/(1/e_1 + 1/e_2 - 1).
+    ``sigma`` is the Stefan-Boltzmann constant, 5.670374419e-8 W/(m2.K4). Gr is an area times an exchange factor, from the emissivities
+    e_1, e_2 (0 to 1) and the areas of the surfaces:
+    surface 2 around surface 1: Gr = A_1/(1/e_1 + (1/e_2 - 1) A_1/A_2)
+    parallel plates: Gr = A/(1/e_1 + 1/e_2 - 1)
+    small body in large surroundings: Gr = e_1 A_1
+
+    The first is exact for concentric spheres and long coaxial cylinders; the last serves for a brake disc or a housing.
 
     Sources: Modelica Standard Library 4.0.0, Thermal.HeatTransfer.Components.BodyRadiation; T. L. Bergman, A. S. Lavine, F. P. Incropera,
     D. P. DeWitt, Fundamentals of Heat and Mass Transfer, 7th ed., Wiley 2011, Table 13.3 (exchange factors); CODATA 2018 (sigma).

@@ -56,12 +56,12 @@ class LimPID(_Controller):
     changes sign (back-calculation). ``controllerType`` selects the parts: "P", "PI", "PD", "PID". The feed-forward signal u_ff may be left
     unconnected.
 
-    The derivative part is zero at the start. ``initType`` says where the integral part starts:
-    "InitialState": integral = xi_start;  "InitialOutput": v = y_start;  "SteadyState": der(integral) = 0
-    "NoInit": where the conditions of the model put it, at zero if there are none.
+    The derivative part is zero at the start. ``initType`` determines the start of the integral part: "InitialState" gives it the value
+    xi_start, "InitialOutput" the value with which v = y_start, "SteadyState" the rate zero. With "NoInit" the conditions of the model
+    determine it; without any it is zero. "InitialOutput" is the choice for a run that begins at an operating point, whose torque or pedal
+    position is y_start. "SteadyState" by itself only says that the set point is met; the model must also ask for rest, by a condition such
+    as ``der(self.shaft.w) == 0`` in its ``initial()``.
 
-    "InitialOutput" takes over at the torque or the pedal of the operating point at which a run begins. "SteadyState" alone only says that
-    the set point is met; the model must also ask for rest, by a condition such as ``der(self.shaft.w) == 0`` in its ``initial()``.
     Source: Modelica Standard Library 4.0.0, Blocks.Continuous.LimPID.
     """
 
