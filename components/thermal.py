@@ -144,9 +144,10 @@ class BodyRadiation(_TwoHeatPorts):
     e_1, e_2 (0 to 1) and the areas of the surfaces:
     surface 2 around surface 1: Gr = A_1/(1/e_1 + (1/e_2 - 1) A_1/A_2)
     parallel plates: Gr = A/(1/e_1 + 1/e_2 - 1)
-    small body in large surroundings: Gr = e_1 A_1
+    surface 2 large: Gr = e_1 A_1
 
-    The first is exact for concentric spheres and long coaxial cylinders; the last serves for a brake disc or a housing.
+    The first is exact for concentric spheres and long coaxial cylinders; the last serves for a brake disc or a housing in the
+    open air.
 
     Sources: Modelica Standard Library 4.0.0, Thermal.HeatTransfer.Components.BodyRadiation; T. L. Bergman, A. S. Lavine, F. P. Incropera,
     D. P. DeWitt, Fundamentals of Heat and Mass Transfer, 7th ed., Wiley 2011, Table 13.3 (exchange factors); CODATA 2018 (sigma).

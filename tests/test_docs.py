@@ -69,6 +69,8 @@ def test_an_error_names_the_line_of_the_page(made_with: Any, tmp_path: Path) -> 
         ("Hence w_large - w_h = -(Z_ring/Z_large) (w_ring - w_h): each mesh", False),
         ("T_L = -left.tau goes out to the left. The rollers wedge the cams apart.", False),
         ("The car drives.", False),
+        ("Ti der(integral) = u_s - u_m + (y - v)/(k Ni)", True),
+        ("Td is the time constant with which y = u in the end.", False),
     ],
 )
 def test_formulas_in_docstrings(line: str, formula: bool) -> None:

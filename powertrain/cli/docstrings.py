@@ -10,7 +10,7 @@ _PROSE = set(
     "a an and are as at be both but by for from has how if in is it its no not of on or so that the them these they this to which with"
     " without".split()
 )
-_SENTENCE = re.compile(r"^[A-Z][a-z]+ [a-z]|[a-z]\. [A-Z][a-z]+ ")
+_SENTENCE = re.compile(r"^[A-Z][a-z]+ (?!der\()[a-z]|[a-z]\. [A-Z][a-z]+ ")
 _WORD = re.compile(r"(?<!\S)[a-z]+(?![\w.(/])")
 _MOST_PROSE, _SHORT = 4, 3
 _FULL = 100
