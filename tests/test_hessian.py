@@ -194,11 +194,13 @@ class Bent(pt.Component):
         yield pt.der(self.x) == self.a * ca.fmax(self.x, self.c)
 
 
-def test_a_corner() -> None:
+@pytest.mark.parametrize("rtol", [1e-10, 1.8e-10, 3.2e-10, 1e-9, 1e-8])
+def test_a_corner(rtol: float) -> None:
+    """Wherever in a step it lies."""
     a, c, x = (ca.SX.sym(n) for n in "acx")
     exact = ca.Function("exact", [a, c, x], [ca.hessian(c * ca.exp(2 * a - 1 + x / c), ca.vertcat(a, c, x))[0]])
     np.testing.assert_allclose(
-        pt.hessian(Bent(), "x", ["a", "c", "x"], stop=2.0), np.array(exact(0.7, 1.0, 0.5)), rtol=1e-8
+        pt.hessian(Bent(), "x", ["a", "c", "x"], stop=2.0, rtol=rtol), np.array(exact(0.7, 1.0, 0.5)), rtol=100 * rtol
     )
 
 

@@ -15,6 +15,7 @@ from powertrain.engine.schedules import just_after
 from powertrain.engine.trajectory import Instant, Trajectory, TrajectoryRecorder
 from powertrain.errors import SimulationError
 from powertrain.integration.specialized import Calls
+from powertrain.integration.step_control import reduction
 from powertrain.modes.algebra import NotConsistent
 from powertrain.modes.guards import first_violation, guard_message
 from powertrain.modes.tolerances import EPS, SHORTEST
@@ -26,8 +27,6 @@ _STIFF = 3.25
 _STIFF_STEPS = 15
 FINEST = 1e-5
 """Share of the simulated span, or of the longest step, below which steps are not halved to resolve indicators."""
-CALM = 1e-4
-"""Lower bound of the previous error norm in the step size control."""
 _AGAIN = 1e-6
 """First step (s) tried with pivoting after all others have failed."""
 HALVINGS = 8
@@ -56,10 +55,11 @@ class Run:
         self.chatter = Chatter(stop - start)
         self.outside = np.zeros(len(self.catalogue.counted))
         self.rejected, self.stiff, self.idle = 0, 0.0, 0
+        self.refused: tuple[float, float] | None = None
         self.method = engine.first_method(stop - start)
         self.numeric = engine.large
         memory, counted = engine.memory, engine.memory.outside[: len(self.outside)]
-        self.views = [view(a) for a in (memory.time, memory.tolerance, memory.info, memory.record, counted)]
+        self.views = [view(a) for a in (memory.time, memory.info, memory.record, counted)]
 
     def execute(self, resumed: bool = False) -> Trajectory:
         """Run to the stop time; errors carry the trajectory so far. ``resumed``: continue smoothly from the end of another run."""
@@ -108,7 +108,6 @@ class Run:
     def _restart(self) -> None:
         """Slope and first step size after a discontinuity."""
         self.h = min(self._refresh(), self.max_step)
-        self.memory.tolerance[2] = CALM
 
     def _refresh(self) -> float:
         """Set stuck speeds to zero, evaluate the slope at the present instant and return a first step size."""
@@ -127,10 +126,11 @@ class Run:
 
     def _smooth(self) -> bool:
         """Step until an indicator falls below zero (True: it is located) or until ``self.target``."""
-        time, tolerance, info, record, outside = self.views
+        time, info, record, outside = self.views
         steps, auto = self.chosen
         t, h, side, target, largest = self.t, min(self.h, self.longest), self.side, self.target, self.longest
         rows, rejected, counting, watch = self.recorder.rows, False, len(outside), self.watch
+        self.refused = None
         wanted, halved, finest = 0.0, 0, FINEST * min(self.stop - self.start, largest)
         while True:
             last = t + 1.01 * h >= target
@@ -150,12 +150,11 @@ class Run:
                 rejected, h = True, 0.5 * h
                 continue
             rows += record
-            tolerance[2] = error if error > CALM else CALM
             if info[3] <= 0.0 and self._locate(t, h, side):
                 return True
             factor, halved, side = info[2], 0, 1 - side
             if rejected:
-                factor, rejected = min(factor, 1.0), False
+                factor, rejected, self.refused = min(factor, 1.0), False, None
             t = target if last else t + h
             h = max(h * factor, wanted) if last else h * factor
             if h > largest:
@@ -188,7 +187,8 @@ class Run:
     def _smaller(self, e: float, t: float, h: float, side: int, steps: Calls) -> tuple[float, Calls]:
         """The next step size after a rejected step, and its function: algebraic unknowns get one with pivoting before the run fails."""
         self.rejected += 1
-        h *= max(0.2, 0.9 * e**-0.2) if e == e and e < 1e100 else 0.1
+        before, self.refused = self.refused, (h, e)
+        h *= reduction(h, e, before)
         if h >= SHORTEST * max(1.0, abs(t)):
             return h, steps
         if self.method == "rodas5p" and not self.numeric and self.dae.z.numel():

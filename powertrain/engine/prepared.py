@@ -174,7 +174,7 @@ class Prepared:
     ) -> None:
         self._fill(t, x, z, m, p)
         memory = self.memory
-        memory.tolerance[:2] = rtol, atol
+        memory.tolerance[:] = rtol, atol
         if self.schedules:
             self.schedules.enter(memory.m, t)
         if self.algebra is not None and not self._ready:

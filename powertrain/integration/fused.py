@@ -35,7 +35,7 @@ _STEPS = 5
 class Common:
     """Symbols and functions of time, unknowns y = (x, z), held values and parameters.
 
-    ``time`` is (t, h), ``tolerance`` (rtol, atol, error norm of the last step). ``kind`` is ``ca.SX`` for one list of instructions, which
+    ``time`` is (t, h), ``tolerance`` (rtol, atol). ``kind`` is ``ca.SX`` for one list of instructions, which
     suits CasADi's interpreter, or ``ca.MX`` for functions that are called, which suits the C compiler if the list is long. What these
     functions compute from held values and parameters alone is then in ``constants``: symbols and their values, by function.
     """
@@ -90,7 +90,7 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX)
         y=kind.sym("y", n + dae.z.numel()),
         m=m,
         p=p,
-        tolerance=kind.sym("tolerance", 3),
+        tolerance=kind.sym("tolerance", 2),
         rates=lambda t, u: call("rates", lambda: [rates], t, u)[0],
         guards=lambda t, u: call("guards", lambda: [counted], t, u)[0],
         watch=lambda t, u: call("watch", lambda: [found], t, u)[0],
@@ -111,7 +111,7 @@ def step(model: Common, method: str) -> ca.Function:
     slope_there, last = model.reached(t + h, taken.end)
     judged = verdict_function(model.indicators)
     norm = error_norm(model, taken, defect)
-    info = judged(norm, model.tolerance[2], taken.stiffness, ca.horzcat(*samples, last))
+    info = judged(norm, taken.stiffness, ca.horzcat(*samples, last))
     outside = model.guards(t + h, taken.end)
     results = [ca.densify(r) for r in (taken.end, slope_there, info, ca.vec(taken.dense), outside)]
     inputs = [model.time, model.y, model.m, model.p, slope, model.tolerance]
@@ -140,16 +140,20 @@ def error_norm(model: Common, taken: StepResult, defect: ca.SX | None) -> ca.SX:
     scale = allowed * (
         model.tolerance[1] * nominal + model.tolerance[0] * ca.fmax(ca.fabs(model.y), ca.fabs(taken.end))
     )
-    errors = (taken.error / scale) ** 2 + (0 if defect is None else (defect / scale) ** 2)
-    return ca.sqrt(ca.norm_2(errors)) if model.y.numel() else model.kind(0)  # at least the largest; nan if one is
+    return _norm((taken.error / scale) ** 2 + (0 if defect is None else (defect / scale) ** 2))
+
+
+def _norm(squares: ca.SX) -> ca.SX:
+    """The root of the norm of squares: at least the largest of their roots, and nan if one is."""
+    return ca.sqrt(ca.norm_2(squares)) if squares.numel() else type(squares)(0)
 
 
 def verdict_function(indicators: int) -> ca.Function:
-    """(norm, error norm before, stiffness, one column of indicators for each sample) -> info, see ``verdict``."""
-    norm, before, stiffness = (ca.SX.sym(name) for name in ("norm", "before", "stiffness"))
+    """(norm, stiffness, one column of indicators for each sample) -> info, see ``verdict``."""
+    norm, stiffness = ca.SX.sym("norm"), ca.SX.sym("stiffness")
     samples = ca.SX.sym("samples", indicators, len(CHECKS) + 1)
-    info = ca.densify(verdict(norm, before, stiffness, ca.horzsplit(samples)))
-    return ca.Function(PREFIX + "verdict", [norm, before, stiffness, samples], ca.cse([info]))
+    info = ca.densify(verdict(norm, stiffness, ca.horzsplit(samples)))
+    return ca.Function(PREFIX + "verdict", [norm, stiffness, samples], ca.cse([info]))
 
 
 def fresh(model: Common) -> ca.Function:
@@ -164,11 +168,11 @@ def fresh(model: Common) -> ca.Function:
     slope = _right_slope(model, y)
     x = y[:n, :]
     scale = model.tolerance[1] * ca.DM(dae.sizes[:n]) + model.tolerance[0] * ca.fabs(x)
-    size = ca.sqrt(ca.sumsqr(x / scale) / max(n, 1))
-    speed_norm = ca.sqrt(ca.sumsqr(slope[:n, :] / scale) / max(n, 1))
+    size = _norm((x / scale) ** 2)
+    speed_norm = _norm((slope[:n, :] / scale) ** 2)
     first = ca.if_else(ca.logic_or(size < _SLOW, speed_norm < _SLOW), _FIRST, 0.01 * size / speed_norm)
     ahead = model.rates(t + first, ca.vertcat(x + first * slope[:n, :], y[n:, :]))
-    bend = ca.sqrt(ca.sumsqr((ahead - slope)[:n, :] / scale) / max(n, 1)) / first
+    bend = _norm(((ahead - slope)[:n, :] / scale) ** 2) / first
     most = ca.fmax(speed_norm, bend)
     second = ca.if_else(most <= _STRAIGHT, ca.fmax(_FIRST, 1e-3 * first), (0.01 / most) ** (1 / 5))
     start = ca.vertcat(ca.fmin(100 * first, second), ca.sum1(slope))

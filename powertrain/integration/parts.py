@@ -52,12 +52,12 @@ def _samples(model: Common) -> Compilable:
 
 
 def _verdict(model: Common) -> ca.Function:
-    """(error norm, tolerance, stiffness, samples) -> (info, slope)."""
+    """(error norm, stiffness, samples) -> (info, slope)."""
     norm, stiffness = ca.SX.sym("norm"), ca.SX.sym("stiffness")
-    tolerance, samples = ca.SX.sym("tolerance", 3), ca.SX.sym("samples", WIDTH, model.indicators + model.y.numel())
+    samples = ca.SX.sym("samples", WIDTH, model.indicators + model.y.numel())
     function = verdict_function(model.indicators)
-    info = function(norm, tolerance[2], stiffness, samples[:, : model.indicators].T)
-    inputs = [norm, tolerance, stiffness, samples]
+    info = function(norm, stiffness, samples[:, : model.indicators].T)
+    inputs = [norm, stiffness, samples]
     return ca.Function(f"{PREFIX}verdict_of_samples", inputs, [info, samples[-1, model.indicators :].T])
 
 
@@ -85,7 +85,7 @@ class Parts:
         judged = [memory.info, memory.slope[other]]
         return (
             Bound(self._functions["advance"], [*given, *self._constants], taken),
-            Bound(self._functions["verdict"], [norm, memory.tolerance, stiffness, self._found], judged),
+            Bound(self._functions["verdict"], [norm, stiffness, self._found], judged),
         )
 
     def _call(self, advance: Bound, verdict: Bound) -> Callable[[], None]:

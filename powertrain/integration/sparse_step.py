@@ -45,9 +45,9 @@ class SparseStep:
         )
         samples = ca.SX.sym("samples", model.indicators, 4)
         norm = ca.SX.sym("norm")
-        info = verdict(norm, model.tolerance[2], ca.SX(0), ca.horzsplit(samples))
-        function = ca.Function(PREFIX + "verdict", [norm, model.tolerance, ca.vec(samples)], [ca.densify(info)])
-        self._verdict = Bound(function, [self._norm, memory.tolerance, self._samples], [memory.info])
+        info = verdict(norm, ca.SX(0), ca.horzsplit(samples))
+        function = ca.Function(PREFIX + "verdict", [norm, ca.vec(samples)], [ca.densify(info)])
+        self._verdict = Bound(function, [self._norm, self._samples], [memory.info])
         diagonal = ca.Sparsity.diag(self._n)
         jacobian = ca.jacobian(rates, model.y)
         pattern = jacobian.sparsity() + diagonal

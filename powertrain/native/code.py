@@ -10,10 +10,11 @@ import numpy as np
 
 from powertrain.compiler.hybrid import Friction, Guard, HybridDae, Opened, TimeSignal
 from powertrain.engine.location import AIM, CLOSE, LARGEST
-from powertrain.engine.loop import CALM, FINEST, HALVINGS
+from powertrain.engine.loop import FINEST, HALVINGS
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError
+from powertrain.integration.step_control import FAILED, FLATTEST, GROWTH, ORDER, SAFETY
 from powertrain.modes.resolve import PASSES
 from powertrain.modes.resting import NOTHING, SINGULAR
 from powertrain.modes.tolerances import EPS, INTEGRATED, NOW, SHORTEST, ZONE
@@ -24,7 +25,8 @@ FIXED = ("powertrain_run.h", "powertrain_run.c", "main.c")
 SIGNALS = ("times", "owners", "jumps", "first", "starts", "rows")
 """The tables of ``pt_signals``, in this order."""
 _LIMITS = {
-    "EPS": EPS, "NOW": NOW, "SHORTEST": SHORTEST, "AIM": AIM, "CLOSE": CLOSE, "LARGEST": LARGEST, "CALM": CALM, "FINEST": FINEST,
+    "EPS": EPS, "NOW": NOW, "SHORTEST": SHORTEST, "AIM": AIM, "CLOSE": CLOSE, "LARGEST": LARGEST, "FINEST": FINEST,
+    "ORDER": ORDER, "SAFETY": SAFETY, "GROWTH": GROWTH, "FAILED": FAILED, "FLATTEST": FLATTEST,
     "HALVINGS": HALVINGS, "PASSES": PASSES, "SINGULAR": SINGULAR, "NOTHING": NOTHING,
 }  # fmt: skip
 """Tolerances and limits of the simulator that the loop shares."""

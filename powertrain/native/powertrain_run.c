@@ -15,7 +15,7 @@
 struct pt_model {
     double t, start, stop, h, longest, crossed, max_step, instant, corner, target;
     double y[2][PT_Y], slope[2][PT_Y], m[PT_M], p[PT_P];
-    double time[2], tolerance[3], info[INFO + 4], dense[5 * PT_Y], outside[PT_O];
+    double time[2], tolerance[2], info[INFO + 4], dense[5 * PT_Y], outside[PT_O];
     double fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
     double held[PT_M], flags[6], edges[PT_W], closing[PT_B], fire[PT_T], jumped[2];
     double first[2], corners[2], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
@@ -351,7 +351,6 @@ static int restart(pt_model *a)
     double h;
     int status = refresh(a, &h);
     a->h = fmin(h, a->max_step);
-    a->tolerance[2] = PT_CALM;
     return status;
 }
 
@@ -534,10 +533,21 @@ static int located(pt_model *a, double t, double h)
     return 1;
 }
 
+/* Ratio of the next attempt to a rejected step, with the order that this attempt and the one rejected before it show. */
+static double reduction(double h, double error, double refused_h, double refused_error)
+{
+    double order = PT_ORDER;
+    if (!(error < INFINITY)) return PT_FAILED;
+    if (refused_h > 0 && refused_error < INFINITY)
+        order = fmin(fmax(log(refused_error / error) / log(refused_h / h), PT_FLATTEST), order);
+    return fmax(PT_SAFETY * pow(error, -1 / order), 1 / PT_GROWTH);
+}
+
 /* Step until an indicator falls below zero (1) or until the target (0); or PT_FULL as 2, or an error. */
 static int smooth(pt_model *a)
 {
     double h = fmin(a->h, a->longest), wanted = 0, finest = PT_FINEST * fmin(a->stop - a->start, a->longest);
+    double refused_h = 0, refused_error = 0;
     int rejected = 0, halved = 0;
     for (;;) {
         double t = a->t;
@@ -560,7 +570,10 @@ static int smooth(pt_model *a)
         if (!a->fixed && !(error <= 1)) {
             a->rejected++;
             rejected = 1;
-            h *= error == error && error < 1e100 ? fmax(0.2, 0.9 * pow(error, -0.2)) : 0.1;
+            double size = h;
+            h *= reduction(h, error, refused_h, refused_error);
+            refused_h = size;
+            refused_error = error;
             if (h < PT_SHORTEST * fmax(1, fabs(t))) return PT_UNDERFLOW;
             continue;
         }
@@ -572,7 +585,6 @@ static int smooth(pt_model *a)
             continue;
         }
         keep_step(a, t, h);
-        a->tolerance[2] = fmax(error, PT_CALM);
         if (a->info[3] <= 0) {
             int found = located(a, t, h);
             if (found) {
@@ -586,6 +598,7 @@ static int smooth(pt_model *a)
         h = last ? fmax(h * factor, wanted) : h * factor;
         h = fmin(h, a->longest);
         rejected = halved = 0;
+        refused_h = 0;
         a->side = 1 - a->side;
         a->h = h;
         if (last) return 0;

@@ -104,7 +104,7 @@ class Memory:
         self.slope = (zeros(unknowns), zeros(unknowns))
         self.m = zeros(held)
         self.p = zeros(dae.p.numel())
-        self.tolerance = zeros(3)
+        self.tolerance = zeros(2)
         self.info = zeros(INFO + len(CHECKS) + 1)
         self.outside = zeros(len(dae.guards))
         self.fraction = zeros(1)

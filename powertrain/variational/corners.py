@@ -62,7 +62,7 @@ class Corners:
         changes = [(j, *change) for j in range(values.shape[1]) for change in _changes(values[:, j])]
         side, last, first = np.array(changes, dtype=np.int64).reshape(-1, 3).T
         low, high = at[last], at[first]
-        times = self._zeros(result, run.p, side, low, high, values[last, side] > 0.0)
+        times = self._zeros(result, run.p, side, low, high, np.where(values[last, side] > 0.0, 1.0, -1.0))
         found: list[Corner] = []
         for t, j in sorted(zip(times.tolist(), side.tolist(), strict=True)):
             if found and t - found[-1].time <= _SAME * (1.0 + abs(t)):
@@ -83,15 +83,15 @@ class Corners:
         side: NDArray[np.int64],
         low: Array,
         high: Array,
-        positive: NDArray[np.bool_],
+        signs: Array,
     ) -> Array:
-        """Bisect the intervals in which sides change sign."""
+        """The last instants at which sides still have their ``signs``, by bisection: at zero an expression has either derivative."""
         rows = np.arange(len(side))
         for _ in range(_HALVINGS if len(side) else 0):
             middle = 0.5 * (low + high)
-            early = (self._values(edge(result, middle, before=True), p)[rows, side] > 0.0) == positive
+            early = self._values(edge(result, middle, before=True), p)[rows, side] * signs > 0.0
             low, high = np.where(early, middle, low), np.where(early, high, middle)
-        return 0.5 * (low + high)
+        return low
 
     def _at_event(self, result: Result[Any], run: Record, t: float) -> bool:
         """Whether the corner belongs to a law that switches here, or to the start or end of the run."""

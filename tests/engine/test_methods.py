@@ -43,7 +43,7 @@ def march(model: HybridDae, name: str, y0: np.ndarray, end: float, n: int) -> tu
     y, h, dense = y0, end / n, np.zeros(5 * len(y0))
     for i in range(n):
         slope = np.array(common_rates(model, i * h, y))
-        y, _, _, dense, _ = (np.array(v).ravel() for v in step([i * h, h], y, [], [], slope, [1e-6, 1e-6, 1e-4]))
+        y, _, _, dense, _ = (np.array(v).ravel() for v in step([i * h, h], y, [], [], slope, [1e-6, 1e-6]))
     columns = dense.reshape(5, -1)
     return y, columns.T @ 0.5 ** np.arange(5)
 

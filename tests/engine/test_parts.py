@@ -46,7 +46,7 @@ class OneStep:
     def __init__(self, model: HybridDae, method: str, make: Any = None) -> None:
         common = steps.common(model, [1, 0, 2] if model.z.numel() else None, ca.MX if make else ca.SX)
         self.memory, self.n = Memory(model, common.indicators, 0), model.x.numel() + model.z.numel()
-        self.memory.time[:], self.memory.tolerance[2] = (0.2, 1e-3), 1e-3
+        self.memory.time[:] = 0.2, 1e-3
         self.memory.y[0][: self.n] = 0.3 + 0.1 * np.arange(self.n)
         self.memory.p[: model.p.numel()] = 1.0 + 0.1 * np.arange(model.p.numel())
         self.memory.slope[0][: self.n] = 0.1 * self.memory.y[0][: self.n]
@@ -62,7 +62,7 @@ class OneStep:
 
     def after(self, rtol: float = 100.0) -> dict[str, Any]:
         """What memory holds after a step."""
-        self.memory.tolerance[:2] = rtol
+        self.memory.tolerance[:] = rtol
         self.call()
         m = self.memory
         return {

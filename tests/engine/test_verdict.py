@@ -9,51 +9,70 @@ import numpy as np
 import pytest
 
 from powertrain.integration.samples import ROUGH, least
-from powertrain.integration.step_control import GROWTH, growth, verdict
+from powertrain.integration.step_control import GROWTH, growth, reduction, verdict
 
 Matrix = np.ndarray[Any, Any]
 
 
-def factor(norm: float, before: float, rough: float = 0.0) -> float:
-    return float(growth(ca.SX(norm), ca.SX(before), ca.SX(rough)))
+def factor(norm: float, rough: float = 0.0) -> float:
+    return float(growth(ca.SX(norm), ca.SX(rough)))
 
 
-def info(norm: float, samples: Matrix, before: float = 1e-4, stiffness: float = 2.0) -> Matrix:
+def info(norm: float, samples: Matrix, stiffness: float = 2.0) -> Matrix:
     """``samples``: a row for each indicator."""
     columns = [ca.SX(column) for column in samples.T]
-    return np.array(ca.DM(verdict(ca.SX(norm), ca.SX(before), ca.SX(stiffness), columns))).ravel()
+    return np.array(ca.DM(verdict(ca.SX(norm), ca.SX(stiffness), columns))).ravel()
 
 
-def test_pi_controller() -> None:
-    """0.9 norm^-0.14 before^0.08, or 0.6 norm^-0.2 where that is more."""
-    for norm, before in ((0.9, 0.5), (0.5, 0.9), (0.2, 0.3), (3.0, 1.0), (0.01, 1e-4), (3e-4, 1e-4)):
-        expected = max(0.9 * norm**-0.14 * before**0.08, 0.6 * norm**-0.2)
-        assert factor(norm, before) == pytest.approx(expected, rel=1e-12)
-    assert factor(1.0, 1e-4) == pytest.approx(0.6)  # patience is worth nothing
-    assert factor(0.3, 0.3) < factor(0.3, 0.6) < factor(0.15, 0.6)
+def test_the_next_step_has_an_error_just_below_the_tolerance() -> None:
+    """An error c h^5 becomes 0.9^5 of what is allowed."""
+    for norm in (0.9, 0.5, 0.2, 0.01, 3e-4):
+        assert norm * factor(norm) ** 5 == pytest.approx(0.9**5, rel=1e-12)
 
 
 def test_steps_grow_and_shrink_by_five_at_most() -> None:
-    assert factor(0.0, 1.0) == GROWTH == 5.0
-    assert factor(1e-12, 1e-4) == 5.0
-    assert factor(1e9, 1e-4) == pytest.approx(0.2)
-    assert factor(np.inf, 1e-4) == pytest.approx(0.2)
+    assert factor(0.0) == GROWTH == 5.0
+    assert factor(1e-12) == 5.0
+    assert factor(1e9) == pytest.approx(0.2)
+    assert factor(np.inf) == pytest.approx(0.2)
+    assert reduction(0.1, 1e9, None) == pytest.approx(0.2)
+    assert reduction(0.1, np.inf, None) == reduction(0.1, np.nan, (0.2, 3.0)) == 0.1
+
+
+@pytest.mark.parametrize("order", [0.5, 1.0, 3.0, 5.0])
+def test_rejected_steps_show_the_order_of_the_error(order: float) -> None:
+    """Of an error c h^k, the third attempt has 0.9^k of what is allowed, however small k is; the second assumes five."""
+
+    def error(h: float) -> float:
+        return 1.5 * (h / 0.1) ** order
+
+    second = 0.1 * reduction(0.1, error(0.1), None)
+    assert second == pytest.approx(0.1 * 0.9 * 1.5**-0.2, rel=1e-12)
+    third = second * reduction(second, error(second), (0.1, error(0.1)))
+    assert error(third) == pytest.approx(0.9**order, rel=1e-9)
+
+
+def test_errors_that_do_not_fall() -> None:
+    """The order counts as a tenth, and as five where errors fall faster or the one before was not finite."""
+    assert reduction(0.08, 1.05, (0.1, 1.0)) == pytest.approx(0.9 * 1.05**-10)
+    assert reduction(0.08, 1.5, (0.1, 1.5)) == pytest.approx(0.2)
+    assert reduction(0.09, 2.0, (0.1, 1e6)) == reduction(0.09, 2.0, (0.1, np.nan)) == reduction(0.09, 2.0, None)
 
 
 def test_indicators_that_are_barely_resolved_hold_the_step_back() -> None:
     """A third difference goes with the cube of the step: aimed at 0.3, from 0.3 % on, up to where it is refused."""
     for rough in (0.02, 0.1, 0.3, 0.39):
-        assert factor(1e-12, 1.0, rough) == pytest.approx(min(5.0, (0.3 / rough) ** (1 / 3)), rel=1e-12)
-    assert factor(1e-12, 1.0, 0.002) == 5.0
-    assert factor(1e-12, 1.0, 1.01 * ROUGH) == 5.0  # such a step is not taken at all
-    assert factor(3.0, 1.0, 0.02) == pytest.approx(factor(3.0, 1.0))
+        assert factor(1e-12, rough) == pytest.approx(min(5.0, (0.3 / rough) ** (1 / 3)), rel=1e-12)
+    assert factor(1e-12, 0.002) == 5.0
+    assert factor(1e-12, 1.01 * ROUGH) == 5.0  # such a step is not taken at all
+    assert factor(3.0, 0.02) == pytest.approx(factor(3.0))
 
 
 def test_entries() -> None:
     """Norm, unresolved, growth, least indicator, stiffness, the minimum of each sample."""
     samples = np.array([[4.0, 3.0, 2.0, 1.0], [2.0, 2.5, 3.0, 3.5]])
-    found = info(0.3, samples, 0.4)
-    np.testing.assert_allclose(found, [0.3, 0.0, factor(0.3, 0.4), 1.0, 2.0, 2.0, 2.5, 2.0, 1.0], rtol=1e-12)
+    found = info(0.3, samples)
+    np.testing.assert_allclose(found, [0.3, 0.0, factor(0.3), 1.0, 2.0, 2.0, 2.5, 2.0, 1.0], rtol=1e-12)
 
 
 @pytest.mark.parametrize(("samples", "unresolved"), [

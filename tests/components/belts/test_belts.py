@@ -59,7 +59,7 @@ def test_centrifugal_tension_takes_grip() -> None:
     run = pt.simulate(model, 3.0, starts=starts, points=3000)
     e = math.exp(0.4 * (math.pi - 2 * math.asin(0.15)))
     limit = 2 * (300 - 0.1 * v**2) * (e - 1) / (e + 1) * 0.03
-    first = run.time[np.argmax((run["drive.pulley_b.slip"] > 1e-5) & (run.time > 0.1))]
+    first = run.time[np.argmax((run["drive.pulley_b.slip"] > 1e-3) & (run.time > 0.1))]
     assert first == pytest.approx(limit, rel=0.02)
 
 
@@ -142,7 +142,7 @@ class Charging(pt.Component):
 
 def test_an_accessory_drive() -> None:
     """The alternator turns 2.5 times faster and delivers what its regulator asks for; the belt brings the torque, without slip."""
-    run = pt.simulate(Charging(), 2.0, starts={"rotor.w": 500.0})
+    run = pt.simulate(Charging(), 2.0, starts={"rotor.w": 500.0}, rtol=1e-7)
     assert run["alternator.w"][-1] == pytest.approx(500, rel=1e-4)
     assert run["alternator.i"][-1] == pytest.approx(80, rel=1e-9)
     torque = 13.2 * 80 / 0.65 / 500
