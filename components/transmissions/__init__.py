@@ -8,8 +8,6 @@ from powertrain.components.transmissions.dual_clutch import ClutchedGear, DualCl
 from powertrain.components.transmissions.electric_transmission import ElectricTransmission
 from powertrain.components.transmissions.gear_scheme import (
     GearScheme,
-    SchemeGear,
-    ShiftElement,
     double_planetary,
     planetary,
     ravigneaux,
@@ -17,11 +15,13 @@ from powertrain.components.transmissions.gear_scheme import (
 from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable, SingleGear
 from powertrain.components.transmissions.gearsets import (
     CR_CR_FOUR,
+    CR_CR_FREEWHEELS,
     EIGHT_SPEED,
     LEPELLETIER_SIX,
     NINE_SPEED,
     RAVIGNEAUX_FOUR,
     SEVEN_SPEED,
+    SIMPSON_FREEWHEEL,
     SIMPSON_THREE,
     TEN_SPEED,
 )
@@ -48,18 +48,21 @@ from powertrain.components.transmissions.power_shift import (
 )
 from powertrain.components.transmissions.range_transmission import RangeTransmission
 from powertrain.components.transmissions.ratio import NetworkRatio, OverallRatio, RatioOfUnit, UnitRatio
+from powertrain.components.transmissions.shift_table import SchemeGear, ShiftElement
 from powertrain.components.transmissions.split_path import SplitPathTransmission, SwitchedSplitPathTransmission
 from powertrain.components.transmissions.synchronised import SynchronisedGearbox
 
 __all__ = [
     "COMBINATIONS",
     "CR_CR_FOUR",
+    "CR_CR_FREEWHEELS",
     "EIGHT_SPEED",
     "HOUSING",
     "LEPELLETIER_SIX",
     "NINE_SPEED",
     "RAVIGNEAUX_FOUR",
     "SEVEN_SPEED",
+    "SIMPSON_FREEWHEEL",
     "SIMPSON_THREE",
     "TEN_SPEED",
     "TYPES",

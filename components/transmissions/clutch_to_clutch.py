@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from itertools import pairwise
 
 from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, switch, variable
@@ -51,14 +51,19 @@ class ClutchToClutch(Shiftable):
         yield self.tau_law == self.tau_in + self.k_slip * (self.w_in - self.w_ref)
         yield self.braking == switch(self.tau_law > 0, self.tau_law, 0.0, continuous=True)
 
-    def _torque(self, factors: Sequence[float | None], full: Symbol, begin: float = 0.0) -> Symbol:
-        """The torque for which an element is pressed, from its ``factors`` in the gears (None: open) and its ``full`` torque."""
+    def _torque(
+        self, factors: Sequence[float | None], full: Symbol, begin: float = 0.0, beside: Container[int] = ()
+    ) -> Symbol:
+        """The torque for which an element is pressed, from its ``factors`` in the gears (None: open) and its ``full`` torque.
+
+        In the gears ``beside``, counted from 0, it is pressed beside a freewheel: what brakes the input is left to others.
+        """
         hold, law, driving = Symbol(float(factors[0] is not None)), Symbol(0.0), self.braking - self.tau_law
         for k, (one, other) in enumerate(pairwise(factors), 1):
             first, last = self._phase(k, begin, 1), self._phase(k, begin, 3)
             if one is None and other is not None:
                 hold += last
-                law += other * self.braking * first * (1 - last)
+                law += (0.0 if k in beside else other) * self.braking * first * (1 - last)
             elif one is not None and other is None:
                 hold -= first
                 law += one * driving * first * (1 - last)

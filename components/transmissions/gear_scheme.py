@@ -10,34 +10,9 @@ from typing import Self
 
 from powertrain import ParameterError
 from powertrain.components.differentials.teeth import Ring, Sun, check_room
-from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network, joints
-
-
-@dataclass(frozen=True)
-class SchemeGear:
-    """A gear: its name and the shift elements that are engaged in it."""
-
-    name: str
-    engaged: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class ShiftElement:
-    """A clutch between two shafts, or a brake between a shaft and ``HOUSING``."""
-
-    name: str
-    a: str
-    b: str
-
-    @property
-    def is_brake(self) -> bool:
-        """Whether it holds a shaft."""
-        return HOUSING in (self.a, self.b)
-
-    @property
-    def joint(self) -> Joint:
-        """The joint that it makes when engaged."""
-        return self.a, self.b
+from powertrain.components.transmissions.freewheels import check_freewheels
+from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network
+from powertrain.components.transmissions.shift_table import SchemeGear, ShiftElement
 
 
 def planetary(name: str, sun: str, ring: str, carrier: str, *, teeth: tuple[int, int], eta: float = 1.0) -> Lever:
@@ -149,7 +124,9 @@ class GearScheme:
     """A gearset: levers on named shafts, shift elements between shafts, and the elements that each gear engages.
 
     ``gears`` are the forward gears, lowest first, followed by the reverse gears. Adjacent forward gears differ in one element that opens
-    and one that closes. Shafts in ``joints`` are joined in every gear. ``of`` reads a scheme as drawn and tabulated:
+    and one that closes. Shafts in ``joints`` are joined in every gear. A freewheel is an element that is never pressed: it is listed in
+    the gears that it holds with positive torque at the input; ``SchemeGear.coast`` can be pressed to hold them in overrun as well.
+    ``of`` reads a scheme as drawn and tabulated:
 
     >>> simpson = GearScheme.of(
     ...     planetary("front", "suns", "ring", "out", teeth=(33, 72)),
@@ -161,7 +138,7 @@ class GearScheme:
     [2.46, 1.46, 1.0, -2.18]
 
     Errors: ParameterError for a gear whose elements do not leave one degree of freedom, for an element at a shaft that no other part has,
-    and for forward gears that are not in order.
+    for a freewheel in the wrong direction, and for forward gears that are not in order.
     Theory: H. L. Benford, M. B. Leising, The lever analogy, SAE 810102, 1981.
     """
 
@@ -175,7 +152,7 @@ class GearScheme:
     def __post_init__(self) -> None:
         known = [element.name for element in self.elements]
         for gear in self.gears:
-            if unknown := [name for name in gear.engaged if name not in known]:
+            if unknown := [name for name in (*gear.engaged, *gear.coast) if name not in known]:
                 raise ParameterError(
                     f"gear {gear.name} engages {unknown[0]!r}; the shift elements are {', '.join(known)}"
                 )
@@ -184,8 +161,9 @@ class GearScheme:
             try:
                 self.network(gear.name).motion()
             except ParameterError as error:
-                raise ParameterError(f"gear {gear.name} ({', '.join(gear.engaged)}): {error}") from None
+                raise ParameterError(f"gear {gear.name} ({gear.listed}): {error}") from None
         self._check_direction()
+        check_freewheels(self)
         for one, other in pairwise(self.forward):
             self._check_step(one, other)
 
@@ -205,9 +183,11 @@ class GearScheme:
         *levers : Lever
             Planetary sets, from ``planetary``, ``double_planetary`` and ``ravigneaux``, and pairs of gears.
         elements : mapping of str to str
-            Name of each shift element, and the shafts that it connects: ``"shaft-shaft"``, or ``"shaft-housing"`` for a brake.
+            Name of each shift element, and the shafts that it connects: ``"shaft-shaft"``, or ``"shaft-housing"`` for a brake;
+            ``"shaft->shaft"`` for a freewheel: the first shaft drives the second, which may run ahead.
         gears : mapping of str to str
-            Name of each gear, and the elements engaged in it: a string of names separated by spaces, or a sequence of names.
+            Name of each gear, and the elements engaged in it: a string of names separated by spaces, or a sequence of names. Elements in
+            parentheses are pressed for overrun only, in place of freewheels: ``"forward sprag (low)"``.
         input, output : str
             Names of the input and the output shaft.
 
@@ -216,10 +196,8 @@ class GearScheme:
         ParameterError
             If a gear does not have one degree of freedom, or if adjacent gears exchange more than one element.
         """
-        pairs = joints(*elements.values())
-        made = tuple(ShiftElement(name, *pair) for name, pair in zip(elements, pairs, strict=True))
-        engaged = {name: tuple(x.split() if isinstance(x, str) else x) for name, x in gears.items()}
-        return cls(levers, made, tuple(SchemeGear(name, names) for name, names in engaged.items()), input, output)
+        made = tuple(ShiftElement.of(name, shafts) for name, shafts in elements.items())
+        return cls(levers, made, tuple(SchemeGear.of(name, row) for name, row in gears.items()), input, output)
 
     @cached_property
     def shafts(self) -> tuple[str, ...]:
@@ -248,10 +226,19 @@ class GearScheme:
                 return gear
         raise ParameterError(f"there is no gear {name!r}; choose from {', '.join(gear.name for gear in self.gears)}")
 
-    def network(self, name: str, without: str = "") -> Network:
-        """The gearset in a gear, with the element ``without`` open."""
-        engaged = [name for name in self.gear(name).engaged if name != without]
-        return self._joined(element.joint for element in self.elements if element.name in engaged)
+    def network(self, name: str, without: Iterable[str] = (), *, coast: bool = False) -> Network:
+        """The gearset in a gear, with the elements ``without`` open; ``coast``: with its overrun elements in place of freewheels."""
+        gear = self.gear(name)
+        closed = {*gear.engaged, *gear.coast}.difference(self.freewheels(name)) if coast else set(gear.engaged)
+        closed -= set(without)
+        return self._joined(element.joint for element in self.elements if element.name in closed)
+
+    def freewheels(self, name: str) -> tuple[str, ...]:
+        """The freewheels that carry torque in a gear. With any, only the elements of ``SchemeGear.coast`` let it carry overrun."""
+        engaged = self.gear(name).engaged
+        return tuple(
+            x.name for x in self.elements if x.freewheel and x.name in engaged and self.slip_factor(name, x.name)
+        )
 
     def ratio(self, name: str) -> float:
         """Speed of the input over speed of the output in a gear."""
@@ -264,26 +251,37 @@ class GearScheme:
         return {shaft: float(motion[node]) if (node := network.nodes[shaft]) >= 0 else 0.0 for shaft in self.shafts}
 
     def torque_factor(self, name: str, element: str) -> float:
-        """Torque of an engaged element without losses, relative to the input torque: 1/|alpha|.
+        """Torque of an element without losses in a gear, relative to the input torque: 1/|alpha| of ``slip_factor``.
 
-        With the element open its slip is alpha (w_in - ratio w_out); the torques do no net work, so T_in + alpha T = 0. It is 0 for
-        an element that holds an idle shaft.
+        The torques do no net work while the element slips, so T_in + alpha T = 0. It is 0 for an element that holds an idle shaft.
         """
-        network = self.network(name, without=element)
+        alpha = self.slip_factor(name, element)
+        return 1 / abs(alpha) if alpha else 0.0
+
+    def slip_factor(self, name: str, element: str) -> float:
+        """The alpha in the slip w_a - w_b = alpha (w_in - ratio w_out) of an engaged element that opens; 0 if it holds an idle shaft.
+
+        An element that a gear has for overrun only opens while the others of that kind hold.
+        """
+        network = self.network(name, (element,), coast=element not in self.gear(name).engaged)
         one, other = next(each.joint for each in self.elements if each.name == element)
         try:
             parts = network.speeds()
         except ParameterError:
             return 0.0
-        slip = sum(
-            sign * parts[node, 0] for shaft, sign in ((one, 1), (other, -1)) if (node := network.nodes[shaft]) >= 0
-        )
-        return float(1 / abs(slip))
+        at = network.nodes
+        return float(sum(sign * parts[at[end], 0] for end, sign in ((one, 1), (other, -1)) if at[end] >= 0))
 
-    def in_gear(self, name: str) -> GearScheme:
-        """The scheme with one gear only: its elements are rigid joints, and the others are left out."""
-        held = tuple(joint for joint in self.network(name).joints if joint[0] != joint[1])
-        return replace(self, elements=(), gears=(SchemeGear(name, ()),), joints=held)
+    def in_gear(self, name: str, *, coast: bool = False) -> GearScheme:
+        """The scheme with one gear only: its elements are rigid joints, except freewheels that carry; the others are left out.
+
+        With ``coast`` the elements for overrun are joints, too, and no freewheel is left.
+        """
+        coast = coast and bool(self.gear(name).coast)
+        kept = () if coast else self.freewheels(name)
+        held = tuple(joint for joint in self.network(name, kept, coast=coast).joints if joint[0] != joint[1])
+        elements = tuple(element for element in self.elements if element.name in kept)
+        return replace(self, elements=elements, gears=(SchemeGear(name, kept),), joints=held)
 
     def _joined(self, joints: Iterable[Joint]) -> Network:
         ends = self.input, self.output
