@@ -2,7 +2,8 @@
 
 With a freewheel a -> b open, w_a - w_b = alpha (w_in - ratio w_out). Without losses the torque T on a balances the input's,
 T_in + alpha T = 0, and the freewheel can only brake a. In a gear that it holds, alpha must therefore be positive; in all others b must not
-fall behind a. A freewheel that holds gear k overruns in gear k + 1, never the other way round: it opens in upshifts by itself.
+fall behind a. A freewheel of gear k that gear k + 1 exchanges for another element overruns there, as w_in < ratio w_out; in gear k - 1 it
+would block. Freewheels open in upshifts and never close in them, so an upshift is controlled by the element that closes.
 """
 
 from __future__ import annotations

@@ -47,12 +47,12 @@ def test_closed_forms_of_a_simpson_set() -> None:
 
 def test_first_gear_in_drive_and_overrun() -> None:
     """It drives; it does not carry overrun, unless the low brake is pressed; the freewheel then carries nothing."""
-    drive, overrun = gear_table(lossless()), gear_table(lossless(), -100.0)
-    assert drive.loc["1", "freewheel"] == pytest.approx(-100 * CARRIED)  # brakes the housing's partner, flange_b
+    drive: Any = gear_table(lossless())
+    overrun, held = (gear_table(box, -100.0) for box in (lossless(), lossless(coast=1.0)))
+    assert drive.loc["1", "freewheel"] == pytest.approx(-100 * CARRIED)  # the torque of flange_b
     assert np.isnan(drive.loc["1", "low"])
     assert overrun.loc["1"].isna().all()
     assert overrun.loc["2", "ratio"] == pytest.approx(SECOND)
-    held = gear_table(lossless(coast=1.0), -100.0)
     assert held.loc["1", "ratio"] == pytest.approx(FIRST)
     assert held.loc["1", "low"] == pytest.approx(100 * CARRIED)
     assert held.loc["1", "freewheel"] == pytest.approx(0.0, abs=1e-6)
