@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Self
 
 from powertrain import Equations, Parameter, ParameterError, Symbol, connect, parameter
@@ -69,7 +71,8 @@ class Automatic(ClutchToClutch):
 
     The law of ``ClutchToClutch`` presses the elements. Lever position k selects the k-th forward gear, 0 neutral, -1 the reverse gear.
     Freewheels are never pressed. They let go in overrun: the output runs ahead and the engine does not brake, unless ``coast``
-    presses the elements that the scheme has for this.
+    presses the elements that the scheme has for this. If the input has fallen behind when gear k + 1 replaces a freewheel of gear k, its
+    element pulls the input up, with torque factor k_slip max(ratio_(k+1) w_out - w_in, 0) S_2 (1 - S_3).
     ``levers``, ``shafts`` and ``elements`` are in the order of the scheme; those not given are made for it, as by ``of``. ``churning`` is
     the drag of pump, oil and open elements at the input. ``trials.gear_table`` computes ratios, efficiencies and torques.
     Errors: ParameterError if the parts do not match the scheme.
@@ -224,30 +227,35 @@ class Automatic(ClutchToClutch):
         scheme, forward = self.scheme, self.scheme.forward
         w_in, w_out = (self.shafts[scheme.free.nodes[end]].w for end in (scheme.input, scheme.output))
         yield from self._shift([scheme.ratio(gear.name) for gear in forward], w_in, w_out)
+        pulling = {
+            k: self._pulling(scheme.ratio(other.name), w_out)
+            for k, (one, other) in enumerate(pairwise(forward), 1)
+            if set(scheme.freewheels(one.name)) - set(other.engaged)
+        }
         for element, part in zip(scheme.elements, self.elements, strict=True):
             full = part.fn_max * part.cgeo
             if element.freewheel:
                 yield part.f_normalized.value == 0
             else:
-                yield part.f_normalized.value == self._pressed(element.name, full) / full
+                yield part.f_normalized.value == self._pressed(element.name, full, pulling) / full
 
-    def _pressed(self, name: str, full: Symbol) -> Symbol:
+    def _pressed(self, name: str, full: Symbol, pulling: Mapping[int, Symbol]) -> Symbol:
         """The torque for which an element is pressed."""
         forward, backward = self.scheme.forward, self.scheme.reverse[:1]
-        torque = self._forward(name, full, [name in gear.engaged for gear in forward])
+        torque = self._torque(self._factors(name, coast=False), full, pulling=pulling)
         beside = [k for k, gear in enumerate(forward) if name in gear.coast]
         if beside:
-            both = self._forward(name, full, [name in (*gear.engaged, *gear.coast) for gear in forward], beside)
+            both = self._torque(self._factors(name, coast=True), full, beside=beside, pulling=pulling)
             torque += self.coast * (both - torque)
         back = sum(
             (float(name in gear.engaged) + float(name in gear.coast) * self.coast for gear in backward), Symbol(0)
         )
         return torque + back * full * limited(-self.lever.value)
 
-    def _forward(self, name: str, full: Symbol, closed: list[bool], beside: list[int] | None = None) -> Symbol:
-        gears = zip(self.scheme.forward, closed, strict=True)
-        factors = [self.scheme.torque_factor(gear.name, name) if shut else None for gear, shut in gears]
-        return self._torque(factors, full, beside=beside or ())
+    def _factors(self, name: str, *, coast: bool) -> list[float | None]:
+        """The torque factors of an element in the forward gears, None where it is open."""
+        gears = [(gear.name, gear.engaged + (gear.coast if coast else ())) for gear in self.scheme.forward]
+        return [self.scheme.torque_factor(gear, name) if name in closed else None for gear, closed in gears]
 
     def _check(self) -> None:
         has = {"levers": len(self.levers), "elements": len(self.elements), "shafts": len(self.shafts)}

@@ -123,8 +123,8 @@ def test_first_to_second_and_back_with_one_brake() -> None:
 
     The torques balance those of the input while nothing accelerates: T = T_f/(1 + rho) + T_k/rho.
     """
-    light = Automatic.of(SIMPSON_FREEWHEEL, J=1e-4)
-    result = run(Bench(box=pt.replace(light, LOSSLESS), lever=UP_AND_DOWN, car=Inertia(J=1e4)), 5.0)
+    light = Automatic.of(SIMPSON_FREEWHEEL, J=1e-3)
+    result = run(Bench(box=pt.replace(light, LOSSLESS), lever=UP_AND_DOWN, car=Inertia(J=1e3)), 5.0)
     t, ratio = result.time, result["engine.w"] / result["car.w"]
     assert ratio[(t > 0.5) & (t < 1.0)] == pytest.approx(FIRST, rel=1e-6)
     assert ratio[(t > 1.85) & (t < 3.0)] == pytest.approx(SECOND, rel=1e-6)
@@ -152,6 +152,18 @@ def test_the_output_overruns_in_first_gear() -> None:
     assert np.abs(result["box.flange_b.tau"][free]).max() < 0.05
     assert ratio[t > 2.0] == pytest.approx(FIRST, rel=1e-6)
     assert pt.energy_audit(result).closure < 1e-6
+
+
+def test_an_upshift_pulls_an_input_up_that_has_fallen_behind() -> None:
+    """The brake of second gear pulls with k_slip times the lag, so the lag ends as T/k_slip; without that it was 27 rad/s until the end."""
+    lever = TimeTable(table=((0.0, 1.0), (0.1, 1.0), (0.9, 2.0)))
+    bench = Bench(box=lossless(J=1e-4), lever=lever, torque=Constant(k=-20.0))
+    starts = {"car.w": 60.0, "engine.w": 60.0, "box.tau_in": -20.0}
+    result = pt.simulate(bench, 1.2, points=1201, starts=starts, rtol=1e-8)
+    lag = SECOND * result["car.w"] - result["engine.w"]
+    assert lag[result.time < 0.3].min() > 26  # nothing pulls in the first torque phase
+    assert lag[np.searchsorted(result.time, 0.69)] == pytest.approx(20 / 8.0, rel=0.03)  # still decreasing
+    assert lag[result.time > 0.95] == pytest.approx(0.0, abs=1e-4)
 
 
 def test_overrun_with_the_low_brake() -> None:
