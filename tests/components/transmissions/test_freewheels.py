@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,20 @@ import powertrain as pt
 from powertrain.components.blocks import Constant, TimeTable
 from powertrain.components.rotational import Inertia, OneWayClutch, Torque
 from powertrain.components.transmissions import (
+    CR_CR_FOUR,
     CR_CR_FREEWHEELS,
+    EIGHT_SPEED,
+    LEPELLETIER_SIX,
+    NINE_SPEED,
+    RAVIGNEAUX_FOUR,
+    SEVEN_SPEED,
     SIMPSON_FREEWHEEL,
+    SIMPSON_THREE,
+    TEN_SPEED,
     Automatic,
     GearScheme,
     SchemeGear,
+    ShiftElement,
     planetary,
 )
 from powertrain.trials import gear_table
@@ -273,6 +283,26 @@ LATER: dict[str, str | Sequence[str]] = {"2": "F I", "3": "F D"}
 def test_freewheels_that_cannot_be(elements: dict[str, str], gears: dict[str, str | Sequence[str]], said: str) -> None:
     with pytest.raises(pt.ParameterError, match=said):
         scheme_of(elements, LATER | gears if list(gears) == ["1", "2"] else gears | LATER)
+
+
+PLAIN = SIMPSON_THREE, RAVIGNEAUX_FOUR, CR_CR_FOUR, LEPELLETIER_SIX, SEVEN_SPEED, EIGHT_SPEED, NINE_SPEED, TEN_SPEED
+
+
+@pytest.mark.parametrize("scheme", PLAIN)
+def test_every_opening_element_may_be_a_freewheel_and_no_closing_one(scheme: GearScheme) -> None:
+    """In an upshift, an element that opens could be a freewheel in its gear, overrunning in the next; one that closes would jam before."""
+    for low, high in pairwise(scheme.forward):
+        for held, other, overruns in ((low, high, True), (high, low, False)):
+            (name,) = set(held.engaged) - set(other.engaged)
+            element = next(each for each in scheme.elements if each.name == name)
+            a, b = element.joint if scheme.slip_factor(held.name, name) > 0 else element.joint[::-1]
+            freewheel = ShiftElement(name, a, b, freewheel=True)
+            elements = tuple(freewheel if each is element else each for each in scheme.elements)
+            if overruns:
+                assert GearScheme(scheme.levers, elements, (low, high)).freewheels(low.name) == (name,)
+            else:
+                with pytest.raises(pt.ParameterError, match=f"gear {low.name} .* the freewheel {name} blocks"):
+                    GearScheme(scheme.levers, elements, (low, high))
 
 
 def test_names_with_spaces_and_parentheses() -> None:
