@@ -6,12 +6,7 @@ from powertrain.components.transmissions.automatic import Automatic
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
 from powertrain.components.transmissions.dual_clutch import ClutchedGear, DualClutchGearbox, StartingGearbox
 from powertrain.components.transmissions.electric_transmission import ElectricTransmission
-from powertrain.components.transmissions.gear_scheme import (
-    GearScheme,
-    double_planetary,
-    planetary,
-    ravigneaux,
-)
+from powertrain.components.transmissions.gear_scheme import GearScheme
 from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable, SingleGear
 from powertrain.components.transmissions.gearsets import (
     CR_CR_FOUR,
@@ -40,6 +35,7 @@ from powertrain.components.transmissions.layout import (
 from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network, joints
 from powertrain.components.transmissions.network_flow import Flow, UnitLoss, flow
 from powertrain.components.transmissions.network_transmission import NetworkGears, NetworkTransmission
+from powertrain.components.transmissions.planetary_levers import double_planetary, planetary, ravigneaux
 from powertrain.components.transmissions.power_shift import (
     PowerShiftGearbox,
     StartingClutch,

@@ -9,114 +9,11 @@ from itertools import pairwise
 from typing import Self
 
 from powertrain import ParameterError
-from powertrain.components.differentials.teeth import Ring, Sun, check_room
-from powertrain.components.transmissions.freewheels import check_freewheels
 from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network
-from powertrain.components.transmissions.shift_table import SchemeGear, ShiftElement
+from powertrain.components.transmissions.shift_table import ARROW, SchemeGear, ShiftElement
 
-
-def planetary(name: str, sun: str, ring: str, carrier: str, *, teeth: tuple[int, int], eta: float = 1.0) -> Lever:
-    """A simple planetary gear.
-
-    Parameters
-    ----------
-    name : str
-        Name of the set.
-    sun, ring, carrier : str
-        Names of its shafts.
-    teeth : tuple of int
-        Tooth numbers of sun and ring.
-    eta : float
-        Efficiency with the carrier fixed [1].
-
-    Returns
-    -------
-    Lever
-
-    Raises
-    ------
-    ParameterError
-        For tooth numbers with which no planet fits.
-    """
-    Z_sun, Z_ring = teeth
-    _check_teeth(f"planetary gear {name}", (Z_sun,), Z_ring)
-    return Lever(name, sun, ring, carrier, -Z_ring / Z_sun, eta)
-
-
-def double_planetary(
-    name: str, sun: str, ring: str, carrier: str, *, teeth: tuple[int, int], eta: float = 1.0
-) -> Lever:
-    """A planetary gear with pairs of planets: with the carrier fixed, sun and ring turn in the same direction.
-
-    Parameters
-    ----------
-    name : str
-        Name of the set.
-    sun, ring, carrier : str
-        Names of its shafts.
-    teeth : tuple of int
-        Tooth numbers of sun and ring.
-    eta : float
-        Efficiency with the carrier fixed, of three meshes [1].
-
-    Returns
-    -------
-    Lever
-
-    Raises
-    ------
-    ParameterError
-        For tooth numbers with which no planet fits.
-    """
-    Z_sun, Z_ring = teeth
-    _check_teeth(f"planetary gear {name}", (Z_sun,), Z_ring)
-    return Lever(name, sun, ring, carrier, Z_ring / Z_sun, eta)
-
-
-def ravigneaux(
-    large: str, small: str, ring: str, carrier: str, *, teeth: tuple[int, int, int], eta: float = 1.0
-) -> tuple[Lever, Lever]:
-    """A Ravigneaux set as two levers with one ring and one carrier.
-
-    The large sun meshes with the ring through one planet, the small sun through two.
-
-    Parameters
-    ----------
-    large, small, ring, carrier : str
-        Names of the shafts of the large sun, the small sun, the ring and the carrier.
-    teeth : tuple of int
-        Tooth numbers of large sun, small sun and ring.
-    eta : float
-        Efficiency of the large sun's set with the carrier fixed [1]; the other set has one more mesh, eta^(3/2).
-
-    Returns
-    -------
-    tuple of Lever
-        The sets of the large and of the small sun.
-
-    Raises
-    ------
-    ParameterError
-        For tooth numbers with which no planet fits, and if the large sun is not the larger one.
-    """
-    Z_large, Z_small, Z_ring = teeth
-    where = f"Ravigneaux set of {large}, {small}, {ring}, {carrier}"
-    _check_teeth(where, (Z_large, Z_small), Z_ring)
-    if Z_small >= Z_large:  # the long planets must clear the small sun
-        raise ParameterError(f"{where}: the large sun has {Z_large} teeth, and the small sun {Z_small}; it needs fewer")
-    return (
-        Lever("large sun", large, ring, carrier, -Z_ring / Z_large, eta),
-        Lever("small sun", small, ring, carrier, Z_ring / Z_small, eta**1.5),
-    )
-
-
-def _check_teeth(where: str, suns: tuple[int, ...], ring: int) -> None:
-    """Wheels must have teeth, and planets must fit between them."""
-    try:
-        for sun in suns:
-            check_room(Sun(sun), Ring(ring))
-    except ParameterError as error:
-        raise ParameterError(f"{where}: {error}") from None
+SAME_SPEED = 1e-9
+"""Speeds with a smaller difference, relative to the input, are equal."""
 
 
 @dataclass(frozen=True)
@@ -128,6 +25,7 @@ class GearScheme:
     the gears that it holds with positive torque at the input; ``SchemeGear.coast`` can be pressed to hold them in overrun as well.
     ``of`` reads a scheme as drawn and tabulated:
 
+    >>> from powertrain.components.transmissions import GearScheme, planetary
     >>> simpson = GearScheme.of(
     ...     planetary("front", "suns", "ring", "out", teeth=(33, 72)),
     ...     planetary("rear", "suns", "out", "carrier", teeth=(33, 72)),
@@ -163,7 +61,7 @@ class GearScheme:
             except ParameterError as error:
                 raise ParameterError(f"gear {gear.name} ({gear.listed}): {error}") from None
         self._check_direction()
-        check_freewheels(self)
+        _check_freewheels(self)
         for one, other in pairwise(self.forward):
             self._check_step(one, other)
 
@@ -324,3 +222,72 @@ class GearScheme:
                 f"from gear {one.name} ({', '.join(one.engaged)}) to gear {other.name} ({', '.join(other.engaged)}) {len(opens)} elements "
                 f"open and {len(closes)} close; a clutch-to-clutch shift exchanges one for one"
             )
+
+
+def _check_freewheels(scheme: GearScheme) -> None:
+    """The directions of the freewheels, and what replaces them in overrun.
+
+    With a freewheel a -> b open, w_a - w_b = alpha (w_in - ratio w_out). Without losses the torque T on a balances the input's,
+    T_in + alpha T = 0, and the freewheel can only brake a. In a gear that it holds, alpha must therefore be positive; in all others b
+    must not fall behind a. A freewheel of gear k that gear k + 1 exchanges for another element overruns there, as w_in < ratio w_out;
+    in gear k - 1 it would block. Freewheels open in upshifts and never close in them: the element that closes controls an upshift.
+    Errors: ParameterError for a freewheel in the wrong direction or without purpose, and for overrun elements that hold another gear.
+    """
+    for gear in scheme.gears:
+        for element in scheme.elements:
+            if element.freewheel and element.name in gear.engaged:
+                _check_carries(scheme, gear, element)
+            elif element.freewheel:
+                _check_overruns(scheme, gear, element)
+        if gear.coast:
+            _check_coast(scheme, gear)
+
+
+def _check_carries(scheme: GearScheme, gear: SchemeGear, element: ShiftElement) -> None:
+    if scheme.network(gear.name, without=(element.name,)).freedom == 1:
+        raise ParameterError(
+            f"gear {gear.name} ({gear.listed}): the other elements hold the gear without the freewheel {element.name}; leave it out, or "
+            "put those that are pressed for overrun only into parentheses"
+        )
+    if scheme.slip_factor(gear.name, element.name) < 0:
+        raise ParameterError(
+            f"gear {gear.name} ({gear.listed}): with positive torque at the input the freewheel {element.name} does not hold, "
+            f"{_shaft(element.b)} runs ahead of {_shaft(element.a)}; reversed it is {element.b}{ARROW}{element.a}"
+        )
+
+
+def _check_overruns(scheme: GearScheme, gear: SchemeGear, element: ShiftElement) -> None:
+    speeds = scheme.speeds(gear.name) | {HOUSING: 0.0}
+    ahead = speeds[element.b] - speeds[element.a]
+    if ahead < -SAME_SPEED:
+        raise ParameterError(
+            f"gear {gear.name} ({gear.listed}): the freewheel {element.name} blocks, because {_shaft(element.b)} would fall behind "
+            f"{_shaft(element.a)} by {-ahead:.4g} times the speed of the input; reversed it is {element.b}{ARROW}{element.a}"
+        )
+
+
+def _check_coast(scheme: GearScheme, gear: SchemeGear) -> None:
+    where = f"gear {gear.name} ({gear.listed})"
+    if one_way := [each.name for each in scheme.elements if each.freewheel and each.name in gear.coast]:
+        raise ParameterError(
+            f"{where}: the freewheel {one_way[0]} cannot be pressed for overrun; write it without parentheses"
+        )
+    carrying = scheme.freewheels(gear.name)
+    if not carrying:
+        raise ParameterError(f"{where}: no freewheel carries torque, so nothing has to be pressed for overrun")
+    network = scheme.network(gear.name, coast=True)
+    in_place = f"{', '.join(gear.coast)} in place of {', '.join(carrying)}"
+    if network.freedom != 1:
+        raise ParameterError(f"{where}: with {in_place} the gear has {network.freedom} degrees of freedom, and not one")
+    drive, motion = scheme.speeds(gear.name), network.motion()
+    other = {
+        s for s in scheme.shafts if abs(drive[s] - (motion[k] if (k := network.nodes[s]) >= 0 else 0)) > SAME_SPEED
+    }
+    if other:
+        raise ParameterError(
+            f"{where}: with {in_place} the speed of {_shaft(min(other))} is another one, so this is another gear"
+        )
+
+
+def _shaft(name: str) -> str:
+    return f"the {name}" if name == HOUSING else f"shaft {name}"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from powertrain.components.transmissions.gear_scheme import GearScheme, planetary, ravigneaux
+from powertrain.components.transmissions.gear_scheme import GearScheme
+from powertrain.components.transmissions.planetary_levers import planetary, ravigneaux
 
 ETA = 0.985
 """Efficiency of a planetary gear with fixed carrier: two meshes of about 99.2 %."""

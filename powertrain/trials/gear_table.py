@@ -75,7 +75,7 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
     values = {"ratio": w_in * ratios / speed, "efficiency": _efficiency(torque * speed, -tau * speed / ratios)}
     table = pd.DataFrame(values, index=list(levers))
     steps = [one / other for one, other in pairwise(ratios[: len(scheme.forward)].tolist())]
-    table.insert(1, "step", pd.Series(steps, index=table.index[: len(steps)]))
+    table.insert(1, "step", pd.Series(steps, index=table.index[: len(steps)], dtype=float))
     for name, path in gearbox.friction_elements().items():
         closed = [name in _closed(gearbox, scheme.gear(gear)) for gear in levers]
         table[name] = found[f"gearbox.{path}.tau"].where(closed).values
