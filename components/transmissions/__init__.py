@@ -6,22 +6,17 @@ from powertrain.components.transmissions.automatic import Automatic
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
 from powertrain.components.transmissions.dual_clutch import ClutchedGear, DualClutchGearbox, StartingGearbox
 from powertrain.components.transmissions.electric_transmission import ElectricTransmission
-from powertrain.components.transmissions.gear_scheme import (
-    GearScheme,
-    SchemeGear,
-    ShiftElement,
-    double_planetary,
-    planetary,
-    ravigneaux,
-)
+from powertrain.components.transmissions.gear_scheme import GearScheme
 from powertrain.components.transmissions.gearbox import ManualGearbox, Shiftable, SingleGear
 from powertrain.components.transmissions.gearsets import (
     CR_CR_FOUR,
+    CR_CR_FREEWHEELS,
     EIGHT_SPEED,
     LEPELLETIER_SIX,
     NINE_SPEED,
     RAVIGNEAUX_FOUR,
     SEVEN_SPEED,
+    SIMPSON_FREEWHEEL,
     SIMPSON_THREE,
     TEN_SPEED,
 )
@@ -40,6 +35,7 @@ from powertrain.components.transmissions.layout import (
 from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network, joints
 from powertrain.components.transmissions.network_flow import Flow, UnitLoss, flow
 from powertrain.components.transmissions.network_transmission import NetworkGears, NetworkTransmission
+from powertrain.components.transmissions.planetary_levers import double_planetary, planetary, ravigneaux
 from powertrain.components.transmissions.power_shift import (
     PowerShiftGearbox,
     StartingClutch,
@@ -48,18 +44,21 @@ from powertrain.components.transmissions.power_shift import (
 )
 from powertrain.components.transmissions.range_transmission import RangeTransmission
 from powertrain.components.transmissions.ratio import NetworkRatio, OverallRatio, RatioOfUnit, UnitRatio
+from powertrain.components.transmissions.shift_table import SchemeGear, ShiftElement
 from powertrain.components.transmissions.split_path import SplitPathTransmission, SwitchedSplitPathTransmission
 from powertrain.components.transmissions.synchronised import SynchronisedGearbox
 
 __all__ = [
     "COMBINATIONS",
     "CR_CR_FOUR",
+    "CR_CR_FREEWHEELS",
     "EIGHT_SPEED",
     "HOUSING",
     "LEPELLETIER_SIX",
     "NINE_SPEED",
     "RAVIGNEAUX_FOUR",
     "SEVEN_SPEED",
+    "SIMPSON_FREEWHEEL",
     "SIMPSON_THREE",
     "TEN_SPEED",
     "TYPES",

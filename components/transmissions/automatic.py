@@ -2,33 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Self
 
-from powertrain import Equations, ParameterError, connect
+from powertrain import Equations, Parameter, ParameterError, Symbol, connect, parameter
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.differentials.fundamental import FundamentalDifferential
 from powertrain.components.limited import limited
 from powertrain.components.rotational.brake import Brake
-from powertrain.components.rotational.clutch import Clutch
+from powertrain.components.rotational.clutch import Clutch, OneWayClutch
 from powertrain.components.rotational.fixed import Fixed
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
-from powertrain.components.transmissions.gear_scheme import GearScheme, ShiftElement
+from powertrain.components.transmissions.gear_scheme import GearScheme
 from powertrain.components.transmissions.gearsets import (
     CR_CR_FOUR,
+    CR_CR_FREEWHEELS,
     EIGHT_SPEED,
     LEPELLETIER_SIX,
     NINE_SPEED,
     RAVIGNEAUX_FOUR,
     SEVEN_SPEED,
+    SIMPSON_FREEWHEEL,
     SIMPSON_THREE,
     TEN_SPEED,
 )
+from powertrain.components.transmissions.shift_table import ShiftElement
 
 TORQUE, MARGIN, J_SHAFT = 400.0, 1.5, 0.004
 """Input torque [N.m] for sizing elements, capacity relative to their load at that torque, inertia of a shaft [kg.m2]."""
 SAME = 1e-9
 """Ratios with a smaller relative difference are equal."""
+Element = Clutch | Brake | OneWayClutch
 
 
 def _levers(scheme: GearScheme) -> tuple[FundamentalDifferential, ...]:
@@ -39,26 +45,34 @@ def _shafts(scheme: GearScheme, J: float = J_SHAFT) -> tuple[Inertia, ...]:
     return (Inertia(J=J),) * (max(scheme.free.nodes.values()) + 1)
 
 
-def _elements(scheme: GearScheme, torque: float = TORQUE) -> tuple[Clutch | Brake, ...]:
+def _elements(scheme: GearScheme, torque: float = TORQUE) -> tuple[Element, ...]:
     return tuple(_element(scheme, each, torque) for each in scheme.elements)
 
 
-def _element(scheme: GearScheme, element: ShiftElement, torque: float) -> Clutch | Brake:
-    gears = [gear.name for gear in scheme.gears if element.name in gear.engaged]
+def _element(scheme: GearScheme, element: ShiftElement, torque: float) -> Element:
+    gears = [gear.name for gear in scheme.gears if element.name in (*gear.engaged, *gear.coast)]
     carried = max((scheme.torque_factor(gear, element.name) for gear in gears), default=0.0)
-    kind = Brake if element.is_brake else Clutch
-    return kind(fn_max=MARGIN * torque * carried, mue_pos=((0.0, 1.0),))
+    kind = _kind(element)
+    return kind(fn_max=0.0 if element.freewheel else MARGIN * torque * carried, mue_pos=((0.0, 1.0),))
+
+
+def _kind(element: ShiftElement) -> type[Element]:
+    return OneWayClutch if element.freewheel else Brake if element.is_brake else Clutch
 
 
 _PARTS = {"levers": _levers, "shafts": _shafts, "elements": _elements}
 
 
 class Automatic(ClutchToClutch):
-    """An automatic gearset from its scheme: a differential for every lever, a clutch or brake for every shift element, and inertias.
+    """An automatic gearset from its scheme: a differential for every lever, a part for every shift element, and inertias.
 
-    w_a - w_carrier = R_o (w_b - w_carrier) of every lever, with the loss of ``MeshLaw``; shift elements as ``Clutch`` and ``Brake``
+    w_a - w_carrier = R_o (w_b - w_carrier) of every lever, with the loss of ``MeshLaw``
+    shift elements as ``Clutch``, ``Brake`` and, if they are freewheels, ``OneWayClutch``
 
     The law of ``ClutchToClutch`` presses the elements. Lever position k selects the k-th forward gear, 0 neutral, -1 the reverse gear.
+    Freewheels are never pressed. They let go in overrun: the output runs ahead and the engine does not brake, unless ``coast``
+    presses the elements that the scheme has for this. If the input has fallen behind when gear k + 1 replaces a freewheel of gear k, its
+    element pulls the input up, with torque factor k_slip max(ratio_(k+1) w_out - w_in, 0) S_2 (1 - S_3).
     ``levers``, ``shafts`` and ``elements`` are in the order of the scheme; those not given are made for it, as by ``of``. ``churning`` is
     the drag of pump, oil and open elements at the input. ``trials.gear_table`` computes ratios, efficiencies and torques.
     Errors: ParameterError if the parts do not match the scheme.
@@ -67,7 +81,10 @@ class Automatic(ClutchToClutch):
     scheme: GearScheme = SIMPSON_THREE
     levers: tuple[FundamentalDifferential, ...] = _levers(SIMPSON_THREE)
     shafts: tuple[Inertia, ...] = _shafts(SIMPSON_THREE)
-    elements: tuple[Clutch | Brake, ...] = _elements(SIMPSON_THREE)
+    elements: tuple[Element, ...] = _elements(SIMPSON_THREE)
+    coast: Parameter = parameter(
+        "1", "Pressure of the elements that carry overrun beside freewheels", default=0.0, min=0, max=1
+    )
     churning: ChurningLoss = ChurningLoss(d=0.01)
     housing: Fixed = Fixed()
 
@@ -103,6 +120,11 @@ class Automatic(ClutchToClutch):
         return cls.of(SIMPSON_THREE)
 
     @classmethod
+    def simpson_with_freewheel(cls) -> Self:
+        """Ratios 2.45, 1.45, 1.00, reverse -2.20; a freewheel holds first gear."""
+        return cls.of(SIMPSON_FREEWHEEL)
+
+    @classmethod
     def ravigneaux_four_speed(cls) -> Self:
         """Ratios 2.40, 1.47, 1.00, 0.67, reverse -2.00."""
         return cls.of(RAVIGNEAUX_FOUR)
@@ -111,6 +133,11 @@ class Automatic(ClutchToClutch):
     def cr_cr_four_speed(cls) -> Self:
         """Ratios 3.06, 1.62, 1.00, 0.70, reverse -2.29."""
         return cls.of(CR_CR_FOUR)
+
+    @classmethod
+    def cr_cr_with_freewheels(cls) -> Self:
+        """Ratios 3.06, 1.62, 1.00, 0.70, reverse -2.29; freewheels hold gears 1 to 3."""
+        return cls.of(CR_CR_FREEWHEELS)
 
     @classmethod
     def lepelletier_six_speed(cls) -> Self:
@@ -158,11 +185,17 @@ class Automatic(ClutchToClutch):
         return {element.name: f"elements[{k}]" for k, element in enumerate(self.scheme.elements)}
 
     def in_gear(self, k: int) -> Automatic:
-        """The gearset with the k-th forward gear permanently engaged: rigid joints replace the shift elements."""
-        scheme = self.scheme.in_gear(self.scheme.forward[k - 1].name)
+        """The gearset with the k-th forward gear permanently engaged: rigid joints replace the shift elements, except freewheels."""
+        scheme = self.scheme.in_gear(self.scheme.forward[k - 1].name, coast=float(self.coast) > 0)
         mean = sum(float(shaft.J) for shaft in self.shafts) / len(self.shafts)
+        parts = dict(zip(self.scheme.elements, self.elements, strict=True))
+        elements = tuple(parts[each] for each in scheme.elements)
         return Automatic(
-            scheme=scheme, levers=self.levers, shafts=_shafts(scheme, mean), elements=(), churning=self.churning
+            scheme=scheme,
+            levers=self.levers,
+            shafts=_shafts(scheme, mean),
+            elements=elements,
+            churning=self.churning,
         )
 
     def equations(self) -> Equations:
@@ -177,9 +210,11 @@ class Automatic(ClutchToClutch):
             at[nodes[lever.b]].append(differential.b)
             at[nodes[lever.carrier]].append(differential.carrier)
         for element, part in zip(scheme.elements, self.elements, strict=True):
-            one, other = sorted((nodes[element.a], nodes[element.b]), reverse=True)
+            one, other = nodes[element.a], nodes[element.b]
+            if not element.freewheel:
+                one, other = max(one, other), min(one, other)
             at[one].append(part.flange_a)
-            if isinstance(part, Clutch):
+            if not isinstance(part, Brake):
                 at[other].append(part.flange_b)
         at[nodes[scheme.input]] += [self.flange_a, self.churning.flange]
         at[nodes[scheme.output]].append(self.flange_b)
@@ -192,20 +227,42 @@ class Automatic(ClutchToClutch):
         scheme, forward = self.scheme, self.scheme.forward
         w_in, w_out = (self.shafts[scheme.free.nodes[end]].w for end in (scheme.input, scheme.output))
         yield from self._shift([scheme.ratio(gear.name) for gear in forward], w_in, w_out)
+        pulling = {
+            k: self._pulling(scheme.ratio(other.name), w_out)
+            for k, (one, other) in enumerate(pairwise(forward), 1)
+            if set(scheme.freewheels(one.name)) - set(other.engaged)
+        }
         for element, part in zip(scheme.elements, self.elements, strict=True):
-            name = element.name
-            factors = [scheme.torque_factor(g.name, name) if name in g.engaged else None for g in forward]
             full = part.fn_max * part.cgeo
-            backward = bool(scheme.reverse) and name in scheme.reverse[0].engaged
-            torque = self._torque(factors, full) + backward * full * limited(-self.lever.value)
-            yield part.f_normalized.value == torque / full
+            if element.freewheel:
+                yield part.f_normalized.value == 0
+            else:
+                yield part.f_normalized.value == self._pressed(element.name, full, pulling) / full
+
+    def _pressed(self, name: str, full: Symbol, pulling: Mapping[int, Symbol]) -> Symbol:
+        """The torque for which an element is pressed."""
+        forward, backward = self.scheme.forward, self.scheme.reverse[:1]
+        torque = self._torque(self._factors(name, coast=False), full, pulling=pulling)
+        beside = [k for k, gear in enumerate(forward) if name in gear.coast]
+        if beside:
+            both = self._torque(self._factors(name, coast=True), full, beside=beside, pulling=pulling)
+            torque += self.coast * (both - torque)
+        back = sum(
+            (float(name in gear.engaged) + float(name in gear.coast) * self.coast for gear in backward), Symbol(0)
+        )
+        return torque + back * full * limited(-self.lever.value)
+
+    def _factors(self, name: str, *, coast: bool) -> list[float | None]:
+        """The torque factors of an element in the forward gears, None where it is open."""
+        gears = [(gear.name, gear.engaged + (gear.coast if coast else ())) for gear in self.scheme.forward]
+        return [self.scheme.torque_factor(gear, name) if name in closed else None for gear, closed in gears]
 
     def _check(self) -> None:
         has = {"levers": len(self.levers), "elements": len(self.elements), "shafts": len(self.shafts)}
         needs = {"levers": len(self.scheme.levers), "elements": len(self.scheme.elements)}
         needs["shafts"] = max(self.scheme.free.nodes.values()) + 1
-        brakes = [each.is_brake for each in self.scheme.elements]
-        if has != needs or brakes != [isinstance(part, Brake) for part in self.elements]:
+        kinds = [_kind(each) for each in self.scheme.elements]
+        if has != needs or not all(isinstance(part, kind) for part, kind in zip(self.elements, kinds, strict=True)):
             raise ParameterError(
                 f"{self._path or 'Automatic'}: the scheme has {needs}, the component {has}; make it with Automatic.of(scheme)"
             )

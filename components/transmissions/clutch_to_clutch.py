@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Mapping, Sequence
 from itertools import pairwise
+
+import casadi as ca
 
 from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, switch, variable
 from powertrain.components.limited import limited
@@ -51,18 +53,41 @@ class ClutchToClutch(Shiftable):
         yield self.tau_law == self.tau_in + self.k_slip * (self.w_in - self.w_ref)
         yield self.braking == switch(self.tau_law > 0, self.tau_law, 0.0, continuous=True)
 
-    def _torque(self, factors: Sequence[float | None], full: Symbol, begin: float = 0.0) -> Symbol:
-        """The torque for which an element is pressed, from its ``factors`` in the gears (None: open) and its ``full`` torque."""
+    def _torque(
+        self,
+        factors: Sequence[float | None],
+        full: Symbol,
+        begin: float = 0.0,
+        *,
+        beside: Container[int] = (),
+        pulling: Mapping[int, Symbol] | None = None,
+    ) -> Symbol:
+        """The torque for which an element is pressed, from its ``factors`` in the gears (None: open) and its ``full`` torque.
+
+        In the gears ``beside``, counted from 0, it is pressed beside a freewheel: what brakes the input is left to others. ``pulling``:
+        torques with which it pulls the input up in the inertia phase if it closes in that gear.
+        """
         hold, law, driving = Symbol(float(factors[0] is not None)), Symbol(0.0), self.braking - self.tau_law
         for k, (one, other) in enumerate(pairwise(factors), 1):
             first, last = self._phase(k, begin, 1), self._phase(k, begin, 3)
             if one is None and other is not None:
                 hold += last
-                law += other * self.braking * first * (1 - last)
+                if k not in beside:
+                    law += (
+                        other
+                        * (self.braking * first + (pulling or {}).get(k, 0.0) * self._phase(k, begin, 2))
+                        * (1 - last)
+                    )
             elif one is not None and other is None:
                 hold -= first
                 law += one * driving * first * (1 - last)
         return hold * full * _smooth(self.lever.value) + law
+
+    def _pulling(self, ratio: float | Symbol, w_out: Symbol) -> Symbol:
+        """The torque that pulls an input up to the speed of a gear if a freewheel of the gear below has let it fall behind."""
+        return self.k_slip * ca.fmax(
+            ratio * w_out - self.w_in, 0
+        )  # where it ends, the friction of the element has an event
 
     def _phase(self, k: int, begin: float, number: int) -> Symbol:
         """S_n of the shift between gears k and k + 1."""

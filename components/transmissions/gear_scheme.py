@@ -9,139 +9,11 @@ from itertools import pairwise
 from typing import Self
 
 from powertrain import ParameterError
-from powertrain.components.differentials.teeth import Ring, Sun, check_room
-from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network, joints
+from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network
+from powertrain.components.transmissions.shift_table import ARROW, SchemeGear, ShiftElement
 
-
-@dataclass(frozen=True)
-class SchemeGear:
-    """A gear: its name and the shift elements that are engaged in it."""
-
-    name: str
-    engaged: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class ShiftElement:
-    """A clutch between two shafts, or a brake between a shaft and ``HOUSING``."""
-
-    name: str
-    a: str
-    b: str
-
-    @property
-    def is_brake(self) -> bool:
-        """Whether it holds a shaft."""
-        return HOUSING in (self.a, self.b)
-
-    @property
-    def joint(self) -> Joint:
-        """The joint that it makes when engaged."""
-        return self.a, self.b
-
-
-def planetary(name: str, sun: str, ring: str, carrier: str, *, teeth: tuple[int, int], eta: float = 1.0) -> Lever:
-    """A simple planetary gear.
-
-    Parameters
-    ----------
-    name : str
-        Name of the set.
-    sun, ring, carrier : str
-        Names of its shafts.
-    teeth : tuple of int
-        Tooth numbers of sun and ring.
-    eta : float
-        Efficiency with the carrier fixed [1].
-
-    Returns
-    -------
-    Lever
-
-    Raises
-    ------
-    ParameterError
-        For tooth numbers with which no planet fits.
-    """
-    Z_sun, Z_ring = teeth
-    _check_teeth(f"planetary gear {name}", (Z_sun,), Z_ring)
-    return Lever(name, sun, ring, carrier, -Z_ring / Z_sun, eta)
-
-
-def double_planetary(
-    name: str, sun: str, ring: str, carrier: str, *, teeth: tuple[int, int], eta: float = 1.0
-) -> Lever:
-    """A planetary gear with pairs of planets: with the carrier fixed, sun and ring turn in the same direction.
-
-    Parameters
-    ----------
-    name : str
-        Name of the set.
-    sun, ring, carrier : str
-        Names of its shafts.
-    teeth : tuple of int
-        Tooth numbers of sun and ring.
-    eta : float
-        Efficiency with the carrier fixed, of three meshes [1].
-
-    Returns
-    -------
-    Lever
-
-    Raises
-    ------
-    ParameterError
-        For tooth numbers with which no planet fits.
-    """
-    Z_sun, Z_ring = teeth
-    _check_teeth(f"planetary gear {name}", (Z_sun,), Z_ring)
-    return Lever(name, sun, ring, carrier, Z_ring / Z_sun, eta)
-
-
-def ravigneaux(
-    large: str, small: str, ring: str, carrier: str, *, teeth: tuple[int, int, int], eta: float = 1.0
-) -> tuple[Lever, Lever]:
-    """A Ravigneaux set as two levers with one ring and one carrier.
-
-    The large sun meshes with the ring through one planet, the small sun through two.
-
-    Parameters
-    ----------
-    large, small, ring, carrier : str
-        Names of the shafts of the large sun, the small sun, the ring and the carrier.
-    teeth : tuple of int
-        Tooth numbers of large sun, small sun and ring.
-    eta : float
-        Efficiency of the large sun's set with the carrier fixed [1]; the other set has one more mesh, eta^(3/2).
-
-    Returns
-    -------
-    tuple of Lever
-        The sets of the large and of the small sun.
-
-    Raises
-    ------
-    ParameterError
-        For tooth numbers with which no planet fits, and if the large sun is not the larger one.
-    """
-    Z_large, Z_small, Z_ring = teeth
-    where = f"Ravigneaux set of {large}, {small}, {ring}, {carrier}"
-    _check_teeth(where, (Z_large, Z_small), Z_ring)
-    if Z_small >= Z_large:  # the long planets must clear the small sun
-        raise ParameterError(f"{where}: the large sun has {Z_large} teeth, and the small sun {Z_small}; it needs fewer")
-    return (
-        Lever("large sun", large, ring, carrier, -Z_ring / Z_large, eta),
-        Lever("small sun", small, ring, carrier, Z_ring / Z_small, eta**1.5),
-    )
-
-
-def _check_teeth(where: str, suns: tuple[int, ...], ring: int) -> None:
-    """Wheels must have teeth, and planets must fit between them."""
-    try:
-        for sun in suns:
-            check_room(Sun(sun), Ring(ring))
-    except ParameterError as error:
-        raise ParameterError(f"{where}: {error}") from None
+SAME_SPEED = 1e-9
+"""Speeds with a smaller difference, relative to the input, are equal."""
 
 
 @dataclass(frozen=True)
@@ -149,8 +21,11 @@ class GearScheme:
     """A gearset: levers on named shafts, shift elements between shafts, and the elements that each gear engages.
 
     ``gears`` are the forward gears, lowest first, followed by the reverse gears. Adjacent forward gears differ in one element that opens
-    and one that closes. Shafts in ``joints`` are joined in every gear. ``of`` reads a scheme as drawn and tabulated:
+    and one that closes. Shafts in ``joints`` are joined in every gear. A freewheel is an element that is never pressed: it is listed in
+    the gears that it holds with positive torque at the input; ``SchemeGear.coast`` can be pressed to hold them in overrun as well.
+    ``of`` reads a scheme as drawn and tabulated:
 
+    >>> from powertrain.components.transmissions import GearScheme, planetary
     >>> simpson = GearScheme.of(
     ...     planetary("front", "suns", "ring", "out", teeth=(33, 72)),
     ...     planetary("rear", "suns", "out", "carrier", teeth=(33, 72)),
@@ -161,7 +36,7 @@ class GearScheme:
     [2.46, 1.46, 1.0, -2.18]
 
     Errors: ParameterError for a gear whose elements do not leave one degree of freedom, for an element at a shaft that no other part has,
-    and for forward gears that are not in order.
+    for a freewheel in the wrong direction, and for forward gears that are not in order.
     Theory: H. L. Benford, M. B. Leising, The lever analogy, SAE 810102, 1981.
     """
 
@@ -175,7 +50,7 @@ class GearScheme:
     def __post_init__(self) -> None:
         known = [element.name for element in self.elements]
         for gear in self.gears:
-            if unknown := [name for name in gear.engaged if name not in known]:
+            if unknown := [name for name in (*gear.engaged, *gear.coast) if name not in known]:
                 raise ParameterError(
                     f"gear {gear.name} engages {unknown[0]!r}; the shift elements are {', '.join(known)}"
                 )
@@ -184,8 +59,9 @@ class GearScheme:
             try:
                 self.network(gear.name).motion()
             except ParameterError as error:
-                raise ParameterError(f"gear {gear.name} ({', '.join(gear.engaged)}): {error}") from None
+                raise ParameterError(f"gear {gear.name} ({gear.listed}): {error}") from None
         self._check_direction()
+        _check_freewheels(self)
         for one, other in pairwise(self.forward):
             self._check_step(one, other)
 
@@ -205,9 +81,11 @@ class GearScheme:
         *levers : Lever
             Planetary sets, from ``planetary``, ``double_planetary`` and ``ravigneaux``, and pairs of gears.
         elements : mapping of str to str
-            Name of each shift element, and the shafts that it connects: ``"shaft-shaft"``, or ``"shaft-housing"`` for a brake.
+            Name of each shift element, and the shafts that it connects: ``"shaft-shaft"``, or ``"shaft-housing"`` for a brake;
+            ``"shaft->shaft"`` for a freewheel: the first shaft drives the second, which may run ahead.
         gears : mapping of str to str
-            Name of each gear, and the elements engaged in it: a string of names separated by spaces, or a sequence of names.
+            Name of each gear, and the elements engaged in it: a string of names separated by spaces, or a sequence of names. Elements in
+            parentheses are pressed for overrun only, in place of freewheels: ``"forward sprag (low)"``.
         input, output : str
             Names of the input and the output shaft.
 
@@ -216,10 +94,8 @@ class GearScheme:
         ParameterError
             If a gear does not have one degree of freedom, or if adjacent gears exchange more than one element.
         """
-        pairs = joints(*elements.values())
-        made = tuple(ShiftElement(name, *pair) for name, pair in zip(elements, pairs, strict=True))
-        engaged = {name: tuple(x.split() if isinstance(x, str) else x) for name, x in gears.items()}
-        return cls(levers, made, tuple(SchemeGear(name, names) for name, names in engaged.items()), input, output)
+        made = tuple(ShiftElement.of(name, shafts) for name, shafts in elements.items())
+        return cls(levers, made, tuple(SchemeGear.of(name, row) for name, row in gears.items()), input, output)
 
     @cached_property
     def shafts(self) -> tuple[str, ...]:
@@ -248,10 +124,19 @@ class GearScheme:
                 return gear
         raise ParameterError(f"there is no gear {name!r}; choose from {', '.join(gear.name for gear in self.gears)}")
 
-    def network(self, name: str, without: str = "") -> Network:
-        """The gearset in a gear, with the element ``without`` open."""
-        engaged = [name for name in self.gear(name).engaged if name != without]
-        return self._joined(element.joint for element in self.elements if element.name in engaged)
+    def network(self, name: str, without: Iterable[str] = (), *, coast: bool = False) -> Network:
+        """The gearset in a gear, with the elements ``without`` open; ``coast``: with its overrun elements in place of freewheels."""
+        gear = self.gear(name)
+        closed = {*gear.engaged, *gear.coast}.difference(self.freewheels(name)) if coast else set(gear.engaged)
+        closed -= set(without)
+        return self._joined(element.joint for element in self.elements if element.name in closed)
+
+    def freewheels(self, name: str) -> tuple[str, ...]:
+        """The freewheels that carry torque in a gear. With any, only the elements of ``SchemeGear.coast`` let it carry overrun."""
+        engaged = self.gear(name).engaged
+        return tuple(
+            x.name for x in self.elements if x.freewheel and x.name in engaged and self.slip_factor(name, x.name)
+        )
 
     def ratio(self, name: str) -> float:
         """Speed of the input over speed of the output in a gear."""
@@ -264,26 +149,37 @@ class GearScheme:
         return {shaft: float(motion[node]) if (node := network.nodes[shaft]) >= 0 else 0.0 for shaft in self.shafts}
 
     def torque_factor(self, name: str, element: str) -> float:
-        """Torque of an engaged element without losses, relative to the input torque: 1/|alpha|.
+        """Torque of an element without losses in a gear, relative to the input torque: 1/|alpha| of ``slip_factor``.
 
-        With the element open its slip is alpha (w_in - ratio w_out); the torques do no net work, so T_in + alpha T = 0. It is 0 for
-        an element that holds an idle shaft.
+        The torques do no net work while the element slips, so T_in + alpha T = 0. It is 0 for an element that holds an idle shaft.
         """
-        network = self.network(name, without=element)
+        alpha = self.slip_factor(name, element)
+        return 1 / abs(alpha) if alpha else 0.0
+
+    def slip_factor(self, name: str, element: str) -> float:
+        """The alpha in the slip w_a - w_b = alpha (w_in - ratio w_out) of an engaged element that opens; 0 if it holds an idle shaft.
+
+        An element that a gear has for overrun only opens while the others of that kind hold.
+        """
+        network = self.network(name, (element,), coast=element not in self.gear(name).engaged)
         one, other = next(each.joint for each in self.elements if each.name == element)
         try:
             parts = network.speeds()
         except ParameterError:
             return 0.0
-        slip = sum(
-            sign * parts[node, 0] for shaft, sign in ((one, 1), (other, -1)) if (node := network.nodes[shaft]) >= 0
-        )
-        return float(1 / abs(slip))
+        at = network.nodes
+        return float(sum(sign * parts[at[end], 0] for end, sign in ((one, 1), (other, -1)) if at[end] >= 0))
 
-    def in_gear(self, name: str) -> GearScheme:
-        """The scheme with one gear only: its elements are rigid joints, and the others are left out."""
-        held = tuple(joint for joint in self.network(name).joints if joint[0] != joint[1])
-        return replace(self, elements=(), gears=(SchemeGear(name, ()),), joints=held)
+    def in_gear(self, name: str, *, coast: bool = False) -> GearScheme:
+        """The scheme with one gear only: its elements are rigid joints, except freewheels that carry; the others are left out.
+
+        With ``coast`` the elements for overrun are joints, too, and no freewheel is left.
+        """
+        coast = coast and bool(self.gear(name).coast)
+        kept = () if coast else self.freewheels(name)
+        held = tuple(joint for joint in self.network(name, kept, coast=coast).joints if joint[0] != joint[1])
+        elements = tuple(element for element in self.elements if element.name in kept)
+        return replace(self, elements=elements, gears=(SchemeGear(name, kept),), joints=held)
 
     def _joined(self, joints: Iterable[Joint]) -> Network:
         ends = self.input, self.output
@@ -326,3 +222,72 @@ class GearScheme:
                 f"from gear {one.name} ({', '.join(one.engaged)}) to gear {other.name} ({', '.join(other.engaged)}) {len(opens)} elements "
                 f"open and {len(closes)} close; a clutch-to-clutch shift exchanges one for one"
             )
+
+
+def _check_freewheels(scheme: GearScheme) -> None:
+    """The directions of the freewheels, and what replaces them in overrun.
+
+    With a freewheel a -> b open, w_a - w_b = alpha (w_in - ratio w_out). Without losses the torque T on a balances the input's,
+    T_in + alpha T = 0, and the freewheel can only brake a. In a gear that it holds, alpha must therefore be positive; in all others b
+    must not fall behind a. A freewheel of gear k that gear k + 1 exchanges for another element overruns there, as w_in < ratio w_out;
+    in gear k - 1 it would block. Freewheels open in upshifts and never close in them: the element that closes controls an upshift.
+    Errors: ParameterError for a freewheel in the wrong direction or without purpose, and for overrun elements that hold another gear.
+    """
+    for gear in scheme.gears:
+        for element in scheme.elements:
+            if element.freewheel and element.name in gear.engaged:
+                _check_carries(scheme, gear, element)
+            elif element.freewheel:
+                _check_overruns(scheme, gear, element)
+        if gear.coast:
+            _check_coast(scheme, gear)
+
+
+def _check_carries(scheme: GearScheme, gear: SchemeGear, element: ShiftElement) -> None:
+    if scheme.network(gear.name, without=(element.name,)).freedom == 1:
+        raise ParameterError(
+            f"gear {gear.name} ({gear.listed}): the other elements hold the gear without the freewheel {element.name}; leave it out, or "
+            "put those that are pressed for overrun only into parentheses"
+        )
+    if scheme.slip_factor(gear.name, element.name) < 0:
+        raise ParameterError(
+            f"gear {gear.name} ({gear.listed}): with positive torque at the input the freewheel {element.name} does not hold, "
+            f"{_shaft(element.b)} runs ahead of {_shaft(element.a)}; reversed it is {element.b}{ARROW}{element.a}"
+        )
+
+
+def _check_overruns(scheme: GearScheme, gear: SchemeGear, element: ShiftElement) -> None:
+    speeds = scheme.speeds(gear.name) | {HOUSING: 0.0}
+    ahead = speeds[element.b] - speeds[element.a]
+    if ahead < -SAME_SPEED:
+        raise ParameterError(
+            f"gear {gear.name} ({gear.listed}): the freewheel {element.name} blocks, because {_shaft(element.b)} would fall behind "
+            f"{_shaft(element.a)} by {-ahead:.4g} times the speed of the input; reversed it is {element.b}{ARROW}{element.a}"
+        )
+
+
+def _check_coast(scheme: GearScheme, gear: SchemeGear) -> None:
+    where = f"gear {gear.name} ({gear.listed})"
+    if one_way := [each.name for each in scheme.elements if each.freewheel and each.name in gear.coast]:
+        raise ParameterError(
+            f"{where}: the freewheel {one_way[0]} cannot be pressed for overrun; write it without parentheses"
+        )
+    carrying = scheme.freewheels(gear.name)
+    if not carrying:
+        raise ParameterError(f"{where}: no freewheel carries torque, so nothing has to be pressed for overrun")
+    network = scheme.network(gear.name, coast=True)
+    in_place = f"{', '.join(gear.coast)} in place of {', '.join(carrying)}"
+    if network.freedom != 1:
+        raise ParameterError(f"{where}: with {in_place} the gear has {network.freedom} degrees of freedom, and not one")
+    drive, motion = scheme.speeds(gear.name), network.motion()
+    other = {
+        s for s in scheme.shafts if abs(drive[s] - (motion[k] if (k := network.nodes[s]) >= 0 else 0)) > SAME_SPEED
+    }
+    if other:
+        raise ParameterError(
+            f"{where}: with {in_place} the speed of {_shaft(min(other))} is another one, so this is another gear"
+        )
+
+
+def _shaft(name: str) -> str:
+    return f"the {name}" if name == HOUSING else f"shaft {name}"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from powertrain.components.transmissions.gear_scheme import GearScheme, planetary, ravigneaux
+from powertrain.components.transmissions.gear_scheme import GearScheme
+from powertrain.components.transmissions.planetary_levers import planetary, ravigneaux
 
 ETA = 0.985
 """Efficiency of a planetary gear with fixed carrier: two meshes of about 99.2 %."""
@@ -21,6 +22,23 @@ SIMPSON_THREE = GearScheme.of(
 """Simpson's gearset.
 
 Published ratios of the Ford C4 and C6: 2.46 1.46 1.00, reverse 2.18; the tooth numbers are estimates that give them.
+"""
+
+SIMPSON_FREEWHEEL = GearScheme.of(
+    planetary("front", "suns", "front ring", "out", teeth=(30, 66), eta=ETA),
+    planetary("rear", "suns", "out", "rear carrier", teeth=(30, 66), eta=ETA),
+    elements={
+        "forward": "in-front ring",
+        "direct": "in-suns",
+        "kickdown": "suns-housing",
+        "low": "rear carrier-housing",
+        "freewheel": "housing->rear carrier",
+    },
+    gears={"1": "forward freewheel (low)", "2": "forward kickdown", "3": "forward direct", "R": "direct low"},
+)
+"""Simpson's gearset with a freewheel for first gear; the low band holds it in overrun.
+
+Published ratios of the Chrysler A727 TorqueFlite: 2.45 1.45 1.00, reverse 2.20; the tooth numbers are estimates that give them.
 """
 
 RAVIGNEAUX_FOUR = GearScheme.of(
@@ -55,6 +73,31 @@ CR_CR_FOUR = GearScheme.of(
 
 Published ratios of the GM 700R4 and 4L60-E: 3.06 1.63 1.00 0.70, reverse 2.29; the tooth numbers are estimates that give them, except
 1.624 in second gear.
+"""
+
+CR_CR_FREEWHEELS = GearScheme.of(
+    *CR_CR_FOUR.levers,
+    elements={
+        "forward": "in-race",
+        "sprag": "race->input sun",
+        "overrun": "in-input sun",
+        "3-4": "in-joint",
+        "reverse": "in-reaction sun",
+        "2-4": "reaction sun-housing",
+        "low": "joint-housing",
+        "roller": "housing->joint",
+    },
+    gears={
+        "1": "forward sprag roller (overrun low)",
+        "2": "forward sprag 2-4 (overrun)",
+        "3": "forward sprag 3-4 (overrun)",
+        "4": "forward 3-4 2-4",
+        "R": "reverse low sprag",
+    },
+)
+"""``CR_CR_FOUR`` with the freewheels of the GM 700R4 and 4L60-E: the input sprag in gears 1 to 3, the low roller clutch in gear 1.
+
+In reverse the input sun turns the idle race of the sprag backward.
 """
 
 LEPELLETIER_SIX = GearScheme.of(

@@ -164,13 +164,18 @@ class Network:
         A, B = self.speeds()[self.nodes[shaft]]
         return float(-A / B) if abs(B) > 1e-12 * abs(A) else np.inf
 
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom."""
+        rows = self._rows(self.ratios)
+        return int(rows.shape[-1] - np.linalg.matrix_rank(rows))
+
     def motion(self) -> Array:
         """Speed of every node for w_in = 1 in a network with one degree of freedom. Errors: ParameterError for other networks."""
         rows = self._rows(self.ratios)
-        freedom = rows.shape[-1] - np.linalg.matrix_rank(rows)
-        if freedom != 1:
+        if self.freedom != 1:
             raise ParameterError(
-                f"the network{self._joined()} is not a fixed gear: it has {freedom} degrees of freedom"
+                f"the network{self._joined()} is not a fixed gear: it has {self.freedom} degrees of freedom"
             )
         motion = np.linalg.svd(rows)[2][-1]
         w_in = motion[self._node("input")]

@@ -7,26 +7,29 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 from numpy.typing import NDArray
 
 import powertrain as pt
-from powertrain.components.rotational import ConstantTorque, Inertia
-from powertrain.components.transmissions import Automatic, Shiftable
+from powertrain.components.rotational import ConstantSpeed, ConstantTorque, Inertia
+from powertrain.components.transmissions import Automatic, SchemeGear, Shiftable
 
 FOUND = 0, 1
 """Statuses of ``steady`` with unique speeds and shaft torques; in a set that turns as a block only internal torques are undetermined."""
 W_IN = 200.0
 """Speed of the input [rad/s]; mesh losses do not depend on it, drag does."""
+SLIP = 1e-6
+"""Slip of the input, relative to its speed, above which a gear does not hold."""
 
 
 class GearBench(pt.Component):
-    """A gearbox between an input torque and an output torque, with a fixed lever position."""
+    """A gearbox between an input torque and a load, with a fixed lever position."""
 
     gearbox: Shiftable
     lever: pt.Parameter = pt.parameter("1", "Position of the lever", default=1.0)
     drive: ConstantTorque = ConstantTorque(tau_constant=0)
     input: Inertia = Inertia(J=0.1)
-    load: ConstantTorque = ConstantTorque(tau_constant=0)
+    load: ConstantTorque | ConstantSpeed = ConstantTorque(tau_constant=0)
 
     def equations(self) -> pt.Equations:
         """Driven and braked."""
@@ -39,9 +42,10 @@ class GearBench(pt.Component):
 def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -> pd.DataFrame:
     """Ratio, step to the next gear, efficiency and the torques of the engaged elements, for a torque [N.m] and speed [rad/s] at the input.
 
-    These are operating points of the gearbox itself, including its drag. One row per gear, by name; "step" is the ratio over that of the
-    next gear; a column per shift element has its torque [N.m], nan if it is open. A negative torque drives the input from the output; the
-    efficiency is nan if neither end delivers power, because both drive the drag.
+    These are operating points of the gearbox itself, including its drag, with the output at the speed of the gear. One row per gear, by
+    name; "step" is the ratio over that of the next gear; a column per shift element has its torque [N.m], nan if it is open. A negative
+    torque drives the input from the output; the efficiency is nan if neither end delivers power, because both drive the drag. A gear that
+    freewheels hold does not carry such a torque, and its row is nan, unless ``gearbox.coast`` presses elements for it.
     Errors: ParameterError for a gearbox without a scheme, a speed of zero, and gears without an operating point at that torque.
 
     >>> from powertrain.components.transmissions import Automatic
@@ -56,27 +60,48 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
     if speed == 0:
         raise pt.ParameterError("gear_table: speed = 0 rad/s; a gearset at rest has no ratio and no efficiency")
     scheme = gearbox.scheme
-    paths = {name: f"gearbox.{path}" for name, path in gearbox.friction_elements().items()}
     levers = {gear.name: float(k) for k, gear in enumerate(scheme.forward, 1)}
     levers |= {gear.name: -1.0 for gear in scheme.reverse[:1]}
-    w_out = f"gearbox.shafts[{scheme.free.nodes[scheme.output]}].w"
-    outputs = ["gearbox.flange_b.tau", w_out, *(f"{path}.tau" for path in paths.values())]
-    grid: dict[str, Any] = {"lever": list(levers.values()), "input.w": speed, "drive.tau_constant": torque}
-    found = pt.steady(GearBench(gearbox=gearbox), grid, outputs=outputs, free=["load.tau_constant"], first=True)
-    jams = [name for name, status in zip(levers, found["status"].values, strict=True) if status not in FOUND]
-    if jams:
+    ratios = np.array([scheme.ratio(name) for name in levers])
+    found = _operating_points(gearbox, list(levers.values()), speed / ratios, torque)
+    w_in, tau = (found[name].values for name in ("input.w", "gearbox.flange_b.tau"))
+    held = np.isin(found["status"].values, FOUND) & (np.abs(w_in - speed) <= SLIP * abs(speed))
+    free = np.array([not _carries_overrun(gearbox, scheme.gear(name)) for name in levers])
+    fine = held | (free & ((w_in < speed) | (torque <= 0)))
+    if jams := [name for name, carried in zip(levers, fine, strict=True) if not carried]:
         raise pt.ParameterError(
             f"no operating point at {torque:g} N.m in gear {', '.join(jams)}{_overload(gearbox, jams, torque)}"
         )
-    w, tau = (found[name].values for name in (w_out, "gearbox.flange_b.tau"))
-    table = pd.DataFrame({"ratio": speed / w, "efficiency": _efficiency(torque * speed, -tau * w)}, index=list(levers))
-    ratios = table["ratio"].tolist()[: len(scheme.forward)]
-    steps = [one / other for one, other in pairwise(ratios)]
-    table.insert(1, "step", pd.Series(steps, index=table.index[: len(steps)]))
-    for name, path in paths.items():
-        engaged = [name in scheme.gear(gear).engaged for gear in levers]
-        table[name] = found[f"{path}.tau"].where(engaged).values
-    return table
+    values = {"ratio": w_in * ratios / speed, "efficiency": _efficiency(torque * speed, -tau * speed / ratios)}
+    table = pd.DataFrame(values, index=list(levers))
+    steps = [one / other for one, other in pairwise(ratios[: len(scheme.forward)].tolist())]
+    table.insert(1, "step", pd.Series(steps, index=table.index[: len(steps)], dtype=float))
+    for name, path in gearbox.friction_elements().items():
+        closed = [name in _closed(gearbox, scheme.gear(gear)) for gear in levers]
+        table[name] = found[f"gearbox.{path}.tau"].where(closed).values
+    return table.where(pd.Series(held, index=table.index))
+
+
+def _operating_points(gearbox: Automatic, levers: list[float], w_out: NDArray[np.float64], torque: float) -> xr.Dataset:
+    """One per lever position, at a speed of the output and a torque of the input; the speed of the input tells whether the gear holds."""
+    grid: dict[str, Any] = {
+        "lever": xr.DataArray(levers, dims="gear"),
+        "load.w_fixed": xr.DataArray(w_out, dims="gear"),
+        "drive.tau_constant": torque,
+    }
+    elements = [f"gearbox.{path}.tau" for path in gearbox.friction_elements().values()]
+    bench = GearBench(gearbox=gearbox, load=ConstantSpeed(w_fixed=1.0))
+    return pt.steady(bench, grid, outputs=["gearbox.flange_b.tau", "input.w", *elements], first=True)
+
+
+def _closed(gearbox: Automatic, gear: SchemeGear) -> tuple[str, ...]:
+    """The elements that are closed in a gear."""
+    return gear.engaged + (gear.coast if float(gearbox.coast) > 0 else ())
+
+
+def _carries_overrun(gearbox: Automatic, gear: SchemeGear) -> bool:
+    """Whether a gear is held without freewheels, or by elements pressed beside them."""
+    return not gearbox.scheme.freewheels(gear.name) or _closed(gearbox, gear) != gear.engaged
 
 
 def _efficiency(at_input: float, at_output: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -92,12 +117,13 @@ def _overload(gearbox: Automatic, gears: list[str], torque: float) -> str:
     capacity = {
         element.name: float(part.fn_max) * float(part.cgeo) * part.mue_pos[0][1] * float(part.peak)
         for element, part in zip(scheme.elements, gearbox.elements, strict=True)
+        if not element.freewheel
     }
     held = {
         f"{name} in gear {gear}": capacity[name] / factor
         for gear in gears
-        for name in scheme.gear(gear).engaged
-        if (factor := scheme.torque_factor(gear, name))
+        for name in _closed(gearbox, scheme.gear(gear))
+        if name in capacity and (factor := scheme.torque_factor(gear, name))
     }
     weakest = min(held, key=held.__getitem__, default="")
     if not weakest or held[weakest] >= abs(torque):

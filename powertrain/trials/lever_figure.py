@@ -25,7 +25,7 @@ def plot_levers(scheme: GearScheme, gear: str, *, ax: Axes | None = None) -> Axe
 
     Members are placed so that the three speeds lie on a line: the carrier at 0, b at 1/(1 - R_o) of the lever's length from it, a at R_o
     times that distance. Heights are speeds over input speed; dotted lines mark input and output. The legend tells which members the
-    engaged elements join or hold.
+    engaged elements join or hold, in parentheses those that do so in overrun only.
     """
     import matplotlib.pyplot as plt
 
@@ -41,11 +41,12 @@ def plot_levers(scheme: GearScheme, gear: str, *, ax: Axes | None = None) -> Axe
             ax.plot(place, speeds[name], "o", color=SHAFT, markersize=5)
             ax.annotate(name, (place, speeds[name]), textcoords="offset points", xytext=(1, 5), fontsize=7, rotation=50)
         left += GAP
-    for name in scheme.gear(gear).engaged:
+    row = scheme.gear(gear)
+    for name in (*row.engaged, *row.coast):
         element = next(each for each in scheme.elements if each.name == name)
         shafts = [shaft for shaft in element.joint if shaft != HOUSING]
         joined = "-".join(shafts) if not element.is_brake else f"{shafts[0]} held"
-        ax.plot([], [], " ", label=f"{name}: {joined}")
+        ax.plot([], [], " ", label=f"({name}: {joined})" if name in row.coast else f"{name}: {joined}")
     ax.axhline(speeds[scheme.input], color="C0", linewidth=0.8, linestyle=":")
     ax.axhline(speeds[scheme.output], color="C2", linewidth=0.8, linestyle=":")
     ax.set_title(f"Gear {gear}: ratio {scheme.ratio(gear):.3f}", fontsize=9)
