@@ -30,7 +30,10 @@ from powertrain import (
 )
 from powertrain.components.control.interfaces import SOON
 from powertrain.components.control.shift_rule import NEVER, Driving, KickLimits, ShiftRule, Shifts, kick_limits
+from powertrain.components.ratios import RATIO, gear_ratios
+from powertrain.components.wheels.interfaces import Wheel
 
+SPEED = parameter("rad/s", "Engine speed", above=0)
 SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
 """Shifts of a six-speed gearbox in m/s, with the accelerator released."""
 
@@ -66,7 +69,7 @@ class FixedGear(Shifting):
         yield self.clutch.value == self._pressed()
 
 
-class _Scheduled(Shifting):
+class SpeedSchedule(Shifting):
     """Partial: chooses the gear by the speed of the vehicle and the accelerator, see ``GearSchedule``."""
 
     interrupts: ClassVar[bool] = False
@@ -100,24 +103,31 @@ class _Scheduled(Shifting):
         ratios: Sequence[float],
         final_drive: float,
         *,
-        radius: float = 0.3,
-        w_up: float = 180.0,
-        w_full: float = 560.0,
+        radius: float | str = 0.3,
+        w_up: float | str = 180.0,
+        w_full: float | str = 560.0,
         down: float = 0.75,
         **options: Any,
     ) -> Self:
-        """A schedule for gears of these ratios, a final drive and wheels of a radius [m].
+        """A schedule for gears of these ratios, a final drive and wheels of a radius [m], or a tyre size such as "205/55R16".
 
         With the accelerator released it shifts up where the next gear gives the engine the speed ``w_up`` [rad/s], and down at ``down``
         times that vehicle speed. With the accelerator fully pressed no gear lets the engine exceed ``w_full`` [rad/s].
-        Errors: ParameterError for fewer than two ratios, and for ratios that do not decrease.
+        Speeds with another unit, such as "5500 rpm", are converted.
+        Errors: ParameterError for fewer than two ratios, for ratios that do not decrease, and for values that are not positive.
         """
-        if len(ratios) < 2 or any(one <= other for one, other in pairwise(ratios)) or ratios[-1] <= 0:
+        where = f"{cls.__name__}.for_gears"
+        ratios = gear_ratios(where, [ratios])
+        if len(ratios) < 2 or any(one <= other for one, other in pairwise(ratios)):
             raise ParameterError(
-                f"{cls.__name__}.for_gears: {ratios} are not two or more ratios that decrease from gear to gear"
+                f"{where}: {ratios} are not two or more ratios that decrease from gear to gear; give a list, as in "
+                f"{where}([3.6, 2.1, 1.4], 4.1)"
             )
-        ups = [w_up * radius / (ratio * final_drive) for ratio in ratios[1:]]
-        eager = max(w_full / (w_up * max(one / other for one, other in pairwise(ratios))) - 1, 0.0)
+        final_drive = RATIO.check(final_drive, f"{where}: final_drive")
+        r = Wheel.radius.check(radius, f"{where}: radius")
+        low, full = SPEED.check(w_up, f"{where}: w_up"), SPEED.check(w_full, f"{where}: w_full")
+        ups = [low * r / (ratio * final_drive) for ratio in ratios[1:]]
+        eager = max(full / (low * max(one / other for one, other in pairwise(ratios))) - 1, 0.0)
         made: dict[str, Any] = {"speeds": tuple((up, down * up) for up in ups), "eager": eager}
         return cls(**(made | options))
 
@@ -159,7 +169,7 @@ class _Scheduled(Shifting):
                 raise ParameterError(f"{where}: the rows of gears {k} and {k + 1} are not in order: {one}, {other} m/s")
 
 
-class GearSchedule(_Scheduled):
+class GearSchedule(SpeedSchedule):
     """Changes gears depending on the vehicle speed: opens the clutch, moves the lever and closes the clutch, with the throttle closed.
 
       up from gear to gear + 1 where v > up (1 + eager pressed) and w > kicked w_earliest, or v > up and w > w_latest
@@ -205,7 +215,7 @@ class GearSchedule(_Scheduled):
         yield self.lever.value == self.before + (self.gear - self.before) * switch(first, 0.0, way, continuous=True)
 
 
-class PowerShiftSchedule(_Scheduled):
+class PowerShiftSchedule(SpeedSchedule):
     """Changes gears depending on the vehicle speed without interrupting the torque, for gearboxes with overlapping clutches.
 
     The gear is chosen as by ``GearSchedule``, but a pressed accelerator also kicks down to a gear that pulls harder:

@@ -142,7 +142,12 @@ def _made(node: ast.Call, cls: type[pt.Component], where: str, folder: Path | No
     try:
         made = maker(*arguments, **named)
     except TypeError as error:
-        raise pt.ParameterError(f"{where}: {ast.unparse(node)} cannot be made: {error}") from None
+        takes = (
+            f"; {ast.unparse(target)} takes {', '.join(inspect.signature(maker).parameters)}"
+            if maker is not cls
+            else ""
+        )
+        raise pt.ParameterError(f"{where}: {ast.unparse(node)} cannot be made: {error}{takes}") from None
     assert isinstance(made, pt.Component)
     return made
 

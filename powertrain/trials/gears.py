@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import powertrain as pt
-from powertrain.components.control import FixedGear, GearSchedule, PowerShiftSchedule
+from powertrain.components.control import FixedGear, SpeedSchedule
 from powertrain.components.control.shift_rule import Driving
 from powertrain.components.transmissions import Shiftable
 from powertrain.trials.operating import operating_map
@@ -21,12 +21,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-SCHEDULES = GearSchedule, PowerShiftSchedule
-
-
 def is_geared(vehicle: pt.Component) -> bool:
     """Whether a schedule changes the gears of its gearbox."""
-    return bool(_named(vehicle, *SCHEDULES) and _named(vehicle, Shiftable))
+    return bool(_named(vehicle, SpeedSchedule) and _named(vehicle, Shiftable))
 
 
 def _named(vehicle: pt.Component, *kinds: type[pt.Component]) -> str:
@@ -41,7 +38,7 @@ def numbers(vehicle: pt.Component) -> range:
 
 def in_gear(vehicle: pt.Component, k: int) -> pt.Component:
     """The vehicle with gear k permanently engaged."""
-    shifting, name = _named(vehicle, *SCHEDULES), _named(vehicle, Shiftable)
+    shifting, name = _named(vehicle, SpeedSchedule), _named(vehicle, Shiftable)
     schedule, box = getattr(vehicle, shifting), getattr(vehicle, name)
     held = FixedGear(gear=k, w_open=float(schedule.w_open), w_closed=float(schedule.w_closed))
     return pt.replace(vehicle, {shifting: held, name: box.in_gear(k)})
@@ -91,7 +88,7 @@ class _Shifter:
     """A schedule that follows a drive, for engine speeds proportional to the vehicle speed: ``per_speed`` of each gear [rad/m]."""
 
     def __init__(self, vehicle: pt.Component, maps: list[xr.Dataset]) -> None:
-        schedule = getattr(vehicle, _named(vehicle, *SCHEDULES))
+        schedule = getattr(vehicle, _named(vehicle, SpeedSchedule))
         self.dwell, self.per_speed = float(schedule.dwell), [_per_speed(found) for found in maps]
         self.shifts = _shifts(vehicle)
         self.gear, self.began, self.kicked = 1, -np.inf, -np.inf
@@ -108,7 +105,7 @@ class _Shifter:
 
 def _shifts(vehicle: pt.Component) -> ca.Function:
     """The rule of the schedule as a function of ``Driving``: 1 for each of ``Shifts`` that is due, else 0."""
-    schedule = getattr(vehicle, _named(vehicle, *SCHEDULES))
+    schedule = getattr(vehicle, _named(vehicle, SpeedSchedule))
     now = Driving(*(pt.Symbol.sym(name) for name in Driving._fields))
     pulls = vehicle.pull_speeds() if isinstance(vehicle, GearedCar) else ((), ())
     return ca.Function("shifts", [*now], [*schedule.shifts(now, schedule.kick_limits(now.gear, *pulls))])
