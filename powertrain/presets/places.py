@@ -57,9 +57,21 @@ def place(component: pt.Component, path: str) -> Adjustable:
     """The place of a path. Errors: ParameterError for an unknown one, with those that are like it."""
     known = {found.path: found for found in places(component)}
     if path not in known:
+        if _is_variable(component, path, known):
+            raise pt.ParameterError(
+                f"{type(component).__name__}.{path} is a variable, not a parameter; its value at the start of a run is given by "
+                f"powertrain run --start {path}=VALUE, and by drive_cycle(..., starts={{{path!r}: VALUE}}) in Python"
+            )
         near = (suggestion(path, known) or _beside(path, known)) + _makers(path, known)
         raise pt.ParameterError(f"{type(component).__name__} has no parameter or component {path!r}{near}")
     return known[path]
+
+
+def _is_variable(component: pt.Component, path: str, known: Mapping[str, Adjustable]) -> bool:
+    """Whether a path leads to a variable of the component or of one of its parts."""
+    inside, _, name = path.rpartition(".")
+    owner = known[inside].value if inside in known else None if inside else component
+    return isinstance(owner, pt.Component) and isinstance(owner._fields.get(name), pt.Variable | pt.Discrete)
 
 
 def _beside(path: str, known: Iterable[str]) -> str:

@@ -37,7 +37,7 @@ def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:
         elif takes_data(found):
             values[path] = decoded(text, found, Path())
         else:
-            values[path] = checked(found, _number(text) if found.spec is not None else _read(text, found))
+            values[path] = checked(found, number_or_text(text) if found.spec is not None else _read(text, found))
     return pt.replace(component, values) if values else component
 
 
@@ -46,11 +46,12 @@ def checked(found: Adjustable, value: Any) -> Any:
     return _fitted(value, found) if found.spec is None else found.spec.check(value, found.path)
 
 
-def _number(text: str) -> float | str:
+def number_or_text(text: str) -> float | str:
+    """The number that a text is; other texts, such as those with a unit, stay."""
     try:
         return float(text)
     except ValueError:
-        return text  # which the parameter refuses
+        return text
 
 
 def part(text: str, found: Adjustable, folder: Path | None = None) -> pt.Component:
@@ -217,13 +218,13 @@ def _takes(found: Adjustable) -> str:
     return f" (it takes {', '.join(names)})" if names else ""
 
 
-def assignments(texts: Iterable[str]) -> list[tuple[str, str]]:
-    """(path, value) of texts ``path=value``. Errors: ParameterError for a text without =."""
+def assignments(texts: Iterable[str], option: str = "--set", example: str = "body.m=1500") -> list[tuple[str, str]]:
+    """(path, value) of texts ``path=value`` of an option. Errors: ParameterError for a text without =."""
     pairs = []
     for text in texts:
         path, sign, value = text.partition("=")
         if not sign or not path.strip() or not value.strip():
-            raise pt.ParameterError(f"--set {text!r}: write path=value, such as body.m=1500")
+            raise pt.ParameterError(f"{option} {text!r}: write path=value, such as {example}")
         pairs.append((path.strip(), value.strip()))
     return pairs
 
