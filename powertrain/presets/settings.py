@@ -14,10 +14,13 @@ import powertrain as pt
 from powertrain.errors import suggestion
 from powertrain.language.checks import is_rows, rows
 from powertrain.language.component import variants
+from powertrain.language.fields import is_given
 from powertrain.presets.catalogue import Entry, components, find, fitting
 from powertrain.presets.data import decoded, takes_data
 from powertrain.presets.places import Adjustable, place
 
+MANY, FEW = 12, 4
+"""Components and parameters that a message lists at most."""
 M = TypeVar("M", bound=pt.Component)
 
 
@@ -65,10 +68,15 @@ def part(text: str, found: Adjustable, folder: Path | None = None) -> pt.Compone
         raise pt.ParameterError(
             f"{found.path}: {text!r} is neither the name of a component nor Name(parameter=value)"
         ) from None
-    made = _built(node, found.path, found.kind, folder)
+    try:
+        made = _built(node, found.path, found.kind, folder)
+    except pt.ParameterError as error:
+        own = found.path.rpartition(".")[2]
+        inside = isinstance(node, ast.Name) and own in type(found.value)._fields
+        raise pt.ParameterError(f"{error}; or set {found.path}.{own}") if inside else error from None
     if not isinstance(made, pt.Component):
         raise pt.ParameterError(
-            f"{found.path} is a component: give the name of a component, not {text!r}{_takes(found)}"
+            f"{found.path} is a component: give the name of a component, not {text!r}{_takes(found)}{_parameters(found)}"
         )
     return made
 
@@ -133,7 +141,12 @@ def _made(node: ast.Call, cls: type[pt.Component], where: str, folder: Path | No
     if isinstance(target, ast.Attribute):
         makers = variants(cls)
         if target.attr not in makers:
-            raise pt.ParameterError(f"{cls.__name__} has no variant {target.attr!r}; choose from {', '.join(makers)}")
+            names = [name for name, spec in cls._fields.items() if is_given(spec)]
+            fields = ", ".join(f"{name}=..." for name in names[:FEW]) + ", ..." * (len(names) > FEW)
+            instead = (
+                f"choose from {', '.join(makers)}" if makers else f"give its fields, as in {cls.__name__}({fields})"
+            )
+            raise pt.ParameterError(f"{cls.__name__} has no variant {target.attr!r}; {instead}")
         maker = getattr(cls, target.attr)
     kinds = cls._slot_types()
     arguments = [_built(value, where, None, folder) for value in node.args]
@@ -215,7 +228,17 @@ def _tuples(value: Any) -> Any:
 
 def _takes(found: Adjustable) -> str:
     names = [entry.name for entry in fitting(found.kind)]
-    return f" (it takes {', '.join(names)})" if names else ""
+    return f" (it takes {_few(names, MANY)})" if names else ""
+
+
+def _parameters(found: Adjustable) -> str:
+    """Where a number may belong instead of the component itself."""
+    names = [name for name, spec in type(found.value)._fields.items() if isinstance(spec, pt.Parameter)]
+    return f"; or set its parameters: {_few([f'{found.path}.{name}' for name in names], FEW)}" if names else ""
+
+
+def _few(names: list[str], most: int) -> str:
+    return ", ".join(names[:most]) + (f" and {len(names) - most} others" if len(names) > most else "")
 
 
 def assignments(texts: Iterable[str], option: str = "--set", example: str = "body.m=1500") -> list[tuple[str, str]]:
