@@ -18,7 +18,7 @@ from powertrain.vehicles import ManualCar
 
 PAGE = (Path(__file__).parents[2] / "docs" / "howto" / "own_car.md").read_text(encoding="utf-8")
 FILES, PROGRAMS = (re.findall(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL) for kind in ("toml", "python"))
-NAMES = "leaf", "roadster", "saloon"
+NAMES = "leaf", "roadster", "saloon", "midsize"
 
 
 def by_python() -> dict[str, Any]:
@@ -31,7 +31,7 @@ def by_python() -> dict[str, Any]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("k", range(3), ids=NAMES)
+@pytest.mark.parametrize("k", range(len(NAMES)), ids=NAMES)
 def test_file_and_python_give_one_car(k: int, tmp_path: Path) -> None:
     (tmp_path / "car.toml").write_text(FILES[k], encoding="utf-8")
     for text in (FILES[k], PROGRAMS[k]):
