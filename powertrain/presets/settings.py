@@ -88,11 +88,23 @@ def component_named(name: str, kind: Any, where: str) -> type[pt.Component]:
     try:
         return find(name, fits, said).kind
     except pt.ParameterError:
+        _check_no_maker(name, where)
         other = [entry for entry in components() if entry.name == name]
         if not other or other[0] in fits:
             raise
     names = ", ".join(entry.name for entry in fits)
     raise pt.ParameterError(f"{where} must be of class {said}, which {name} is not; choose from {names}")
+
+
+def _check_no_maker(name: str, where: str) -> None:
+    """ParameterError for a variant without its arguments, GearSchedule.for_gears."""
+    whole, _, maker = name.rpartition(".")
+    kind = next((entry.kind for entry in components() if entry.name == whole), None)
+    if kind is not None and maker in variants(kind):
+        takes = ", ".join(inspect.signature(getattr(kind, maker)).parameters)
+        raise pt.ParameterError(
+            f"{where}: write {name}(...) with its arguments in brackets; it takes {takes or 'none'}"
+        )
 
 
 def model_named(text: str, among: Iterable[Entry], folder: Path | None = None) -> pt.Component:

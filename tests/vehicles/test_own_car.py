@@ -94,3 +94,7 @@ def test_what_a_maker_takes() -> None:
     said = r"^schedule: GearSchedule.for_gears\(3, 2, 1\) cannot be made: .*; GearSchedule.for_gears takes ratios, final_drive, radius"
     with pytest.raises(pt.ParameterError, match=said):
         applied(ManualCar(), {"schedule": {"class": "GearSchedule.for_gears(3, 2, 1)"}})
+    with pytest.raises(
+        pt.ParameterError, match=r"^schedule: write GearSchedule.for_gears\(...\) with .*; it takes ratios, final"
+    ):
+        applied(ManualCar(), {"schedule": {"class": "GearSchedule.for_gears"}})
