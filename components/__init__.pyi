@@ -73,6 +73,7 @@ from powertrain.components.control import PowerSplit as PowerSplit
 from powertrain.components.control import PowerSplitControl as PowerSplitControl
 from powertrain.components.control import SetPedals as SetPedals
 from powertrain.components.control import Shifting as Shifting
+from powertrain.components.control import SpeedSchedule as SpeedSchedule
 from powertrain.components.control import StartStop as StartStop
 from powertrain.components.cvu import CVU as CVU
 from powertrain.components.cvu import ActuatedUnit as ActuatedUnit

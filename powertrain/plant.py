@@ -23,6 +23,7 @@ from powertrain.engine.prepared import Compile, Method
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
+from powertrain.initialization.conditions import start_values
 from powertrain.initialization.initial import Initializer, InitialReport
 from powertrain.language import htmltext
 from powertrain.language.arguments import (
@@ -142,7 +143,7 @@ class Plant(Generic[M]):
         parameters : mapping of str to float, optional
             Values that replace those of the model, by name, in SI units.
         starts : mapping of str to float, optional
-            Initial values of variables, by name.
+            Initial values of variables, by name, in SI units or as texts with a unit.
         guesses : mapping of str to float, optional
             Values from which the initial conditions are solved.
         inputs : mapping, optional
@@ -192,7 +193,7 @@ class Plant(Generic[M]):
         engine = self._engine(method, compile)
         given = by_name("inputs", inputs)
         held = self._set_inputs(engine, given, start)
-        x, z, m, report = self._initializer().solve(engine, start, p, held, *_at_start(starts, guesses))
+        x, z, m, report = self._initializer().solve(engine, start, p, held, *self._at_start(starts, guesses))
         knots = {s.name: (s.times, s.values) for s in self._schedules(given) if s.name in given}
         watch = self._watched(watcher(progress, start, stop), p)
         try:
@@ -254,7 +255,7 @@ class Plant(Generic[M]):
         number("t", t, "s")
         engine, p = self._engine("auto", False), self.parameter_vector(parameters)
         held = self._set_inputs(engine, by_name("inputs", inputs), t)
-        x, z, m, report = self._initializer().solve(engine, t, p, held, *_at_start(starts, guesses))
+        x, z, m, report = self._initializer().solve(engine, t, p, held, *self._at_start(starts, guesses))
         return (*engine.resolve(t, x, z, m, p), report)
 
     def function(
@@ -399,6 +400,9 @@ class Plant(Generic[M]):
         initializer: Initializer = self._local.initializer
         return initializer
 
+    def _at_start(self, starts: Any, guesses: Any) -> tuple[dict[str, float], dict[str, float]]:
+        return start_values(self.compiled, starts), numbers_by_name("guesses", guesses)
+
     def _set_inputs(self, engine: Simulator, inputs: Mapping[str, InputValue], t: float) -> Array:
         """Gives the engine the time signals of this run; returns the held values at the start."""
         held = self.compiled.dae.held_start.copy()
@@ -415,10 +419,6 @@ class Plant(Generic[M]):
             if name not in self.compiled.inputs:
                 raise ParameterError(f"the model has no input {name}{suggestion(name, self.compiled.inputs)}")
         return [scheduled(s, inputs) for s in self.compiled.dae.schedules]
-
-
-def _at_start(starts: Any, guesses: Any) -> tuple[dict[str, float], dict[str, float]]:
-    return numbers_by_name("starts", starts), numbers_by_name("guesses", guesses)
 
 
 def compile(model: M) -> Plant[M]:  # noqa: A001

@@ -25,8 +25,8 @@ from powertrain.components.control import (
     EngineSwitch,
     GearSchedule,
     Pedals,
-    PowerShiftSchedule,
     Shifting,
+    SpeedSchedule,
 )
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.engines import AccessoryDrive, Engine, EngineCooling, WarmEngine, WillansEngine, pull_speeds
@@ -107,7 +107,7 @@ class GearedCar(Car):
     def _by_schedule(self, clutch: Input) -> Equations:
         """The schedule operates lever, throttle and ``clutch``; ``start_stop`` decides whether the engine runs."""
         check_gears(self, self.schedule, self.gearbox)
-        if isinstance(self.schedule, (GearSchedule, PowerShiftSchedule)):
+        if isinstance(self.schedule, SpeedSchedule):
             yield from self.schedule.pulled(*self.pull_speeds())
         yield from self._on_the_cycle()
         yield connect(self.body.v, self.schedule.v, self.start_stop.v)
@@ -177,7 +177,7 @@ def _check_road_load(car: Car) -> None:
 
 def check_gears(car: Car, schedule: Shifting, gearbox: Shiftable) -> None:
     """ModelError if the numbers of gears in a car's schedule and gearbox differ."""
-    if isinstance(schedule, (GearSchedule, PowerShiftSchedule)) and len(schedule.speeds) + 1 != gearbox.gear_count:
+    if isinstance(schedule, SpeedSchedule) and len(schedule.speeds) + 1 != gearbox.gear_count:
         raise ModelError(
             f"{type(car).__name__}.schedule has {len(schedule.speeds)} rows of shift speeds, for {len(schedule.speeds) + 1} gears, "
             f"but gearbox ({type(gearbox).__name__}) has {gearbox.gear_count}; give schedule.speeds a row for every "

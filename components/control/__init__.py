@@ -5,7 +5,13 @@ from __future__ import annotations
 from powertrain.components.control.driver import Driver, LaggingDriver, OpenPedals, SetPedals
 from powertrain.components.control.electric_drive import BlendedBraking, ElectricDriveControl
 from powertrain.components.control.flywheel import FlywheelCharge, FlywheelCharging, FlywheelDrive, PlannedCharge
-from powertrain.components.control.gear_schedule import FixedGear, GearSchedule, PowerShiftSchedule, Shifting
+from powertrain.components.control.gear_schedule import (
+    FixedGear,
+    GearSchedule,
+    PowerShiftSchedule,
+    Shifting,
+    SpeedSchedule,
+)
 from powertrain.components.control.hybrid import GensetControl, HybridControl, HybridSupervisor, ParallelControl
 from powertrain.components.control.interfaces import Pedals
 from powertrain.components.control.operating_line import OperatingLineControl
@@ -38,5 +44,6 @@ __all__ = [
     "PowerSplitControl",
     "SetPedals",
     "Shifting",
+    "SpeedSchedule",
     "StartStop",
 ]

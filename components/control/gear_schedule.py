@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import casadi as ca
 
@@ -29,12 +29,11 @@ from powertrain import (
     when,
 )
 from powertrain.components.control.interfaces import SOON
-from powertrain.components.limited import limited
+from powertrain.components.control.shift_rule import NEVER, Driving, KickLimits, ShiftRule, Shifts, kick_limits
+from powertrain.components.ratios import RATIO, gear_ratios
+from powertrain.components.wheels.interfaces import Wheel
 
-TINY = 1e-6
-"""Smallest pedal travel of a kick-down: with kick = 1 there is none."""
-SUPPLIED = 1.0
-"""Speed [rad/s] above which w_up counts as supplied."""
+SPEED = parameter("rad/s", "Engine speed", above=0)
 SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
 """Shifts of a six-speed gearbox in m/s, with the accelerator released."""
 
@@ -70,8 +69,11 @@ class FixedGear(Shifting):
         yield self.clutch.value == self._pressed()
 
 
-class _Scheduled(Shifting):
+class SpeedSchedule(Shifting):
     """Partial: chooses the gear by the speed of the vehicle and the accelerator, see ``GearSchedule``."""
+
+    interrupts: ClassVar[bool] = False
+    """Whether a shift interrupts the torque: a kick-down then costs more than it gains, unless the shift speeds ask for it."""
 
     speeds: Annotated[tuple[tuple[float, float], ...], "m/s"] = SPEEDS
     eager: Parameter = parameter(
@@ -87,8 +89,13 @@ class _Scheduled(Shifting):
     before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
     began: Discrete = discrete("s", "Time at which the last shift began", start=-100.0)
     kicked: Discrete = discrete("s", "Time of the last kick-down", start=-100.0)
-    w_up: Input = signal_input("rad/s", "Engine speed from which the next gear pulls harder", default=0.0)
-    w_down: Input = signal_input("rad/s", "Engine speed below which the previous gear pulls harder", default=0.0)
+    w_earliest: Input = signal_input(
+        "rad/s", "Engine speed below which a fully pressed accelerator does not shift up", default=0.0
+    )
+    w_latest: Input = signal_input("rad/s", "Engine speed above which it shifts up wherever v > up", default=NEVER)
+    w_down: Input = signal_input(
+        "rad/s", "Engine speed below which a fully pressed accelerator shifts down", default=0.0
+    )
 
     @classmethod
     def for_gears(
@@ -96,61 +103,59 @@ class _Scheduled(Shifting):
         ratios: Sequence[float],
         final_drive: float,
         *,
-        radius: float = 0.3,
-        w_up: float = 180.0,
-        w_full: float = 560.0,
+        radius: float | str = 0.3,
+        w_up: float | str = 180.0,
+        w_full: float | str = 560.0,
         down: float = 0.75,
         **options: Any,
     ) -> Self:
-        """A schedule for gears of these ratios, a final drive and wheels of a radius [m].
+        """A schedule for gears of these ratios, a final drive and wheels of a radius [m], or a tyre size such as "205/55R16".
 
         With the accelerator released it shifts up where the next gear gives the engine the speed ``w_up`` [rad/s], and down at ``down``
         times that vehicle speed. With the accelerator fully pressed no gear lets the engine exceed ``w_full`` [rad/s].
-        Errors: ParameterError for fewer than two ratios, and for ratios that do not decrease.
+        Speeds with another unit, such as "5500 rpm", are converted.
+        Errors: ParameterError for fewer than two ratios, for ratios that do not decrease, and for values that are not positive.
         """
-        if len(ratios) < 2 or any(one <= other for one, other in pairwise(ratios)) or ratios[-1] <= 0:
+        where = f"{cls.__name__}.for_gears"
+        ratios = gear_ratios(where, [ratios])
+        if len(ratios) < 2 or any(one <= other for one, other in pairwise(ratios)):
             raise ParameterError(
-                f"{cls.__name__}.for_gears: {ratios} are not two or more ratios that decrease from gear to gear"
+                f"{where}: {ratios} are not two or more ratios that decrease from gear to gear; give a list, as in "
+                f"{where}([3.6, 2.1, 1.4], 4.1)"
             )
-        ups = [w_up * radius / (ratio * final_drive) for ratio in ratios[1:]]
-        eager = max(w_full / (w_up * max(one / other for one, other in pairwise(ratios))) - 1, 0.0)
+        final_drive = RATIO.check(final_drive, f"{where}: final_drive")
+        r = Wheel.radius.check(radius, f"{where}: radius")
+        low, full = SPEED.check(w_up, f"{where}: w_up"), SPEED.check(w_full, f"{where}: w_full")
+        ups = [low * r / (ratio * final_drive) for ratio in ratios[1:]]
+        eager = max(full / (low * max(one / other for one, other in pairwise(ratios))) - 1, 0.0)
         made: dict[str, Any] = {"speeds": tuple((up, down * up) for up in ups), "eager": eager}
         return cls(**(made | options))
 
-    def _choose(self) -> Equations:
-        self._check()
-        t, v, pedal = time - self.began, self.v.value, self.accelerator.value
-        pressed = ca.fmax(pedal - self.relaxed, 0) / (1 - self.relaxed)
-        rested = ca.logic_and(t > self.dwell, time > SOON)
-        up = self._at_gear([row[0] for row in self.speeds], 1)
-        down = self._at_gear([row[1] for row in self.speeds], 2)
-        middle = self._at_gear([sum(row) / 2 for row in self.speeds], 2)
-        eager, marks = 1 + self.eager * pressed, (reinit(self.before, self.gear), reinit(self.began, time))
-        deep, w = limited((pedal - self.kick) / ca.fmax(1 - self.kick, TINY)), self.w.value
-        spent = w > deep * self.w_up.value
-        calm = ca.logic_or(time > self.kicked + self.patience, v > up * (1 + self.eager))
-        over = ca.logic_and(ca.logic_and(v > up, w > self.w_up.value), self.w_up.value > SUPPLIED)
-        higher = ca.logic_or(ca.logic_and(ca.logic_and(v > up * eager, calm), spent), over)
-        lower = v < ca.fmin(down * eager, middle)
-        pulls = w < self._at_gear([row[1] / row[0] for row in self.speeds], 2) * deep * self.w_down.value
-        kick = ca.logic_and(ca.logic_and(pedal > self.kick, ca.logic_or(v < down * eager, pulls)), ca.logic_not(lower))
-        yield when(ca.logic_and(higher, rested), reinit(self.gear, self.gear + 1), *marks)
-        yield when(ca.logic_and(lower, rested), reinit(self.gear, self.gear - 1), *marks)
-        yield when(ca.logic_and(kick, rested), reinit(self.gear, self.gear - 1), reinit(self.kicked, time), *marks)
+    def shifts(self, now: Driving, limits: KickLimits) -> Shifts:
+        """Which shift is due."""
+        return ShiftRule(self.speeds, self.eager, self.relaxed, self.kick, self.patience).shifts(now, limits)
+
+    def kick_limits(self, gear: Symbol, before: Sequence[float], after: Sequence[float]) -> KickLimits:
+        """Its limits in a ``gear``, from the engine speeds [rad/s] before and after each upshift at which two gears pull equally hard."""
+        return kick_limits(self.speeds, gear, before, () if self.interrupts else after)
 
     def pulled(self, before: Sequence[float], after: Sequence[float]) -> Equations:
-        """Supply ``w_up`` and ``w_down`` [rad/s]: engine speeds before and after each upshift at which two gears pull equally hard."""
-        if before:
-            yield self.w_up.value == self._at_gear(list(before), 1)
-        if after:
-            yield self.w_down.value == ca.fmax(self._at_gear(list(after), 2), 0.0)
+        """Supply the engine speeds of ``kick_limits``."""
+        limits = self.kick_limits(self.gear, before, after)
+        yield self.w_earliest.value == limits.earliest
+        yield self.w_latest.value == limits.latest
+        yield self.w_down.value == limits.down
 
-    def _at_gear(self, values: list[float], first: int) -> Symbol:
-        """The value for the present gear, from ``first`` on; otherwise a value that is never reached."""
-        found = Symbol(-1e9 if first > 1 else 1e9)
-        for k, value in enumerate(values, first):
-            found = ca.if_else(ca.fabs(self.gear - k) < 0.5, value, found)
-        return found
+    def _choose(self) -> Equations:
+        self._check()
+        now = Driving(self.v.value, self.w.value, self.accelerator.value, self.gear, time - self.kicked)
+        due = self.shifts(now, KickLimits(self.w_earliest.value, self.w_latest.value, self.w_down.value))
+        rested = ca.logic_and(time - self.began > self.dwell, time > SOON)
+        marks = reinit(self.before, self.gear), reinit(self.began, time)
+        yield when(ca.logic_and(due.up, rested), reinit(self.gear, self.gear + 1), *marks)
+        yield when(ca.logic_and(due.down, rested), reinit(self.gear, self.gear - 1), *marks)
+        kicks = ca.logic_and(due.kick_down, rested)
+        yield when(kicks, reinit(self.gear, self.gear - 1), reinit(self.kicked, time), *marks)
 
     def _check(self) -> None:
         where = f"{self._path or type(self).__name__}.speeds"
@@ -164,36 +169,34 @@ class _Scheduled(Shifting):
                 raise ParameterError(f"{where}: the rows of gears {k} and {k + 1} are not in order: {one}, {other} m/s")
 
 
-class GearSchedule(_Scheduled):
+class GearSchedule(SpeedSchedule):
     """Changes gears depending on the vehicle speed: opens the clutch, moves the lever and closes the clutch, with the throttle closed.
 
-      up from gear to gear + 1 where v > up (1 + eager pressed) and w > deep w_up, or v > up and w > w_up
+      up from gear to gear + 1 where v > up (1 + eager pressed) and w > kicked w_earliest, or v > up and w > w_latest
       down to gear where v < min(down (1 + eager pressed), (up + down)/2)
-      kick-down to gear where accelerator > kick and v < down (1 + eager pressed)
-      deep = (accelerator - kick)/(1 - kick), at least 0
+      kick-down to gear where accelerator > kick and v < down (1 + eager pressed), unless the next gear pulls harder
       pressed = (accelerator - relaxed)/(1 - relaxed), at least 0
+      kicked = (accelerator - kick)/(1 - kick), at least 0
       t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
       ..+ t_close: hold rises to 1
     throttle = hold accelerator,  clutch = min(hold, (w - w_open)/(w_closed - w_open))
 
-    ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below up,
-    and the difference is the hysteresis; "15 km/h" is converted. A pressed accelerator shifts up later and, up to the middle between both
-    speeds, down earlier, so no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time
-    ``patience`` after it, only v > up (1 + eager) shifts up. Between ``kick`` and the fully pressed accelerator the upshift moves to
-    ``w_up``, the engine speed from which the next gear pulls harder, and never lies beyond it. Cars supply it from
-    ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives the best acceleration and the highest speed. Shifts are at least
-    ``dwell`` apart. The clutch closes with the engine speed like a centrifugal clutch: below w_open it is open, so the vehicle starts and
-    stops in first gear. Errors: ParameterError for speeds without hysteresis or not in order.
+    ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below
+    up, and the difference is the hysteresis; "15 km/h" is converted. A pressed accelerator shifts up later and, up to the middle between
+    both speeds, down earlier, so no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time
+    ``patience`` after it, only v > up (1 + eager) or w > w_latest shifts up. Between ``kick`` and the fully pressed accelerator the
+    upshift moves to the engine speed from which the next gear pulls harder, and never lies beyond it. Cars supply this speed,
+    ``w_earliest`` and ``w_latest``, from ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives the best acceleration and
+    the highest speed. Without it only the shift speeds count. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed
+    like a centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear. Errors: ParameterError for speeds
+    without hysteresis or not in order.
     """
 
+    interrupts: ClassVar[bool] = True
     t_open: Parameter = parameter("s", "Time in which the clutch opens and the throttle closes", default=0.15, above=0)
     t_lever: Parameter = parameter("s", "Time in which the lever goes from gear to gear", default=0.25, above=0)
     t_close: Parameter = parameter("s", "Time in which the clutch closes and the throttle opens", default=0.3, above=0)
     hold: Variable = variable("1", "Clutch pedal: 1 released, 0 pressed")
-
-    def pulled(self, before: Sequence[float], after: Sequence[float]) -> Equations:
-        """``w_up`` only: a shift down that interrupts the torque costs more than it gains unless the accelerator stays pressed."""
-        yield from super().pulled(before, ())
 
     def equations(self) -> Equations:
         """When to shift, and the sequence of a shift."""
@@ -212,12 +215,12 @@ class GearSchedule(_Scheduled):
         yield self.lever.value == self.before + (self.gear - self.before) * switch(first, 0.0, way, continuous=True)
 
 
-class PowerShiftSchedule(_Scheduled):
+class PowerShiftSchedule(SpeedSchedule):
     """Changes gears depending on the vehicle speed without interrupting the torque, for gearboxes with overlapping clutches.
 
     The gear is chosen as by ``GearSchedule``, but a pressed accelerator also kicks down to a gear that pulls harder:
-      kick-down to gear where accelerator > kick and (v < down (1 + eager pressed) or w < deep w_down down/up)
-    with ``w_down``, the speed ``w_up`` after the shift.
+      kick-down to gear where accelerator > kick and (v < down (1 + eager pressed) or w < kicked w_down)
+    ``w_down`` is down/up times the engine speed after the upshift to the present gear at which both gears pull equally hard.
     t = time since the shift began, 0..t_shift: the lever moves uniformly to the new gear
     throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
     """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Self
 
 import casadi as ca
@@ -9,6 +10,7 @@ import casadi as ca
 from powertrain import Equations, Input, Map, ParameterError, Symbol, connect, signal_input
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.limited import limited
+from powertrain.components.ratios import gear_ratios
 from powertrain.components.rotational.clutch import Clutch
 from powertrain.components.rotational.ideal_gear import IdealGear
 from powertrain.components.rotational.inertia import Inertia
@@ -52,10 +54,10 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
     churning: ChurningLoss = ChurningLoss(d=0.003)
 
     @classmethod
-    def of_ratios(cls, *ratios: float, **parts: Any) -> Self:
-        """Gears with these ratios, speed at flange_a over speed at flange_b, first gear first."""
-        made = {"gears": tuple(IdealGear(ratio=r) for r in ratios), "synchronisers": (SYNCHRONISER,) * len(ratios)}
-        return cls(**(made | parts))
+    def of_ratios(cls, *ratios: float | Sequence[float], **parts: Any) -> Self:
+        """Gears with these ratios, speed at flange_a over speed at flange_b, first gear first; as separate numbers or as one sequence."""
+        gears = tuple(IdealGear(ratio=ratio) for ratio in gear_ratios(f"{cls.__name__}.of_ratios", ratios))
+        return cls(**({"gears": gears, "synchronisers": (SYNCHRONISER,) * len(gears)} | parts))
 
     @property
     def gear_count(self) -> int:

@@ -10,6 +10,7 @@ import casadi as ca
 
 from powertrain import Equations, Input, ParameterError, connect, signal_input
 from powertrain.components.differentials.churning import ChurningLoss
+from powertrain.components.ratios import gear_ratios
 from powertrain.components.rotational.clutch import Clutch
 from powertrain.components.rotational.ideal_gear import IdealGear
 from powertrain.components.rotational.inertia import Inertia
@@ -100,9 +101,10 @@ class ManualGearbox(Shiftable):
     output: Inertia = Inertia(J=0.01)
 
     @classmethod
-    def of_ratios(cls, *ratios: float, synchroniser: Clutch = SYNCHRONISER) -> Self:
-        """Gears with these ratios, speed at flange_a over speed at flange_b, first gear first."""
-        return cls(gears=tuple(IdealGear(ratio=r) for r in ratios), synchronisers=(synchroniser,) * len(ratios))
+    def of_ratios(cls, *ratios: float | Sequence[float], synchroniser: Clutch = SYNCHRONISER) -> Self:
+        """Gears with these ratios, speed at flange_a over speed at flange_b, first gear first; as separate numbers or as one sequence."""
+        gears = tuple(IdealGear(ratio=ratio) for ratio in gear_ratios(f"{cls.__name__}.of_ratios", ratios))
+        return cls(gears=gears, synchronisers=(synchroniser,) * len(gears))
 
     @property
     def gear_count(self) -> int:

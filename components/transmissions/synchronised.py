@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Self
 
 import casadi as ca
 
 from powertrain import Equations, ParameterError, Symbol, connect, replace
 from powertrain.components.differentials.churning import ChurningLoss
+from powertrain.components.ratios import gear_ratios
 from powertrain.components.rotational.ideal_gear import IdealGear
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.rotational.synchroniser import Synchroniser
@@ -44,11 +46,17 @@ class SynchronisedGearbox(Shiftable):
 
     @classmethod
     def of_ratios(
-        cls, *ratios: float, synchroniser: Synchroniser | None = None, rail: ShiftActuator | None = None
+        cls,
+        *ratios: float | Sequence[float],
+        synchroniser: Synchroniser | None = None,
+        rail: ShiftActuator | None = None,
     ) -> Self:
-        """Gears with these ratios, speed at flange_a over speed at flange_b, first gear first; each with this synchroniser and rail."""
+        """Gears with these ratios, speed at flange_a over speed at flange_b, first gear first; each with this synchroniser and rail.
+
+        The ratios are separate numbers or one sequence.
+        """
         one, actuator = synchroniser or Synchroniser(cones=2.0), rail or ShiftActuator()
-        gears = tuple(IdealGear(ratio=ratio) for ratio in ratios)
+        gears = tuple(IdealGear(ratio=ratio) for ratio in gear_ratios(f"{cls.__name__}.of_ratios", ratios))
         return cls(gears=gears, synchronisers=_both_sides(one, len(gears)), rails=(actuator,) * ((len(gears) + 1) // 2))
 
     @property

@@ -7,5 +7,6 @@ from powertrain.components.wheels.interfaces import Wheel
 from powertrain.components.wheels.magic_formula import MagicFormulaWheel
 from powertrain.components.wheels.rigid import RigidWheel
 from powertrain.components.wheels.slip import SlippingWheel, SlipWheel
+from powertrain.components.wheels.tyre_size import rolling_radius
 
-__all__ = ["MagicFormulaWheel", "RigidWheel", "SlipWheel", "SlippingWheel", "Wheel", "WheelBrake"]
+__all__ = ["MagicFormulaWheel", "RigidWheel", "SlipWheel", "SlippingWheel", "Wheel", "WheelBrake", "rolling_radius"]

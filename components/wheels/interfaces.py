@@ -19,6 +19,7 @@ from powertrain import (
 from powertrain.components.rotational import Flange as Hub
 from powertrain.components.rotational.interfaces import Lossy
 from powertrain.components.translational import Flange as Road
+from powertrain.components.wheels.tyre_size import radius_of
 
 
 class Wheel(Lossy):
@@ -30,7 +31,7 @@ class Wheel(Lossy):
     ``Cr_2`` [s2/m2] is the increase of the coefficient with the speed squared, about 1e-6 to 5e-6 for car tyres. ``road`` moves with the
     vehicle; f is the force of the road on the vehicle, positive forward. The load is a signal from a body or an axle; without it the
     wheel carries ``load_nominal``. The mass of the wheel is part of the body. A load below zero ends the simulation, because wheels
-    that lift off are not modelled.
+    that lift off are not modelled. ``radius`` takes the size of a radial tyre as well, such as "205/55R16", see ``rolling_radius``.
     """
 
     Cr_2: float = 0.0
@@ -38,7 +39,7 @@ class Wheel(Lossy):
     road: Road = port(Road)
     load: Input = signal_input("N", "Wheel load in addition to load_nominal", default=0.0)
     side: Input = signal_input("1", "Side force over load, which reduces the grip of slipping tyres", default=0.0)
-    radius: Parameter = parameter("m", "Rolling radius", default=0.3, above=0, max=5)
+    radius: Parameter = parameter("m", "Rolling radius", default=0.3, above=0, max=5, reads=radius_of)
     J: Parameter = parameter("kg.m2", "Moment of inertia", default=1.0, min=0)
     Cr: Parameter = parameter("1", "Rolling resistance coefficient", default=0.01, min=0)
     load_nominal: Parameter = parameter("N", "Wheel load without the signal", default=0.0, min=0)

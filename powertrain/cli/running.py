@@ -48,6 +48,7 @@ PRINTED_FROM = 50.0
         "run SplitPathCar --cycle wltc --plot run.png",
         "run SplitPathCar --cycle udds --set body.m=1500 --set body.Cd=0.28 --out run.nc",
         "run PowerSplitHybrid --report hybrid.html",
+        "run ElectricCar --cycle udds --start battery.soc=0.95",
         "run SplitPathCar --backward",
         "run SplitPathCar --span 0:200 --set transmission.cvu=HydrostaticUnit --set 'engine=MappedEngine.gasoline()'",
         "run ManualCar --set engine.curve=full_load.csv --write-params car.toml",
@@ -62,6 +63,13 @@ PRINTED_FROM = 50.0
 )
 @click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")
 @settings
+@click.option(
+    "--start",
+    "begin",
+    multiple=True,
+    metavar="PATH=VALUE",
+    help="Value of a variable at the start, such as the charge of the battery: battery.soc=0.95. May be repeated.",
+)
 @click.option(
     "--write-params", type=OutputFile(".toml"), help="Write all parameters with units and ranges to this TOML file."
 )
@@ -105,6 +113,7 @@ def command(
     span: tuple[float, float] | None,
     texts: tuple[str, ...],
     params: Path | None,
+    begin: tuple[str, ...],
     write_params: Path | None,
     out: Path | None,
     signals: tuple[str, ...],
@@ -123,11 +132,12 @@ def command(
     """
     import powertrain as pt
     from powertrain.presets import files
-    from powertrain.presets.settings import free_or_error
+    from powertrain.presets.settings import assignments, free_or_error, number_or_text
     from powertrain.trials import drive_cycle
     from powertrain.trials.backward import check_backward
     from powertrain.trials.cycle import so_far
     from powertrain.trials.driveline import check_map
+    from powertrain.trials.starting import checked_starts
 
     model, paths = configured(vehicle, params, texts)
     model, driven = spanned(model, cycle, span)
@@ -139,11 +149,13 @@ def command(
     plant = pt.compile(model)
     with of_the_command_line():
         free_or_error(paths, model, plant.parameters)
+        pairs = assignments(begin, "--start", "battery.soc=0.95")
+        starts = checked_starts(plant, {path: number_or_text(text) for path, text in pairs}, "--start")
     chosen = _chosen(plant, out, signals)
     if write_params is not None:
         write_params.write_text(files.written(model, plant.parameters), encoding="utf-8")
     with Interruption(driven, so_far(plant)) as watch:
-        run = drive_cycle(plant, progress=watch, rtol=rtol)
+        run = drive_cycle(plant, starts=starts, progress=watch, rtol=rtol)
     if out is not None:
         run.result.save(out, *chosen)
     if not run.message or run.distance >= WORTH_A_REPORT:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.errors import InitializationError, ParameterError, suggestion
+from powertrain.language.arguments import by_name, number
+from powertrain.language.quantities import has_unit, quantity
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 
 Array = NDArray[np.float64]
@@ -97,10 +100,21 @@ def text_conditions(compiled: Compiled) -> list[StartEquation]:
 
 def signal_condition(compiled: Compiled, name: str, value: float, source: str) -> StartEquation:
     """A variable of the model has a value."""
-    if name not in compiled.signals:
-        raise ParameterError(f"starts: the model has no variable {name}{suggestion(name, compiled.signals)}")
     signal = compiled.signals[name]
     return StartEquation(name, source, signal.expression, value, signal.unit)
+
+
+def start_values(compiled: Compiled, given: Any, what: str = "starts") -> dict[str, float]:
+    """Initial values by name as numbers: a text with a unit, such as "20 degC", is converted; ``what`` names them in errors."""
+
+    def value(name: str, one: Any) -> float:
+        if name not in compiled.signals:
+            raise ParameterError(f"{what}: the model has no variable {name}{suggestion(name, compiled.signals)}")
+        unit = compiled.signals[name].unit
+        with_unit = isinstance(one, str) and has_unit(one)
+        return quantity(one, unit, f"{what}: {name}") if with_unit else number(f"{what}: {name}", one)
+
+    return {name: value(name, one) for name, one in by_name(what, given).items()}
 
 
 def declared_conditions(compiled: Compiled) -> list[StartEquation]:

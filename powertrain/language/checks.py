@@ -88,11 +88,25 @@ def rows(where: str, kind: Any, value: Any) -> Any:
     return value
 
 
+def row(where: str, value: Any) -> tuple[float, ...]:
+    """The value of a field ``tuple[float, ...]``. Errors: ParameterError for anything but a row of finite numbers."""
+    listed = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
+    if not listed or not all(_is_a(v, float) and np.isfinite(v) for v in value):
+        raise ParameterError(f"{where} = {value!r} is no row of finite numbers, such as (3.6, 2.1, 1.4)")
+    return tuple(value)
+
+
 def _converted(where: str, unit: str, row: Any) -> Any:
     """A row with its texts in a unit; what is no number with a unit stays."""
     if isinstance(row, str) or not isinstance(row, Sequence):
         return row
     return tuple(quantity(v, unit, where) if isinstance(v, str) and has_unit(v) else v for v in row)
+
+
+def is_row(kind: Any) -> bool:
+    """Whether a field is a row of numbers, of any length or of a fixed one."""
+    members = typing.get_args(kind) if typing.get_origin(kind) is tuple else ()
+    return bool(members) and set(members) <= {float, Ellipsis}
 
 
 def is_rows(kind: Any) -> bool:

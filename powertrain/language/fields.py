@@ -7,7 +7,7 @@ meaning and default.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Literal, Protocol, Self, TypeVar, overload
 
 import numpy as np
@@ -78,9 +78,11 @@ class Parameter(Quantity):
         max: float,
         above: float,
         exclude: tuple[float, ...],
+        reads: Callable[[str, str], float | None] | None = None,
     ) -> None:
         super().__init__(unit, doc)
         self.default, self.min, self.max, self.above, self.exclude = default, min, max, above, exclude
+        self.reads = reads
 
     @property
     def range(self) -> str:
@@ -92,6 +94,8 @@ class Parameter(Quantity):
 
     def check(self, value: float | str, where: str) -> float:
         """``value`` as a float; ParameterError if it is not a finite number or outside the range. "100 kW" is converted."""
+        if isinstance(value, str) and self.reads and (read := self.reads(value, where)) is not None:
+            value = read
         if isinstance(value, str) and has_unit(value):
             value = quantity(value, self.unit, where)
         try:
@@ -165,6 +169,7 @@ def parameter(
     max: float = math.inf,
     above: float = -math.inf,
     exclude: tuple[float, ...] = (),
+    reads: Callable[[str, str], float | None] | None = None,
 ) -> Any:
     """A tunable constant with unit, meaning and range.
 
@@ -180,8 +185,11 @@ def parameter(
         A lower end that is not included.
     exclude : tuple of float
         Values inside the range that are not allowed.
+    reads : callable, optional
+        Reads texts other than a number with a unit, such as a tyre size for a radius: the value of a text, or None where it is no such
+        text. The second argument names the parameter for errors.
     """
-    return Parameter(unit, doc, default, min, max, above, exclude)
+    return Parameter(unit, doc, default, min, max, above, exclude, reads)
 
 
 def variable(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import inspect
 import typing
 from collections.abc import Iterable, Iterator, Mapping
@@ -12,6 +13,9 @@ import powertrain as pt
 from powertrain.errors import suggestion
 from powertrain.language.component import variants
 from powertrain.language.fields import Port
+
+ALIKE = 0.65
+"""Likeness of two names from which one may be meant for the other."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +61,35 @@ def place(component: pt.Component, path: str) -> Adjustable:
     """The place of a path. Errors: ParameterError for an unknown one, with those that are like it."""
     known = {found.path: found for found in places(component)}
     if path not in known:
-        near = (suggestion(path, known) or _beside(path, known)) + _makers(path, known)
+        if _is_variable(component, path, known):
+            raise pt.ParameterError(
+                f"{type(component).__name__}.{path} is a variable, not a parameter; its value at the start of a run is given by "
+                f"powertrain run --start {path}=VALUE, and by drive_cycle(..., starts={{{path!r}: VALUE}}) in Python"
+            )
+        near = (_near(component, path, known) or _beside(path, known)) + _makers(path, known)
         raise pt.ParameterError(f"{type(component).__name__} has no parameter or component {path!r}{near}")
     return known[path]
+
+
+def _is_variable(component: pt.Component, path: str, known: Mapping[str, Adjustable]) -> bool:
+    """Whether a path leads to a variable of the component or of one of its parts."""
+    inside, _, name = path.rpartition(".")
+    owner = known[inside].value if inside in known else None if inside else component
+    return isinstance(owner, pt.Component) and isinstance(owner._fields.get(name), pt.Variable | pt.Discrete)
+
+
+def _near(component: pt.Component, path: str, known: Mapping[str, Adjustable]) -> str:
+    """What an unknown path may mean: near misses within the part that it leads into, or fields of that name elsewhere."""
+    inside, _, name = path.rpartition(".")
+    if inside and inside not in known:
+        return suggestion(path, known)
+    start = f"{inside}." if inside else ""
+    own = {k[len(start) :]: k for k in known if k.startswith(start) and not {".", "["} & set(k[len(start) :])}
+    if said := suggestion(name, (), {k: known[k].spec for k in own.values()}):
+        return said
+    near = [k for k in known if k.rpartition(".")[2] == name]
+    near += [own[k] for k in difflib.get_close_matches(name, own, n=3, cutoff=ALIKE)]
+    return f"; did you mean {' or '.join(near[:3])}?" if near else ""
 
 
 def _beside(path: str, known: Iterable[str]) -> str:

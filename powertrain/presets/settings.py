@@ -14,10 +14,13 @@ import powertrain as pt
 from powertrain.errors import suggestion
 from powertrain.language.checks import is_rows, rows
 from powertrain.language.component import variants
+from powertrain.language.fields import is_given
 from powertrain.presets.catalogue import Entry, components, find, fitting
 from powertrain.presets.data import decoded, takes_data
 from powertrain.presets.places import Adjustable, place
 
+MANY, FEW = 12, 4
+"""Components and parameters that a message lists at most."""
 M = TypeVar("M", bound=pt.Component)
 
 
@@ -37,7 +40,7 @@ def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:
         elif takes_data(found):
             values[path] = decoded(text, found, Path())
         else:
-            values[path] = checked(found, _number(text) if found.spec is not None else _read(text, found))
+            values[path] = checked(found, number_or_text(text) if found.spec is not None else _read(text, found))
     return pt.replace(component, values) if values else component
 
 
@@ -46,11 +49,12 @@ def checked(found: Adjustable, value: Any) -> Any:
     return _fitted(value, found) if found.spec is None else found.spec.check(value, found.path)
 
 
-def _number(text: str) -> float | str:
+def number_or_text(text: str) -> float | str:
+    """The number that a text is; other texts, such as those with a unit, stay."""
     try:
         return float(text)
     except ValueError:
-        return text  # which the parameter refuses
+        return text
 
 
 def part(text: str, found: Adjustable, folder: Path | None = None) -> pt.Component:
@@ -64,10 +68,15 @@ def part(text: str, found: Adjustable, folder: Path | None = None) -> pt.Compone
         raise pt.ParameterError(
             f"{found.path}: {text!r} is neither the name of a component nor Name(parameter=value)"
         ) from None
-    made = _built(node, found.path, found.kind, folder)
+    try:
+        made = _built(node, found.path, found.kind, folder)
+    except pt.ParameterError as error:
+        own = found.path.rpartition(".")[2]
+        inside = isinstance(node, ast.Name) and own in type(found.value)._fields
+        raise pt.ParameterError(f"{error}; or set {found.path}.{own}") if inside else error from None
     if not isinstance(made, pt.Component):
         raise pt.ParameterError(
-            f"{found.path} is a component: give the name of a component, not {text!r}{_takes(found)}"
+            f"{found.path} is a component: give the name of a component, not {text!r}{_takes(found)}{_parameters(found)}"
         )
     return made
 
@@ -79,11 +88,23 @@ def component_named(name: str, kind: Any, where: str) -> type[pt.Component]:
     try:
         return find(name, fits, said).kind
     except pt.ParameterError:
+        _check_no_maker(name, where)
         other = [entry for entry in components() if entry.name == name]
         if not other or other[0] in fits:
             raise
     names = ", ".join(entry.name for entry in fits)
     raise pt.ParameterError(f"{where} must be of class {said}, which {name} is not; choose from {names}")
+
+
+def _check_no_maker(name: str, where: str) -> None:
+    """ParameterError for a variant without its arguments, GearSchedule.for_gears."""
+    whole, _, maker = name.rpartition(".")
+    kind = next((entry.kind for entry in components() if entry.name == whole), None)
+    if kind is not None and maker in variants(kind):
+        takes = ", ".join(inspect.signature(getattr(kind, maker)).parameters)
+        raise pt.ParameterError(
+            f"{where}: write {name}(...) with its arguments in brackets; it takes {takes or 'none'}"
+        )
 
 
 def model_named(text: str, among: Iterable[Entry], folder: Path | None = None) -> pt.Component:
@@ -132,7 +153,12 @@ def _made(node: ast.Call, cls: type[pt.Component], where: str, folder: Path | No
     if isinstance(target, ast.Attribute):
         makers = variants(cls)
         if target.attr not in makers:
-            raise pt.ParameterError(f"{cls.__name__} has no variant {target.attr!r}; choose from {', '.join(makers)}")
+            names = [name for name, spec in cls._fields.items() if is_given(spec)]
+            fields = ", ".join(f"{name}=..." for name in names[:FEW]) + ", ..." * (len(names) > FEW)
+            instead = (
+                f"choose from {', '.join(makers)}" if makers else f"give its fields, as in {cls.__name__}({fields})"
+            )
+            raise pt.ParameterError(f"{cls.__name__} has no variant {target.attr!r}; {instead}")
         maker = getattr(cls, target.attr)
     kinds = cls._slot_types()
     arguments = [_built(value, where, None, folder) for value in node.args]
@@ -142,7 +168,12 @@ def _made(node: ast.Call, cls: type[pt.Component], where: str, folder: Path | No
     try:
         made = maker(*arguments, **named)
     except TypeError as error:
-        raise pt.ParameterError(f"{where}: {ast.unparse(node)} cannot be made: {error}") from None
+        takes = (
+            f"; {ast.unparse(target)} takes {', '.join(inspect.signature(maker).parameters)}"
+            if maker is not cls
+            else ""
+        )
+        raise pt.ParameterError(f"{where}: {ast.unparse(node)} cannot be made: {error}{takes}") from None
     assert isinstance(made, pt.Component)
     return made
 
@@ -209,16 +240,26 @@ def _tuples(value: Any) -> Any:
 
 def _takes(found: Adjustable) -> str:
     names = [entry.name for entry in fitting(found.kind)]
-    return f" (it takes {', '.join(names)})" if names else ""
+    return f" (it takes {_few(names, MANY)})" if names else ""
 
 
-def assignments(texts: Iterable[str]) -> list[tuple[str, str]]:
-    """(path, value) of texts ``path=value``. Errors: ParameterError for a text without =."""
+def _parameters(found: Adjustable) -> str:
+    """Where a number may belong instead of the component itself."""
+    names = [name for name, spec in type(found.value)._fields.items() if isinstance(spec, pt.Parameter)]
+    return f"; or set its parameters: {_few([f'{found.path}.{name}' for name in names], FEW)}" if names else ""
+
+
+def _few(names: list[str], most: int) -> str:
+    return ", ".join(names[:most]) + (f" and {len(names) - most} others" if len(names) > most else "")
+
+
+def assignments(texts: Iterable[str], option: str = "--set", example: str = "body.m=1500") -> list[tuple[str, str]]:
+    """(path, value) of texts ``path=value`` of an option. Errors: ParameterError for a text without =."""
     pairs = []
     for text in texts:
         path, sign, value = text.partition("=")
         if not sign or not path.strip() or not value.strip():
-            raise pt.ParameterError(f"--set {text!r}: write path=value, such as body.m=1500")
+            raise pt.ParameterError(f"{option} {text!r}: write path=value, such as {example}")
         pairs.append((path.strip(), value.strip()))
     return pairs
 

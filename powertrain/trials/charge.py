@@ -58,8 +58,8 @@ def beyond_correction(run: CycleRun, *stores: str) -> str:
     name = " and ".join(stores or stores_of(run))
     return (
         f"the {name} {'gained' if change > 0 else 'gave'} {abs(change):.0%} of the fuel's energy, too far from equal charge for a "
-        f"correction, which holds up to {NEC_LIMIT:.0%}; start at the charge that the vehicle sustains (drive_cycle(..., starts=...)), "
-        "or use trials.charge_sustaining"
+        f"correction, which holds up to {NEC_LIMIT:.0%}; start at the charge that the vehicle sustains (drive_cycle(..., starts=...), "
+        "powertrain run --start ...), or use trials.charge_sustaining"
     )
 
 

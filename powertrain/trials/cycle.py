@@ -23,6 +23,7 @@ from powertrain.trials.anatomy import Anatomy, anatomy, value_at
 from powertrain.trials.lost_gear import lost_gear
 from powertrain.trials.plausible import notes
 from powertrain.trials.standing import STANDS, standing
+from powertrain.trials.starting import checked_starts
 
 SPEED_BAND = 2 / 3.6
 """Speed tolerance [m/s]: 2 km/h, UN GTR No. 15, Annex 6, 2.6.8.3.1.2."""
@@ -273,6 +274,7 @@ def drive_cycle(
     cycle: DriveCycle | str | PathLike[str] | None = None,
     *,
     parameters: dict[str, float] | None = None,
+    starts: Mapping[str, Any] | None = None,
     progress: bool | Watch = False,
     **options: Any,
 ) -> CycleRun:
@@ -290,6 +292,8 @@ def drive_cycle(
         A cycle, the name of a legislated one, or a CSV file (``DriveCycle.from_csv``); by default the one of the vehicle.
     parameters : mapping of str to float, optional
         Values that replace those of the vehicle.
+    starts : mapping of str to float, optional
+        Initial values by name: ``{"battery.soc": 0.95}`` starts with a charged battery, ``{"cooling.T": "20 degC"}`` with a cold engine.
     progress : bool or callable
         A progress bar with distance and consumption so far, or a function that is given the run at the time reached (``pt.Present``).
     **options
@@ -303,7 +307,7 @@ def drive_cycle(
     Raises
     ------
     ParameterError
-        For wrong names.
+        For wrong names, and for a state of charge outside of 0 to 1.
     ModelError
         If the vehicle cannot be compiled.
 
@@ -323,9 +327,12 @@ def drive_cycle(
     start, stop = float(driven.times[0]), float(driven.times[-1])
     times = np.linspace(start, stop, round((stop - start) * RATE) + 1)
     given, message = dict(parameters or {}), ""
+    begun = checked_starts(plant, starts)
     watch = Bar(start, stop, so_far(plant, given)) if progress is True else progress
     try:
-        result = plant.simulate(stop, start=start, parameters=given, times=times, progress=watch, **options)
+        result = plant.simulate(
+            stop, start=start, parameters=given, starts=begun, times=times, progress=watch, **options
+        )
     except pt.SimulationError as error:
         if not isinstance(error.result, pt.Result) or error.result.time.size < 2:
             raise

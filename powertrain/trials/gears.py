@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 import powertrain as pt
-from powertrain.components.control import FixedGear, GearSchedule, PowerShiftSchedule
+from powertrain.components.control import FixedGear, SpeedSchedule
+from powertrain.components.control.shift_rule import Driving
 from powertrain.components.transmissions import Shiftable
 from powertrain.trials.operating import operating_map
 from powertrain.vehicles.car import GearedCar
@@ -19,12 +21,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-SCHEDULES = GearSchedule, PowerShiftSchedule
-
-
 def is_geared(vehicle: pt.Component) -> bool:
     """Whether a schedule changes the gears of its gearbox."""
-    return bool(_named(vehicle, *SCHEDULES) and _named(vehicle, Shiftable))
+    return bool(_named(vehicle, SpeedSchedule) and _named(vehicle, Shiftable))
 
 
 def _named(vehicle: pt.Component, *kinds: type[pt.Component]) -> str:
@@ -39,7 +38,7 @@ def numbers(vehicle: pt.Component) -> range:
 
 def in_gear(vehicle: pt.Component, k: int) -> pt.Component:
     """The vehicle with gear k permanently engaged."""
-    shifting, name = _named(vehicle, *SCHEDULES), _named(vehicle, Shiftable)
+    shifting, name = _named(vehicle, SpeedSchedule), _named(vehicle, Shiftable)
     schedule, box = getattr(vehicle, shifting), getattr(vehicle, name)
     held = FixedGear(gear=k, w_open=float(schedule.w_open), w_closed=float(schedule.w_closed))
     return pt.replace(vehicle, {shifting: held, name: box.in_gear(k)})
@@ -47,8 +46,13 @@ def in_gear(vehicle: pt.Component, k: int) -> pt.Component:
 
 def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array, maps: list[xr.Dataset]) -> NDArray[np.intp]:
     """The highest gear that the schedule keeps, over speed [m/s] and accelerator; ``maps`` are those of the gears."""
-    last = numbers(vehicle)[-1]
-    return np.array([[_Shifter(vehicle, maps, last).kept(float(v), float(p)) for p in accelerators] for v in speeds])
+    shape, shifts = (speeds.size, accelerators.size), _shifts(vehicle)
+    v, pedal = np.repeat(speeds, accelerators.size), np.tile(accelerators, speeds.size)
+    gear = np.full(v.size, numbers(vehicle)[-1])
+    for k in numbers(vehicle)[:0:-1]:
+        _, down, kick_down = shifts(v[None], v[None] * _per_speed(maps[k - 1]), pedal[None], k, 0.0)
+        gear[(gear == k) & np.any([down, kick_down], axis=(0, 1))] = k - 1
+    return gear.reshape(shape)
 
 
 def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list[xr.Dataset]:
@@ -81,55 +85,30 @@ def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[x
 
 
 class _Shifter:
-    """State and rules of a gear schedule."""
+    """A schedule that follows a drive, for engine speeds proportional to the vehicle speed: ``per_speed`` of each gear [rad/m]."""
 
-    def __init__(self, vehicle: pt.Component, maps: list[xr.Dataset], gear: int = 1) -> None:
-        schedule = getattr(vehicle, _named(vehicle, *SCHEDULES))
-        self.up, self.down = np.array(schedule.speeds).T
-        self.eager, self.relaxed, self.dwell, self.kick, self.patience = (
-            float(getattr(schedule, name)) for name in ("eager", "relaxed", "dwell", "kick", "patience")
-        )
-        self.gear, self.began, self.kicked = gear, -np.inf, -np.inf
-        self.per_speed = [_per_speed(found) for found in maps]
-        pulls = vehicle.pull_speeds() if isinstance(vehicle, GearedCar) else ([], [])
-        if isinstance(schedule, GearSchedule):
-            pulls = pulls[0], []
-        self.w_up, self.w_down = (values or [0.0] * len(self.up) for values in pulls)
-
-    def kept(self, v: float, pedal: float) -> int:
-        """The gear kept at a speed [m/s] and an accelerator position, coming from a higher gear."""
-        before = self.gear + 1
-        while self.gear < before:
-            before, self.began, self.kicked = self.gear, -np.inf, 0.0
-            self.decide(0.0, v, pedal)
-        return before
+    def __init__(self, vehicle: pt.Component, maps: list[xr.Dataset]) -> None:
+        schedule = getattr(vehicle, _named(vehicle, SpeedSchedule))
+        self.dwell, self.per_speed = float(schedule.dwell), [_per_speed(found) for found in maps]
+        self.shifts = _shifts(vehicle)
+        self.gear, self.began, self.kicked = 1, -np.inf, -np.inf
 
     def decide(self, t: float, v: float, pedal: float) -> None:
         """Update the gear at time t [s] for the speed v [m/s] and the accelerator ``pedal``."""
         if t - self.began < self.dwell:
             return
-        pressed = max(pedal - self.relaxed, 0) / (1 - self.relaxed)
-        now, before = 1 + self.eager * pressed, self.gear
-        up, down = self._limits()
-        calm = t > self.kicked + self.patience or v > up * (1 + self.eager)
-        deep, w = max(pedal - self.kick, 0) / max(1 - self.kick, 1e-6), v * self.per_speed[before - 1]
-        spent = before > len(self.up) or w > deep * self.w_up[before - 1]
-        over = v > up and w > self.w_up[before - 1] > 0 if before <= len(self.up) else False
-        pulls = before > 1 and w < deep * self.w_down[before - 2] * self.down[before - 2] / self.up[before - 2]
-        if (v > up * now and calm and spent) or over:
-            self.gear += 1
-        elif v < min(down * now, self._middle()):
-            self.gear -= 1
-        elif pedal > self.kick and (v < down * now or pulls):
-            self.gear, self.kicked = self.gear - 1, t
-        self.began = t if self.gear != before else self.began
+        up, down, kick_down = self.shifts(v, v * self.per_speed[self.gear - 1], pedal, self.gear, t - self.kicked)
+        if up or down or kick_down:
+            self.gear += 1 if up else -1
+            self.began, self.kicked = t, t if kick_down else self.kicked
 
-    def _limits(self) -> tuple[float, float]:
-        up = float(self.up[self.gear - 1]) if self.gear <= len(self.up) else np.inf
-        return up, float(self.down[self.gear - 2]) if self.gear > 1 else -np.inf
 
-    def _middle(self) -> float:
-        return float(self.up[self.gear - 2] + self.down[self.gear - 2]) / 2 if self.gear > 1 else -np.inf
+def _shifts(vehicle: pt.Component) -> ca.Function:
+    """The rule of the schedule as a function of ``Driving``: 1 for each of ``Shifts`` that is due, else 0."""
+    schedule = getattr(vehicle, _named(vehicle, SpeedSchedule))
+    now = Driving(*(pt.Symbol.sym(name) for name in Driving._fields))
+    pulls = vehicle.pull_speeds() if isinstance(vehicle, GearedCar) else ((), ())
+    return ca.Function("shifts", [*now], [*schedule.shifts(now, schedule.kick_limits(now.gear, *pulls))])
 
 
 def _per_speed(found: xr.Dataset) -> float:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials.anatomy import Anatomy
+from powertrain.trials.starting import empty
 
 STANDS = 1.0
 """Distance [m] up to which a vehicle stands, in both directions."""
@@ -41,8 +42,11 @@ def standing(cycle: DriveCycle, result: pt.Result[Any], parts: Anatomy) -> str:
                 f"(clutch, accessories), {engine}.tau_starter, which has to overcome that load at rest, and the idle controller"
             )
     if distance < -STANDS or distance < STANDS < ASKED * cycle.distance:
+        causes = [_most(result, path) for path in parts.prime_movers] + [
+            empty(result, path) for path in parts.batteries
+        ]
         return (
-            f"{driven}: {_moved(distance)}. {'; '.join(_most(result, path) for path in parts.prime_movers)}. Check the torque at low "
+            f"{driven}: {_moved(distance)}. {'; '.join(filter(None, causes))}. Check the torque at low "
             "speed, what closes the clutch and selects the gear, and what holds the brakes"
         )
     return ""

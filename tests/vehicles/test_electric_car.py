@@ -52,6 +52,33 @@ def test_consumption_in_all_its_units(run: CycleRun) -> None:
     assert run.time_outside == 0
 
 
+@pytest.mark.parametrize(
+    ("soc", "said"),
+    [
+        (1.5, "starts: battery.soc = 1.5 is outside its range, 0 .empty. to 1 .full.$"),
+        (95, "starts: battery.soc = 95 is outside its range, 0 .empty. to 1 .full.; write 0.95 for 95 %$"),
+        (-0.1, "starts: battery.soc = -0.1 is outside its range, 0 .empty. to 1 .full.$"),
+        ("full", "starts: battery.soc = 'full' is not a finite number"),
+    ],
+)
+def test_a_charge_that_cannot_be(run: CycleRun, soc: object, said: str) -> None:
+    """It ended in a message about the open-circuit voltage."""
+    with pytest.raises(pt.ParameterError, match=f"^{said}"):
+        drive_cycle(run.plant, starts={"battery.soc": soc})
+
+
+def test_a_run_from_another_charge(run: CycleRun) -> None:
+    """The least charge that gives power is named where the car does not move."""
+    charged = drive_cycle(run.plant, starts={"battery.soc": 0.9})
+    assert charged.result["battery.soc"][0] == 0.9
+    assert charged.wh_per_km == pytest.approx(run.wh_per_km, rel=0.02)
+    empty = drive_cycle(run.plant, starts={"battery.soc": 0.03})
+    assert (
+        "battery delivers nothing: its state of charge of 0.03 at the start is not above battery.soc_min = 0.03"
+        in empty.message
+    )
+
+
 def test_energy_flows_from_the_battery(run: CycleRun) -> None:
     """All that is supplied is what the battery has given; losses and bars are shares of it, and nothing is stored."""
     assert run.supplied == pytest.approx(run.electricity, rel=1e-3)

@@ -6,16 +6,19 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import powertrain as pt
 from powertrain.components.control import GearSchedule, PowerShiftSchedule
 from powertrain.components.cycles import DriveCycle
+from powertrain.presets.files import applied
 from powertrain.trials import drive_cycle
+from powertrain.vehicles import ManualCar
 
 PAGE = (Path(__file__).parents[2] / "docs" / "howto" / "own_car.md").read_text(encoding="utf-8")
 FILES, PROGRAMS = (re.findall(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL) for kind in ("toml", "python"))
-NAMES = "leaf", "roadster", "saloon"
+NAMES = "leaf", "roadster", "saloon", "midsize"
 
 
 def by_python() -> dict[str, Any]:
@@ -28,7 +31,7 @@ def by_python() -> dict[str, Any]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("k", range(3), ids=NAMES)
+@pytest.mark.parametrize("k", range(len(NAMES)), ids=NAMES)
 def test_file_and_python_give_one_car(k: int, tmp_path: Path) -> None:
     (tmp_path / "car.toml").write_text(FILES[k], encoding="utf-8")
     for text in (FILES[k], PROGRAMS[k]):
@@ -67,3 +70,31 @@ def test_shift_speeds_for_gears() -> None:
     assert full == pytest.approx(500.0)
     with pytest.raises(pt.ParameterError, match="decrease from gear to gear"):
         PowerShiftSchedule.for_gears((1.0, 2.0), 3.0)
+    other = GearSchedule.for_gears((4.0, 2.0, 1.5), 3.0, radius="300 mm", w_up=100.0, w_full="500 rad/s")
+    np.testing.assert_allclose(other.speeds, schedule.speeds, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "said"),
+    [
+        ((3.6, 4.1), {}, r": \(3.6,\) are not two or more ratios .*give a list, as in"),
+        (([3.6, "2.1"], 4.1), {}, ": ratio of gear 2 = '2.1' is a text"),
+        (([3.6, 2.1], -4.1), {}, ": final_drive = -4.1 is outside its range"),
+        (([3.6, 2.1], 4.1), {"radius": "205/55"}, r": radius = '205/55' is not the size of a radial tyre"),
+        (([3.6, 2.1], 4.1), {"w_full": "5500 Nm"}, ": w_full = '5500 Nm'"),
+    ],
+)
+def test_schedules_for_what_are_no_gears(arguments: tuple[Any, ...], options: dict[str, Any], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=f"^GearSchedule.for_gears{said}"):
+        GearSchedule.for_gears(*arguments, **options)
+
+
+def test_what_a_maker_takes() -> None:
+    """More arguments than it takes, in a file."""
+    said = r"^schedule: GearSchedule.for_gears\(3, 2, 1\) cannot be made: .*; GearSchedule.for_gears takes ratios, final_drive, radius"
+    with pytest.raises(pt.ParameterError, match=said):
+        applied(ManualCar(), {"schedule": {"class": "GearSchedule.for_gears(3, 2, 1)"}})
+    with pytest.raises(
+        pt.ParameterError, match=r"^schedule: write GearSchedule.for_gears\(...\) with .*; it takes ratios, final"
+    ):
+        applied(ManualCar(), {"schedule": {"class": "GearSchedule.for_gears"}})

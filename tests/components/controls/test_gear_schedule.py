@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 
 import powertrain as pt
 from powertrain.components.blocks import TimeTable
 from powertrain.components.control import GearSchedule, PowerShiftSchedule, StartStop
+from powertrain.components.control.shift_rule import Driving
 from powertrain.presets.files import applied
 from powertrain.vehicles.manual_car import ManualCar
 
@@ -23,10 +25,11 @@ class Scheduled(pt.Component):
     u: TimeTable = TimeTable(table=((0.0, 0.5),))
     w: TimeTable = TimeTable(table=((0.0, 300.0),))
     schedule: GearSchedule | PowerShiftSchedule = GearSchedule(speeds=SPEEDS, eager=0)
-    pulls: tuple[tuple[float, ...], ...] = ((0.0, 0.0), (0.0, 0.0))
+    pulls: tuple[tuple[float, ...], ...] = ()
 
     def equations(self) -> pt.Equations:
-        yield from self.schedule.pulled(*self.pulls)
+        if self.pulls:
+            yield from self.schedule.pulled(*self.pulls)
         yield pt.connect(self.v.y, self.schedule.v)
         yield pt.connect(self.u.y, self.schedule.accelerator)
         yield pt.connect(self.w.y, self.schedule.w)
@@ -127,6 +130,40 @@ def test_a_full_pedal_goes_down_to_the_gear_that_pulls_harder() -> None:
         w = TimeTable(table=((0.0, speed),))
         car = Scheduled(v=TimeTable(table=((0.0, 30.0),)), u=u, w=w, pulls=PULLS, schedule=schedule)
         assert pt.simulate(car, stop=11, max_step=0.2)["schedule.gear"][-1] == gear
+
+
+@pytest.mark.parametrize("kind", [GearSchedule, PowerShiftSchedule])
+def test_no_kick_down_where_the_next_gear_pulls_harder(kind: type[GearSchedule] | type[PowerShiftSchedule]) -> None:
+    """Second gear at 9 m/s and 500 rad/s, below 2 m/s times 5, where third pulls harder from 300 rad/s: a full pedal shifts up."""
+    v, u = (
+        TimeTable(table=((0.0, 7.0), (10.0, 7.0), (10.0, 9.0))),
+        TimeTable(table=((0.0, 0.0), (10.0, 0.0), (10.0, 1.0))),
+    )
+    w, schedule = TimeTable(table=((0.0, 500.0),)), kind(speeds=SPEEDS, eager=4)
+    result = pt.simulate(Scheduled(v=v, u=u, w=w, pulls=PULLS, schedule=schedule), stop=11.5, max_step=0.2)
+    assert result.at([9.9, 10.1, 11.5], "schedule.gear").tolist() == [2, 3, 3]
+
+
+def test_the_rule_in_numbers_is_that_of_the_run() -> None:
+    """``trials.backward`` decides by the same rule: a drive through all shifts, decided every 10 ms, shifts at the times of the run."""
+    schedule = PowerShiftSchedule(speeds=SPEEDS, kick=0.6)
+    v = TimeTable(table=((0.0, 0.0), (10.0, 14.0), (20.0, 5.0), (30.0, 9.0), (40.0, 1.0)))
+    u = TimeTable(table=((0.0, 0.3), (12.0, 0.3), (16.0, 1.0), (22.0, 1.0), (26.0, 0.0)))
+    w = TimeTable(table=((0.0, 300.0), (15.0, 450.0), (25.0, 150.0), (40.0, 350.0)))
+    result = pt.simulate(Scheduled(v=v, u=u, w=w, pulls=PULLS, schedule=schedule), stop=40, max_step=0.2)
+    now = Driving(*(pt.Symbol.sym(name) for name in Driving._fields))
+    rule = ca.Function("rule", [*now], [*schedule.shifts(now, schedule.kick_limits(now.gear, *PULLS))])
+    gear, began, kicked, changes = 1, -100.0, -100.0, []
+    for t in np.arange(0.0, 40.0, 0.01):
+        shown = (np.interp(t, *np.transpose(table.table)) for table in (v, w, u))
+        due = [bool(one) for one in rule(*shown, gear, t - kicked)]
+        if any(due) and t - began > 2.0:
+            gear, began, kicked = gear + (1 if due[0] else -1), t, t if due[2] else kicked
+            changes.append(t)
+    assert len(changes) > 4
+    np.testing.assert_allclose(
+        _shifts(result), changes, atol=0.031
+    )  # three shifts wait for each other, each up to a step late
 
 
 def _shifts(result: pt.Result[Scheduled]) -> list[float]:

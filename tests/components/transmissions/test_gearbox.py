@@ -11,7 +11,7 @@ import powertrain as pt
 from powertrain.components.blocks import TimeTable
 from powertrain.components.differentials import ChurningLoss
 from powertrain.components.rotational import Clutch, ConstantTorque, IdealGear, Inertia
-from powertrain.components.transmissions import DualClutchGearbox, ManualGearbox, SynchronisedGearbox
+from powertrain.components.transmissions import DualClutchGearbox, ManualGearbox, PowerShiftGearbox, SynchronisedGearbox
 
 J_1, J_2, TORQUE = 0.1, 0.5, 40.0
 CONE = Clutch(fn_max=TORQUE, mue_pos=((0.0, 1.0),))
@@ -102,6 +102,40 @@ def test_cones_slide_until_the_dogs_are_in() -> None:
     lost = pt.simulate(Launched(), 1.0, starts={"box.input.w": 90.0})
     assert lost["box.synchronisers[0].tau"][-1] == pytest.approx(-cone, rel=3e-3)
     assert lost["box.input.w"][-1] > 1000
+
+
+@pytest.mark.parametrize("kind", [ManualGearbox, DualClutchGearbox, SynchronisedGearbox])
+@pytest.mark.parametrize(
+    ("ratios", "said"),
+    [
+        ((), r"of_ratios: give the ratio of every gear, first gear first"),
+        (([],), r"of_ratios: give the ratio of every gear, first gear first"),
+        (([3.6, 2.1], 1.4), r"of_ratios: ratio of gear 1 = \[3.6, 2.1\] is not a number"),
+        ((3.6, "2.1"), r"of_ratios: ratio of gear 2 = '2.1' is a text without a unit"),
+        ((3.6, -2.1), r"of_ratios: ratio of gear 2 = -2.1 is outside its range \(0, inf\)"),
+        ((3.6, float("nan")), r"of_ratios: ratio of gear 2 = nan is outside its range"),
+    ],
+)
+def test_ratios_that_are_none(kind: Any, ratios: tuple[Any, ...], said: str) -> None:
+    """The errors spoke of ``IdealGear.ratio``; no ratio at all gave a gearbox without gears."""
+    with pytest.raises(pt.ParameterError, match=rf"^{kind.__name__}\.{said}"):
+        kind.of_ratios(*ratios)
+
+
+@pytest.mark.parametrize("kind", [ManualGearbox, DualClutchGearbox, SynchronisedGearbox])
+def test_ratios_in_a_list(kind: Any) -> None:
+    for ratios in ([3.6, 2.1, 1.4], (3.6, 2.1, 1.4), np.array([3.6, 2.1, 1.4])):
+        assert kind.of_ratios(ratios) == kind.of_ratios(3.6, 2.1, 1.4)
+
+
+@pytest.mark.parametrize(
+    ("ratios", "said"),
+    [(3.6, "= 3.6 is no row"), ((3.6, "2"), "is no row"), ([3.6, float("nan")], "no row of finite numbers")],
+)
+def test_a_row_of_numbers(ratios: Any, said: str) -> None:
+    assert PowerShiftGearbox(ratios=[3.6, 2.1]) == PowerShiftGearbox(ratios=(3.6, 2.1))  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=f"^PowerShiftGearbox.ratios.* {said}"):
+        PowerShiftGearbox(ratios=ratios)
 
 
 @pytest.mark.parametrize("kind", [ManualGearbox, DualClutchGearbox, SynchronisedGearbox])

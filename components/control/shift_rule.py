@@ -1,0 +1,113 @@
+"""When a gear schedule shifts: one rule, which schedules state as equations and trials evaluate with numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import casadi as ca
+
+from powertrain import Symbol
+from powertrain.components.limited import limited
+
+NEVER = 1e9
+"""A speed, in m/s or rad/s, that nothing reaches."""
+SHORTEST = 1e-6
+"""Smallest travel of the pedal from ``kick`` to the floor: with ``kick`` = 1 there is no kick-down, and no division by zero."""
+
+
+class Driving(NamedTuple):
+    """What a schedule chooses the gear by."""
+
+    v: Symbol
+    """Speed of the vehicle [m/s]."""
+    w: Symbol
+    """Speed of the engine [rad/s]."""
+    accelerator: Symbol
+    """Accelerator pedal, 0 to 1."""
+    gear: Symbol
+    """The present gear, from 1."""
+    kicked: Symbol
+    """Time since the last kick-down [s]."""
+
+
+class KickLimits(NamedTuple):
+    """Engine speeds [rad/s] for shifts with a fully pressed accelerator. Those that never matter leave the schedule to its shift speeds."""
+
+    earliest: Symbol
+    """Not up below it."""
+    latest: Symbol
+    """Up above it."""
+    down: Symbol
+    """Down below it."""
+
+
+class Shifts(NamedTuple):
+    """Conditions of shifts to a neighbouring gear; at most one of them holds."""
+
+    up: Symbol
+    down: Symbol
+    kick_down: Symbol
+
+
+def kick_limits(
+    speeds: Sequence[tuple[float, float]], gear: Symbol, before: Sequence[float], after: Sequence[float]
+) -> KickLimits:
+    """The limits from the engine speeds [rad/s] before and after each upshift at which both gears pull equally hard.
+
+    Without speeds before the shifts, or without those after them, there are no such limits. The downshift has the hysteresis of ``speeds``.
+    """
+    lower = [w * down / up for w, (up, down) in zip(after, speeds, strict=False)]
+    return KickLimits(_of(gear, before, 1, 0.0), _of(gear, before, 1, NEVER), _of(gear, lower, 2, 0.0))
+
+
+@dataclass(frozen=True)
+class ShiftRule:
+    """The rule of ``GearSchedule``, for rows of shift speeds (up, down) [m/s] and its parameters."""
+
+    speeds: Sequence[tuple[float, float]]
+    eager: Symbol
+    relaxed: Symbol
+    kick: Symbol
+    patience: Symbol
+
+    def shifts(self, now: Driving, limits: KickLimits) -> Shifts:
+        """Which shift is due."""
+        up = _of(now.gear, [row[0] for row in self.speeds], 1, NEVER)
+        down = _of(now.gear, [row[1] for row in self.speeds], 2, -NEVER)
+        middle = _of(now.gear, [sum(row) / 2 for row in self.speeds], 2, -NEVER)
+        pressed = ca.fmax(now.accelerator - self.relaxed, 0) / (1 - self.relaxed)
+        kicked = limited((now.accelerator - self.kick) / ca.fmax(1 - self.kick, SHORTEST))
+        later = 1 + self.eager * pressed
+
+        released = _any(now.kicked > self.patience, now.v > up * (1 + self.eager))
+        by_schedule = _all(now.v > up * later, released, now.w > kicked * limits.earliest)
+        at_the_latest = _all(now.v > up, now.w > limits.latest)
+        upshift = _any(by_schedule, at_the_latest)
+
+        downshift = now.v < ca.fmin(down * later, middle)
+
+        pulls_harder = _any(now.v < down * later, now.w < kicked * limits.down)
+        kick_down = _all(now.accelerator > self.kick, pulls_harder, ca.logic_not(downshift), ca.logic_not(upshift))
+        return Shifts(upshift, downshift, kick_down)
+
+
+def _of(gear: Symbol, values: Sequence[float], first: int, otherwise: float) -> Symbol:
+    """The value for a gear; ``values`` are those of the gears from ``first`` on."""
+    found = Symbol(otherwise)
+    for k, value in enumerate(values, first):
+        found = ca.if_else(ca.fabs(gear - k) < 0.5, value, found)
+    return found
+
+
+def _all(first: Symbol, *others: Symbol) -> Symbol:
+    for other in others:
+        first = ca.logic_and(first, other)
+    return first
+
+
+def _any(first: Symbol, *others: Symbol) -> Symbol:
+    for other in others:
+        first = ca.logic_or(first, other)
+    return first

@@ -1,0 +1,34 @@
+"""Initial values of a run of a vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import powertrain as pt
+from powertrain.initialization.conditions import start_values
+from powertrain.trials.anatomy import anatomy
+
+
+def checked_starts(plant: pt.Plant[Any], given: Mapping[str, Any] | None, what: str = "starts") -> dict[str, float]:
+    """Initial values by name as numbers; ``what`` names them in errors.
+
+    Errors: ParameterError for unknown names, for what is no number, and for a state of charge outside of 0 to 1.
+    """
+    found = start_values(plant.compiled, given, what)
+    for battery in anatomy(plant.model).batteries:
+        soc = found.get(f"{battery}.soc", 0.0)
+        if not 0 <= soc <= 1:
+            percent = f"; write {soc / 100:g} for {soc:g} %" if 5 <= soc <= 100 else ""
+            raise pt.ParameterError(
+                f"{what}: {battery}.soc = {soc:g} is outside its range, 0 (empty) to 1 (full){percent}"
+            )
+    return found
+
+
+def empty(result: pt.Result[Any], battery: str) -> str:
+    """A sentence on a battery that begins without charge to give; else nothing."""
+    soc, least = float(result[f"{battery}.soc"][0]), result.parameters[f"{battery}.soc_min"]
+    if soc > least:
+        return ""
+    return f"{battery} delivers nothing: its state of charge of {soc:g} at the start is not above {battery}.soc_min = {least:g}"
