@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.compiler.assemble import Compiled, compile_model
-from powertrain.compiler.binding import Limits
 from powertrain.compiler.flatten import checked_model
 from powertrain.compiler.hybrid import TimeSignal
 from powertrain.engine.failure import OUTSIDE
@@ -60,8 +59,7 @@ class Plant(Generic[M]):
         self.compiled: Compiled = compile_model(model)
         self._defaults = np.array([c.value for c in self.compiled.parameters.values()])
         self._position = {name: i for i, name in enumerate(self.compiled.parameters)}
-        self._limits = Limits(self.compiled.flat)
-        self._limits.check(self._defaults)
+        self.compiled.limits.check(self._defaults)
         self._local = threading.local()
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -100,19 +98,19 @@ class Plant(Generic[M]):
                 raise ParameterError(f"the model has no parameter {name}{suggestion(name, self._position)}")
             p[self._position[name]] = self.compiled.parameters[name].check(value, name)
         if together:
-            self._limits.check(p)
+            self.compiled.limits.check(p)
         return p
 
     @property
     def limited(self) -> set[str]:
         """The parameters on which bound parameters and conditions of ``check()`` depend."""
-        return self._limits.names
+        return self.compiled.limits.names
 
     def check_together(self, names: Sequence[str], sets: Array, parameters: Mapping[str, float] | None = None) -> None:
         """ParameterError for values of the named parameters, one set per column, that contradict each other or the rest."""
         p = np.repeat(self.parameter_vector(parameters, together=False)[:, None], sets.shape[1], axis=1)
         p[[self._position[name] for name in names]] = sets
-        self._limits.check(p)
+        self.compiled.limits.check(p)
 
     def simulate(
         self,

@@ -271,7 +271,7 @@ class Result(Generic[M]):
         return picked
 
     def evaluate(self, expressions: Sequence[Symbol]) -> NDArray[np.float64]:
-        """Expressions of the model's variables (symbols of ``compiled.flat``) over the samples, one column each."""
+        """Expressions of the model's variables (symbols of ``compiled.source``) over the samples, one column each."""
         return self._expressions(self._signals.resolve(expressions))
 
     def _expressions(self, expressions: Sequence[Symbol]) -> NDArray[np.float64]:

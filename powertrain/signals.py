@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import weakref
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any, NamedTuple
 
@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled, SignalEntry
-from powertrain.compiler.flatten import Flat, flatten
+from powertrain.compiler.binding import bind_parameters
+from powertrain.compiler.flatten import flatten
+from powertrain.compiler.source import Source, source_of
 from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.language.arguments import names as argument_names
 from powertrain.language.component import Component
 from powertrain.language.connectors import Signal, of_a_signal
-from powertrain.language.recorder import reading
 from powertrain.language.replacing import replace as changed
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.batch import Lanes, building
@@ -67,7 +68,7 @@ class Signals:
         self.entries: dict[str, SignalEntry] = compiled.signals
         self.parameters = {name: (c.unit, c.doc) for name, c in compiled.parameters.items()}
         self._resolve: Callable[[list[Symbol]], list[Symbol]] = compiled.resolve
-        self._flat: Flat | None = compiled.flat
+        self._source: Source | None = compiled.source
         self._model: Component | None = None
         self._prepare()
 
@@ -81,19 +82,19 @@ class Signals:
         self._local = threading.local()
 
     @property
-    def flat(self) -> Flat:
-        """The flat model, whose components are what selectors see."""
-        if self._flat is None:
+    def source(self) -> Source:
+        """The source of the model, whose components are what selectors see."""
+        if self._source is None:
             assert self._model is not None
             with building:
-                self._flat = flatten(self._model)
-        return self._flat
+                self._source = source_of(bind_parameters(flatten(self._model)))
+        return self._source
 
     @property
     def model(self) -> Component:
         """The model as the user wrote it."""
         if self._model is None:
-            self._model = changed(self.flat.components[0])
+            self._model = changed(self.source.model)
         return self._model
 
     def __getstate__(self) -> dict[str, Any]:
@@ -111,7 +112,7 @@ class Signals:
         pairs = zip(texts, _scalars(expressions), strict=True)
         self.entries = {name: SignalEntry(unit, doc, e) for (name, (unit, doc)), e in pairs}
         self.parameters = state["parameters"]
-        self._resolve, self._flat, self._model = self._by_name, None, state["model"]
+        self._resolve, self._source, self._model = self._by_name, None, state["model"]
         self._prepare()
 
     def _by_name(self, expressions: list[Symbol]) -> list[Symbol]:
@@ -150,10 +151,9 @@ class Signals:
     def _selected(self, selector: Callable[[Any], Any]) -> Picked:
         if not callable(selector):
             raise ParameterError(f"name a signal by its path or a selector (lambda m: m.J1.w), not by {selector!r}")
-        scratch = replace(self.flat.recorder, path="selector", text=None, switches=[], schedules=[], guards=[])
-        with building, reading(scratch):
+        with building, self.source.reading("selector"):
             try:
-                picked = selector(self.flat.components[0])
+                picked = selector(self.source.model)
             except AttributeError as error:
                 fields = list(getattr(error.obj, "_fields", {}))
                 said = f"selector: {type(error.obj).__name__} has no field {error.name}"
@@ -193,12 +193,9 @@ class Signals:
         """Expressions of the model's variables as expressions of (t, x, z, m, p). ParameterError where that fails."""
         with building:
             whole = column(list(expressions))
-            bindings = self.flat.bindings
-            for _ in range(20):
-                if not any(key(s) in bindings for s in free_symbols(whole)):
-                    break
-                old, new = zip(*bindings.values(), strict=True)
-                (whole,) = ca.substitute([whole], [column(old)], [column(new)])
+            if self.source.bindings:
+                bound, values = zip(*self.source.bindings, strict=True)
+                whole = ca.substitute(whole, column(bound), column(values))
             found = self._resolve(_scalars(whole))
             inside = {key(s) for group in self.inputs for s in _scalars(group)}
             for s in free_symbols(column(found)):

@@ -43,7 +43,8 @@ ORDER = [
     "numerics: batch many",
     "numerics: replay folding",
     "compiler: matching calls cancellation",
-    "compiler: texts operations walks flatten binding jumps alias index torques structure blocks resolver continuity records assemble",
+    "compiler: texts operations walks flatten binding source jumps alias index torques structure blocks resolver continuity "
+    "records assemble",
     "modes: complementarity indicators rules projection jam guards selflocking admissible algebra uniqueness",
     "modes: resting discontinuities resolve",
     "integration: samples step_control step dopri5 rodas5p fused parts sparse_step specialized",

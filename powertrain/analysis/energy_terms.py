@@ -6,18 +6,18 @@ stored in it or, in a boundary (source, ground), taken out of the model.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.source import Source
 from powertrain.compiler.texts import guarded
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.component import Component
 from powertrain.language.connectors import Connector, Signal
-from powertrain.language.recorder import Recorder, reading
 from powertrain.language.symbols import Symbol, column, free_symbols
 from powertrain.numerics.batch import Lanes
 from powertrain.numerics.buffers import Array
@@ -64,7 +64,7 @@ class WrittenTerms:
 
 def written_terms(compiled: Compiled) -> WrittenTerms:
     """The terms of a compiled model. ModelError if one cannot be computed."""
-    parts, ports, texts = _without_idle(_texts(compiled.flat.components, compiled.flat.recorder))
+    parts, ports, texts = _without_idle(_texts(compiled.source))
     power = [p for t in texts for p in t.power.values()]
     written = _resolved(signals_of(compiled), [*power, *(t.loss for t in texts), *(t.energy for t in texts)], texts)
     n, k = len(power), len(power) + len(texts)
@@ -182,16 +182,15 @@ class _Text:
     energy: Symbol
 
 
-def _texts(components: list[Component], recorder: Recorder) -> list[_Text]:
+def _texts(source: Source) -> list[_Text]:
     """The power, loss and energy terms that the components declare.
 
     A switch in a term is identified with the switch of the equations that has the same condition; without one, it follows its condition
     without an event.
     """
-    scratch = replace(recorder, path="energy", text=None, switches=[], schedules=[], guards=[])
     texts: dict[str, _Text] = {}
-    with reading(scratch):
-        for component in components:
+    with source.reading("energy") as apart:
+        for component in source.components:
             path = component._path
             if not isinstance(component, Connector):
                 texts[path] = _Text(
@@ -208,9 +207,9 @@ def _texts(components: list[Component], recorder: Recorder) -> list[_Text]:
                     texts[owner].power[path] = power
     old: list[Symbol] = []
     new: list[Symbol] = []
-    for entry in scratch.switches:
+    for entry in apart.switches:
         g = ca.substitute(entry.g, column(old), column(new)) if old else entry.g
-        same = [switch.mode for switch in recorder.switches if ca.is_equal(switch.g, g, _DEPTH)]
+        same = [switch.mode for switch in source.recorder.switches if ca.is_equal(switch.g, g, _DEPTH)]
         old.append(entry.mode)
         new.append(same[0] if same else ca.if_else(g > 0, 1.0, 0.0))
 

@@ -37,7 +37,7 @@ def model_identity(compiled: Compiled) -> str:
     equations = ca.Function("powertrain_identity", [dae.t, dae.x, dae.z, dae.m, dae.p, given], expressions)
     starts = (
         [(u.name, u.start, u.guess) for u in compiled.variables.values()],
-        [str(e.residual) for e in compiled.flat.initial],
+        [str(e.residual) for e in compiled.source.initial],
     )
     texts = [(name, entry.unit, entry.doc) for name, entry in compiled.signals.items()]
     values = [(name, c.value, c.unit) for name, c in compiled.parameters.items()]

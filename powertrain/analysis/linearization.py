@@ -120,7 +120,7 @@ def _linearizer(plant: Plant[Any], inputs: tuple[str, ...], outputs: Sequence[Se
 
 
 def _default_outputs(compiled: Compiled) -> list[str]:
-    root = compiled.flat.components[0]
+    root = compiled.source.model
     ports = [port._path for port in root.__dict__.values() if isinstance(port, Output)]
     return ports or [name for name in compiled.states if name in compiled.signals]
 
@@ -151,7 +151,7 @@ class _Linearizer:
         self.values = self._derivatives(perturbed)
 
     def _refuse_unknown(self) -> None:
-        known = spots(self.original.flat)
+        known = spots(self.original.source.components)
         for name in self.driven:
             if name not in known:
                 near = suggestion(name, [*known, *self.original.parameters])
@@ -272,7 +272,7 @@ class _Linearizer:
         }
         states = [names[i] + minus(relative.get(names[i], {})) for i in found.kept]
         shifts = gains[found.kept] - found.relative @ gains[found.gone]
-        compiled, known, matrices = self.compiled, spots(self.original.flat), found.matrices
+        compiled, known, matrices = self.compiled, spots(self.original.source.components), found.matrices
         units = {
             label: compiled.signals[names[i]].unit
             for label, i in zip(states, found.kept, strict=True)

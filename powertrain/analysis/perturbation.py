@@ -21,7 +21,7 @@ from powertrain.language.connectors import Connector, Output, Signal
 from powertrain.language.fields import Variable
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
-from powertrain.language.recorder import Place, reading
+from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time, total_derivative
 
 ORDER = 4
@@ -54,10 +54,10 @@ class Perturbed:
     added: dict[str, Symbol]
 
 
-def spots(flat: Flat) -> dict[str, Spot]:
+def spots(components: Sequence[Component]) -> dict[str, Spot]:
     """Every signal port by its path, and every flow of a port ('shaft.flange_a.tau'): an external torque or force on the component."""
     found: dict[str, Spot] = {}
-    for port in flat.components:
+    for port in components:
         if not isinstance(port, Connector):
             continue
         owner = port._path.rpartition(".")[0]
@@ -81,7 +81,7 @@ def compile_perturbed(model: Component, names: Sequence[str]) -> Perturbed:
     plus the perturbation.
     """
     flat = flatten(model)
-    known, reference = spots(flat), Symbol.sym("reference")
+    known, reference = spots(flat.components), Symbol.sym("reference")
     flat.recorder.constants.add(key(reference))
     coefficients = []
     added: dict[str, Symbol] = {}
@@ -143,9 +143,8 @@ def transfer(original: Compiled, perturbed: Compiled) -> Callable[[OperatingPoin
             base, order = base[4:-1], order + 1
         if base in original.variables:
             expression = original.variables[base].symbol
-            with reading(original.flat.recorder) as recorder:
-                for _ in range(order):
-                    expression = recorder.derivative(expression)
+            for _ in range(order):
+                expression = original.source.recorder.derivative(expression)
             (expression,) = original.resolve([expression])
             inside = {s.name() for group in (dae.t, dae.x, dae.z, dae.m, dae.p) for s in scalars(group)}
             if all(s.name() in inside for s in free_symbols(expression)):

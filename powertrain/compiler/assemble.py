@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 
 from powertrain.compiler.alias import Affine, Base, Reduced, eliminate_aliases
-from powertrain.compiler.binding import bind_parameters
+from powertrain.compiler.binding import Limits, bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
 from powertrain.compiler.flatten import Equation, Flat, ModelConstant, ModelVariable, flatten
@@ -27,6 +27,7 @@ from powertrain.compiler.records import (
     with_impacts,
 )
 from powertrain.compiler.resolver import Resolver
+from powertrain.compiler.source import Source, source_of
 from powertrain.compiler.structure import check_structure
 from powertrain.compiler.torques import LawTorque, declare_torques, with_rates
 from powertrain.language.component import Component
@@ -51,13 +52,15 @@ class SignalEntry:
 class Compiled:
     """The reduced model with the names of its parts.
 
-    Analyses read these fields. ``flat`` serves those that read the model's source: selectors, ``energy()`` and ``loss()``, connections.
+    Analyses read ``dae``. ``source`` serves what refers to the model as it is written: selectors, ``energy()`` and ``loss()``,
+    connections, initial equations, the lines that messages quote. ``limits``: conditions on the values of the parameters.
     ``discretes``: index in the held values m of each discrete variable. ``resolve`` gives expressions of the model's variables in
     (t, x, z, m, p), ``open`` the same for given torques of the laws.
     """
 
-    flat: Flat
     dae: HybridDae
+    source: Source
+    limits: Limits
     states: list[str]
     signals: dict[str, SignalEntry]
     parameters: dict[str, ModelConstant]
@@ -172,8 +175,9 @@ def _assemble(
     )
     dae = with_impacts(dae, resolver, held)
     return Compiled(
-        flat=flat,
         dae=dae,
+        source=source_of(flat),
+        limits=Limits(flat),
         states=list(dae.state_names),
         signals=_signals(flat, resolver, torques, held) | _nameless(reduced, dae, states),
         parameters={c.name: c for c in flat.parameters},
