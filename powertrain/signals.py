@@ -22,7 +22,7 @@ from powertrain.language.arguments import names as argument_names
 from powertrain.language.component import Component
 from powertrain.language.connectors import Signal, of_a_signal
 from powertrain.language.replacing import replace as changed
-from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
 from powertrain.numerics.batch import Lanes, building
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
@@ -75,10 +75,10 @@ class Signals:
     def _prepare(self) -> None:
         self.names = list(self.entries)
         self._place = {name: i for i, name in enumerate(self.names)}
-        self._state = {key(s): i for i, s in enumerate(_scalars(self.inputs[1]))}
+        self._state = {key(s): i for i, s in enumerate(scalars(self.inputs[1]))}
         self._direct: dict[str, tuple[bool, int] | None] = {}
         self._explicit: dict[str, bool] = {}
-        self._held = {key(s): i for i, s in enumerate(_scalars(self.inputs[3]))}
+        self._held = {key(s): i for i, s in enumerate(scalars(self.inputs[3]))}
         self._local = threading.local()
 
     @property
@@ -109,7 +109,7 @@ class Signals:
         self.inputs = tuple(Symbol.sym(name, function.size1_in(i)) for i, name in enumerate("txzmp"))  # type: ignore[assignment]
         expressions, self.residual = function.call(list(self.inputs))
         texts = state["texts"].items()
-        pairs = zip(texts, _scalars(expressions), strict=True)
+        pairs = zip(texts, scalars(expressions), strict=True)
         self.entries = {name: SignalEntry(unit, doc, e) for (name, (unit, doc)), e in pairs}
         self.parameters = state["parameters"]
         self._resolve, self._source, self._model = self._by_name, None, state["model"]
@@ -117,12 +117,12 @@ class Signals:
 
     def _by_name(self, expressions: list[Symbol]) -> list[Symbol]:
         """``Compiled.resolve`` for what was unpickled without equations: a symbol stands for the signal of its name."""
-        known = dict(zip(self.parameters, _scalars(self.inputs[4]), strict=True)) | {"time": self.inputs[0]}
+        known = dict(zip(self.parameters, scalars(self.inputs[4]), strict=True)) | {"time": self.inputs[0]}
         known |= {name: e.expression for name, e in self.entries.items()}
         whole = column(expressions)
         old = [s for s in free_symbols(whole) if s.name() in known]
         (new,) = ca.substitute([whole], [column(old)], [column([known[s.name()] for s in old])])
-        return _scalars(new)
+        return scalars(new)
 
     def matching(self, patterns: str | Iterable[str], among: Sequence[str] | None = None) -> list[str]:
         """Names that fit one of the patterns (``*``, ``?``), in the model's order; ParameterError for one without."""
@@ -196,8 +196,8 @@ class Signals:
             if self.source.bindings:
                 bound, values = zip(*self.source.bindings, strict=True)
                 whole = ca.substitute(whole, column(bound), column(values))
-            found = self._resolve(_scalars(whole))
-            inside = {key(s) for group in self.inputs for s in _scalars(group)}
+            found = self._resolve(scalars(whole))
+            inside = {key(s) for group in self.inputs for s in scalars(group)}
             for s in free_symbols(column(found)):
                 if key(s) not in inside:
                     said = f"{s.name()} is no signal of the model after its reduction"
@@ -275,10 +275,6 @@ class Signals:
 def fits_pattern(name: str, pattern: str) -> bool:
     """Whether ``name`` fits a pattern of ``*`` and ``?``; brackets stand for themselves ('wheels[0].*')."""
     return fnmatchcase(name, pattern.replace("[", "[[]"))
-
-
-def _scalars(vector: Symbol) -> list[Symbol]:
-    return list(ca.vertsplit(vector)) if vector.numel() else []
 
 
 _known: dict[int, tuple[weakref.ref[Compiled], Signals]] = {}

@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.operating_point import Array, OperatingPoint, Point, operating_point
-from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, scalars, spots, transfer
+from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, spots, transfer
 from powertrain.analysis.reduction import Matrices, Quotient, free_motion, substitute_inputs, without_unseen
 from powertrain.compiler.assemble import Compiled
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language.arguments import flag, listed
 from powertrain.language.component import Component
 from powertrain.language.connectors import Output
-from powertrain.language.symbols import Symbol, column
+from powertrain.language.symbols import Symbol, column, scalars
 from powertrain.plant import Plant
 from powertrain.signals import Picked, signals_of
 

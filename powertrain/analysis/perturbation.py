@@ -22,7 +22,7 @@ from powertrain.language.fields import Variable
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
 from powertrain.language.recorder import Place
-from powertrain.language.symbols import Symbol, column, free_symbols, key, time, total_derivative
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time, total_derivative
 
 ORDER = 4
 """Highest derivative of a perturbation that is considered."""
@@ -162,8 +162,3 @@ def transfer(original: Compiled, perturbed: Compiled) -> Callable[[OperatingPoin
         return np.array(x, float).ravel(), np.array(z, float).ravel()
 
     return at
-
-
-def scalars(expression: Symbol) -> list[Symbol]:
-    """The entries of a column."""
-    return list(ca.vertsplit(expression)) if expression.numel() else []

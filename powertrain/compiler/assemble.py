@@ -35,7 +35,7 @@ from powertrain.language.fields import NOMINAL
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw, schedule
 from powertrain.language.recorder import Place, reading
-from powertrain.language.symbols import Symbol, column, free_symbols, key, time
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
 from powertrain.language.units import rate_unit
 
 
@@ -171,7 +171,7 @@ def _assemble(
         guards=tuple(guard_record(g, resolver) for g in recorder.guards),
         residual_places=tuple(resolver.z_places),
         smooth=smooth_variables(reduced, tops, states, resolver, set(held.layout)),
-        nominal=_nominal(reduced, [*states, *((key(s), 0) for s in ca.vertsplit(column(resolver.z)))], values),
+        nominal=_nominal(reduced, [*states, *((key(s), 0) for s in resolver.z)], values),
     )
     dae = with_impacts(dae, resolver, held)
     return Compiled(
@@ -223,7 +223,7 @@ def _nameless(reduced: Reduced, dae: HybridDae, states: list[Base]) -> dict[str,
     """States that are derivatives without a name in the model."""
     named = {unknown.name for unknown in reduced.flat.unknowns.values()}
     found = {}
-    for name, (root, order), symbol in zip(dae.state_names, states, ca.vertsplit(dae.x) if states else (), strict=True):
+    for name, (root, order), symbol in zip(dae.state_names, states, scalars(dae.x), strict=True):
         if name not in named:
             unknown = reduced.flat.unknowns.get(root)
             unit, doc = (unknown.unit, unknown.doc) if unknown else ("1", name)

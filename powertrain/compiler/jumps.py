@@ -13,12 +13,13 @@ import numpy as np
 
 from powertrain.compiler.calls import marks
 from powertrain.compiler.flatten import Flat, rewritten
-from powertrain.compiler.operations import JUMPING, KINKS, STEPS, Ways, behind_jumps, may_jump, nodes_of
+from powertrain.compiler.operations import JUMPING, KINKS, STEPS, Ways, behind_jumps, may_jump
 from powertrain.compiler.walks import Jump, Setting, find_jump
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.laws import WhenLaw
 from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
+from powertrain.numerics.tape import graph_of
 
 _JUMPS, _CALLS, _NAN, _MOVES, _BENDS = 1, 2, 4, 8, 16
 _TOLD = JUMPING | KINKS | {ca.OP_DIV, ca.OP_TAN}
@@ -94,7 +95,7 @@ def _texts(flat: Flat) -> Iterator[tuple[Place, Symbol]]:
 
 def _check_calls(expression: Symbol, place: Place) -> None:
     """ModelError for a call of a function that has no derivatives or hides a jump."""
-    for node in nodes_of(expression):
+    for node, _ in graph_of(expression).values():
         if node.is_output():
             for function in _inside(node.dep(0).which_function()):
                 _check_function(function, place)

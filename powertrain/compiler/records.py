@@ -17,7 +17,7 @@ from powertrain.errors import ModelError
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw
 from powertrain.language.recorder import GuardEntry, Place, SwitchEntry
-from powertrain.language.symbols import Symbol, column, free_symbols, key, time
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
 from powertrain.modes.tolerances import alone_tolerance
 
 
@@ -128,7 +128,7 @@ def with_impacts(dae: HybridDae, resolver: Resolver, held: Held) -> HybridDae:
     laws = [place[b.index] for b in dae.barriers]
     # the force of a contact opens its gap, the torque of a friction law opposes its speed
     acts = [1.0 if isinstance(resolver.laws[k].law, UnilateralLaw) else -1.0 for k in laws]
-    rates = [resolver.reduced.flat.recorder.derivative(s) for s in ca.vertsplit(dae.x)] if dae.x.numel() else []
+    rates = [resolver.reduced.flat.recorder.derivative(s) for s in scalars(dae.x)]
     speeds = [b.way * resolver.laws[k].rate for b, k in zip(dae.barriers, laws, strict=True)]
     slopes = ca.jacobian(column([*resolver.opened(rates), *speeds]), column(resolver.tau))[:, laws]
     along = ca.diag(column([Symbol(act * b.way) for act, b in zip(acts, dae.barriers, strict=True)]))

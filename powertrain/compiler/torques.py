@@ -31,7 +31,7 @@ from powertrain.errors import ModelError
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
 from powertrain.language.recorder import Place
-from powertrain.language.symbols import Symbol, column, free_symbols, key, total_derivative
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, total_derivative
 from powertrain.modes.friction import least_torque, sliding_torque
 from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.sparse_lu import Numbers, Row, eliminate
@@ -245,7 +245,7 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
         first[i], whole[i] = yielding, value
     everything = [*whole, *first, *(rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved)]
     if parts:
-        everything = ca.vertsplit(ca.substitute(column(everything), *parts))
+        everything = scalars(ca.substitute(column(everything), *parts))
     n = len(laws)
     return LawTorques(everything[:n], everything[n : 2 * n], curved, everything[2 * n :])
 
@@ -295,7 +295,7 @@ def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
 
 def shares(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
     """Whether the torques of other laws take part in the motion of this one."""
-    others = [s for s in ca.vertsplit(tau) if key(s) != key(own)]
+    others = [s for s in scalars(tau) if key(s) != key(own)]
     return any(ca.which_depends(t.rate, column(others), 1, False))
 
 
@@ -318,7 +318,7 @@ def _or_terms(slope: Symbol, otherwise: Symbol) -> Symbol:
 def _curved(rows: list[Symbol], symbols: list[Symbol]) -> list[int]:
     """The symbols on which the slopes of the rows depend."""
     slopes = ca.jacobian(column(rows), column(symbols))
-    inside = {key(s) for s in free_symbols(ca.vertcat(0, *ca.vertsplit(ca.vec(slopes.nz[:]))))}
+    inside = {key(s) for s in free_symbols(slopes)}
     return [i for i, s in enumerate(symbols) if key(s) in inside]
 
 
@@ -332,7 +332,7 @@ def _affine(rows: list[Symbol], symbols: list[Symbol]) -> tuple[list[Symbol], tu
     torques, whole = {key(s) for s in symbols}, column(rows)
     others = column([s for s in free_symbols(whole) if key(s) not in torques])
     short, names, parts = ca.extract_parametric(whole, others, {})
-    return ca.vertsplit(short), (column(names), column(parts))
+    return scalars(short), (column(names), column(parts))
 
 
 def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> tuple[list[Symbol], list[Symbol]]:
@@ -341,10 +341,10 @@ def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> t
         return [], []
     whole, symbols = column(rows), column(unknowns)
     jacobian = ca.jacobian(whole, symbols) + ca.diag(column(soft))
-    right = ca.vertsplit(-ca.substitute(whole, symbols, ca.DM.zeros(len(rows))))
+    right = scalars(-ca.substitute(whole, symbols, ca.DM.zeros(len(rows))))
     entries: list[Row] = [{} for _ in rows]
     numbers: list[Numbers] = [{} for _ in rows]
-    elements = ca.vertsplit(ca.vec(jacobian.nz[:])) if jacobian.nnz() else []
+    elements = scalars(jacobian.nz[:])
     for i, j, entry in zip(*jacobian.sparsity().get_triplet(), elements, strict=True):
         entries[i][j], numbers[i][j] = entry, 1e9 if i == j else 1.0
     factors = eliminate(entries, numbers)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array, Bound, view, zeros
 from powertrain.numerics.lookup import Lookup, OfColumns, looked_up
-from powertrain.numerics.tape import replayed
+from powertrain.numerics.tape import grouped, replayed
 from powertrain.numerics.vectorised import VectorTape, vector_tape
 
 Rows = NDArray[np.float64]
@@ -205,11 +205,7 @@ class _OfColumns:
 
 def _call(function: ca.Function, arguments: Sequence[ca.MX], lanes: int) -> list[ca.MX]:
     """One function called for every lane: its results in turn, each a column of lanes."""
-    rows = [_filled(a, lanes).T for a in arguments]
-    columns, first = [], 0
-    for i in range(function.n_in()):
-        columns.append(ca.vertcat(*rows[first : first + function.nnz_in(i)]))
-        first += function.nnz_in(i)
+    columns = [ca.vertcat(*group) for group in grouped(function, [_filled(a, lanes).T for a in arguments])]
     found: list[Any] = function.map(lanes).call(columns)
     return [part.T for each in found for part in ca.vertsplit(each)]
 
