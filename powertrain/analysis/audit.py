@@ -17,7 +17,7 @@ from powertrain.errors import ParameterError
 from powertrain.language import htmltext
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
-from powertrain.signals import Samples
+from powertrain.signals import Samples, of_instants
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -99,7 +99,7 @@ class EnergyAudit:
     """
 
     def __init__(self, result: Result[Any]) -> None:
-        trajectory, p = result.trajectory, np.array(list(result.parameters.values()), float)
+        trajectory, p = result.trajectory, result.p
         terms = EnergyTerms(result.compiled)
         self.model = type(result.model).__name__
         self._parts, self._ports, self._own = terms.parts, terms.ports, terms.own
@@ -380,11 +380,7 @@ def _jumps(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> tuple[_Jump,
     instants = [i for i in trajectory.instants if i.time > trajectory.start]
     if not instants:
         return ()
-    n, size = trajectory.states, len(trajectory.final)
-    t = np.repeat([i.time for i in instants], 2)
-    y = np.array([side for i in instants for side in (i.left, i.right)])[:, :size]
-    held = np.array([side for i in instants for side in (i.held_left, i.held_right)])
-    energy = terms.values(Samples(t, y[:, :n], y[:, n:], held), p).energy
+    energy = terms.values(of_instants(trajectory, instants), p).energy
     place = {part.path: k for k, part in enumerate(terms.parts)}
     found = []
     for i, instant in enumerate(instants):

@@ -179,7 +179,7 @@ def _point(plant: _Source, modes: Modes | None) -> tuple[Array, Array, Array, Ar
     """States, algebraic unknowns, held values with the modes, and parameters."""
     if isinstance(modes, tuple):
         at = instant_of_run(plant.compiled, modes, "modes")
-        return at.x[0], at.z[0], at.m[0].copy(), np.array(list(modes[0].parameters.values()), float)
+        return at.x[0], at.z[0], at.m[0].copy(), modes[0].p
     dae = plant.compiled.dae
     laws: dict[str, Any] = {law.name: law for group in (dae.frictions, dae.switches, dae.contacts) for law in group}
     given = by_name("modes", modes)

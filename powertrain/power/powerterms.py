@@ -18,7 +18,7 @@ from powertrain.plant import Plant
 from powertrain.plant import compile as compile_plant
 from powertrain.power.powergraph import PowerGraph, power_graph
 from powertrain.power.variator import named_port, pair, port_motion
-from powertrain.result import Result
+from powertrain.result import Result, within_run
 from powertrain.signals import Picked, Samples, signals_of
 
 if TYPE_CHECKING:
@@ -69,15 +69,9 @@ def from_result(
     """The terms at times of a simulation, by default at all its samples."""
     compiled, trajectory = result.compiled, result.trajectory
     terms = EnergyTerms(compiled)
-    times = np.unique(result.time) if at is None else array("at", at)
-    outside = (times < trajectory.start) | (times > trajectory.end)
-    if outside.any():
-        t = float(times[outside].flat[0]) if times.ndim else float(times)
-        raise ParameterError(
-            f"t = {t:g} s lies outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
-        )
+    times = np.unique(result.time) if at is None else within_run(result, "t = ", array("at", at))
     samples = Samples(*trajectory.at(times.ravel(), with_events=at is None))
-    signals, p = signals_of(compiled), np.array(list(result.parameters.values()), float)
+    signals, p = signals_of(compiled), result.p
     samples = signals.corrected(samples, p)
     values = terms.values(samples, p)
     motions = _motions(compiled, terms.ports)

@@ -97,8 +97,7 @@ def _read(model: Model, result: Result[Any], run: Record, reading: Reading) -> R
         side = run.instants.left if reading.side < 0 else run.instants.right
         sample, boundary = row_of(side, reading.instant), -1
     else:
-        at = Samples(*result.trajectory.at([reading.time], with_events=False))
-        sample, boundary = model.saltation.corrected(at, run.p), run.steps.before(reading.time)
+        sample, boundary = result.samples_at([reading.time]), run.steps.before(reading.time)
     slopes = model.read(sample, run.p)
     rates = model.flow.rates(sample, run.p)[:, : model.system.size]
     k = reading.signal

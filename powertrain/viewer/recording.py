@@ -118,7 +118,7 @@ def _of_signals(run: Result[Any] | Saved, name: str) -> Recording:
 
 def _of_result(result: Result[Any], audit: EnergyAudit, name: str) -> Recording:
     terms = EnergyTerms(result.compiled)
-    values = terms.values(result.samples, np.array(list(result.parameters.values()), float))
+    values = terms.values(result.samples, result.p)
     losses = values.loss.copy()
     for i in reversed(range(len(terms.parts))):  # of a component with its parts, which come after it
         losses[:, i] += losses[:, list(terms.parts[i].parts)].sum(axis=1)
