@@ -81,7 +81,7 @@ class Signals:
 
     def __init__(self, compiled: Compiled) -> None:
         dae = compiled.dae
-        self.inputs = (dae.t, dae.x, dae.z, dae.m, dae.p)
+        self.inputs = dae.arguments
         self.residual = dae.residual
         self.entries: dict[str, SignalEntry] = compiled.signals
         self.parameters = {name: (c.unit, c.doc) for name, c in compiled.parameters.items()}

@@ -50,7 +50,7 @@ ORDER = [
     "integration: samples step_control step dopri5 rodas5p fused parts sparse_step specialized",
     "engine: catalogue waves chatter schedules trajectory location",
     "engine: continuity zeno failure prepared options loop simulator",
-    "signals present nonfinite events export initialization.conditions initialization.initial result running plant environment",
+    "signals present nonfinite events export saved initialization.conditions initialization.initial result running plant environment",
     "native: code driver",
     "analysis: linear_model operating_point reduction perturbation linearization energy_terms quadrature audit",
     "analysis: identity archive cases dispatch sweep sweeping sampling surrogate",
@@ -68,7 +68,7 @@ ORDER = [
     "power: paths circulation powergraph variator directedflow powerterms powerflow",
     "figures.layout",
     "figures.plot figures.schematic power.powerdiagram power.powerplot",
-    "viewer: operating_map decimation saved recording document exploring comparison",
+    "viewer: operating_map decimation recording document exploring comparison",
     "__init__",
     "__main__",
 ]

@@ -106,14 +106,14 @@ class EnergyTerms:
                 ca.vec(ca.densify(ca.jacobian(dae.residual, dae.z)).T),
                 _rate(dae.residual, dae.t, dae.x, dae.xdot),
             ]
-        self._lanes = Lanes((dae.t, dae.x, dae.z, dae.m, dae.p), ca.cse(ca.vertcat(*rows)))
+        self._lanes = Lanes(dae.arguments, ca.cse(ca.vertcat(*rows)))
 
     def instants(self, p: Array) -> list[float]:
         """Instants at which time conditions in losses change: switches that appear only in ``loss()`` are not events of the run."""
         dae = self._dae
         leaves = [[dae.t], None, None, None, [Symbol(value) for value in p]]
         timed = column([loss for loss in self._losses if ca.depends_on(loss, dae.t)])
-        lines = operations(timed, [dae.t, dae.x, dae.z, dae.m, dae.p], leaves)
+        lines = operations(timed, dae.arguments, leaves)
         conditions = [line.operands for line in lines if line.code in COMPARISONS]
         return [t for left, right in conditions for t in _zero(left - right, dae.t)]
 
@@ -170,6 +170,14 @@ def own_power(parts: list[Part], ports: int) -> Matrix:
         for j in part.parts:
             own[i, list(parts[j].ports)] -= 1.0
     return own
+
+
+def with_parts(parts: list[Part], own: Matrix) -> Matrix:
+    """Values of components (first axis) with those of their parts, which come after them, added."""
+    whole = np.array(own, float)
+    for i in reversed(range(len(parts))):
+        whole[i] += whole[list(parts[i].parts)].sum(axis=0)
+    return whole
 
 
 @dataclass

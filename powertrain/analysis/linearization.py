@@ -177,7 +177,7 @@ class _Linearizer:
         kinematic = ca.jacobian(dae.xdot, dae.x)
         at = ca.vertcat(dae.t, dae.x, dae.z, dae.m, column(coefficients))
         self.kinematic = np.array([_constant(kinematic[i, :], at) for i in range(dae.x.numel())], bool)
-        known = [dae.t, dae.x, dae.z, dae.m, dae.p, perturbed.reference, column(coefficients)]
+        known = [*dae.arguments, perturbed.reference, column(coefficients)]
         self.extra = len(coefficients)
         return ca.Function("powertrain_linear", known, [ca.densify(rows), ca.densify(jacobian)])
 

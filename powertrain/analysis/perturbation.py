@@ -146,7 +146,7 @@ def transfer(original: Compiled, perturbed: Compiled) -> Callable[[OperatingPoin
             for _ in range(order):
                 expression = original.source.recorder.derivative(expression)
             (expression,) = original.resolve([expression])
-            inside = {s.name() for group in (dae.t, dae.x, dae.z, dae.m, dae.p) for s in scalars(group)}
+            inside = {s.name() for group in dae.arguments for s in scalars(group)}
             if all(s.name() in inside for s in free_symbols(expression)):
                 return expression
         raise ModelError(
@@ -155,7 +155,7 @@ def transfer(original: Compiled, perturbed: Compiled) -> Callable[[OperatingPoin
 
     x = column([found(n) for n in perturbed.states])
     z = column([found(s.name()) for s in scalars(perturbed.dae.z)])
-    function = ca.Function("powertrain_transfer", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(x), ca.densify(z)])
+    function = ca.Function("powertrain_transfer", dae.arguments, [ca.densify(x), ca.densify(z)])
 
     def at(point: OperatingPoint) -> tuple[Array, Array]:
         x, z = function(point.t, point.x, point.z, point.m, point.p)

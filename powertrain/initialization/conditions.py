@@ -84,7 +84,7 @@ def text_conditions(compiled: Compiled) -> list[StartEquation]:
     """The equations of ``initial()`` of all parts."""
     initial, dae = compiled.source.initial, compiled.dae
     residuals = compiled.resolve([e.residual for e in initial])
-    inside = {key(s) for group in (dae.t, dae.x, dae.z, dae.m, dae.p) for s in ca.symvar(group)}
+    inside = {key(s) for group in dae.arguments for s in ca.symvar(group)}
     for equation, residual in zip(initial, residuals, strict=True):
         strange = [s.name() for s in free_symbols(residual) if key(s) not in inside]
         if strange:

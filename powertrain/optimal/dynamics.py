@@ -206,9 +206,7 @@ def _slid(dae: HybridDae, x: Array, z: Array, held: Array, p: Array) -> Array:
     """The modes with free laws in the direction of their speed."""
     free = [law for law in dae.frictions if held[law.index] == FREE]
     found, speeds = held.copy(), column([law.w for law in free])
-    w = np.array(
-        ca.Function("speeds", [dae.t, dae.x, dae.z, dae.m, dae.p], [speeds])(0.0, x, z, held, p), float
-    ).ravel()
+    w = np.array(ca.Function("speeds", dae.arguments, [speeds])(0.0, x, z, held, p), float).ravel()
     found[[law.index for law in free]] = np.where(w == 0.0, FREE, np.sign(w))
     return found
 

@@ -47,7 +47,7 @@ class Corners:
         dae = system.dae
         moving = ca.vertcat(dae.t, dae.x, dae.z)
         self.found = column([side for side in _sides(expressions) if ca.depends_on(side, moving)])
-        self._values = Many(system.inputs, self.found)
+        self._values = Many(system.dae.arguments, self.found)
         self.slopes = Partials(system, self.found)
 
     def passed(self, result: Result[Any], run: Record) -> list[Corner]:

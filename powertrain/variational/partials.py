@@ -56,11 +56,6 @@ class System:
         return self.states + len(self.discretes)
 
     @cached_property
-    def inputs(self) -> tuple[Symbol, ...]:
-        """The arguments of every expression."""
-        return (self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p)
-
-    @cached_property
     def free(self) -> Symbol:
         """The symbols of q; the instants of the next knots appear in no expression."""
         p, m = self.dae.p, self.dae.m
@@ -105,7 +100,7 @@ class Partials:
         self.sizes = [g.numel() for g in self.groups]
         rows = ca.vertcat(expressions, dae.residual) if dae.z.numel() else expressions
         parts = [ca.vec(ca.densify(ca.jacobian(rows, g))) for g in self.groups if g.numel()]
-        self.columns = Many(system.inputs, ca.densify(ca.vertcat(expressions, *parts)))
+        self.columns = Many(system.dae.arguments, ca.densify(ca.vertcat(expressions, *parts)))
         self.rows = rows.numel()
 
     def __call__(self, samples: Samples, p: Array) -> Slopes:

@@ -68,7 +68,7 @@ class Saltation:
         self.sticking = [law for law in dae.frictions if not law.algebraic and not law.prescribed]
         times = [law.time for law in self.timed if law.time is not None]
         self.asked = column([*(i.value for i in self.indicators), *times])
-        self.before, self.values = Partials(system, self.asked), Many(system.inputs, self.asked)
+        self.before, self.values = Partials(system, self.asked), Many(system.dae.arguments, self.asked)
         self.instants = EventLaws(system, self.indicators, self.timed, self.sticking)
         self.speeds = Partials(system, column([law.w for law in self.sticking]))
         self.mapping = Mapping(system) if dae.whens or dae.contacts else None

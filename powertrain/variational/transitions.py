@@ -51,7 +51,7 @@ class VariationalRates:
         self.core = np.flatnonzero(_influential(ca.vertcat(rates, dae.residual), dae.x))
         """The states on which rates depend."""
         self.partials = Partials(system, rates)
-        self._values = Many(system.inputs, rates)
+        self._values = Many(system.dae.arguments, rates)
 
     def rates(self, samples: Samples, p: Array) -> Block:
         """The rates alone, one row per sample."""
