@@ -424,6 +424,11 @@ def compile(model: M) -> Plant[M]:  # noqa: A001
     return Plant(model)
 
 
+def plant_of(model: M | Plant[M]) -> Plant[M]:
+    """A plant, or the plant of a model that is not compiled yet."""
+    return model if isinstance(model, Plant) else Plant(model)
+
+
 def packed_model(model: Component) -> bytes:
     """The pickled model; ParameterError names the part whose field cannot be sent to another process."""
     try:
@@ -458,8 +463,7 @@ def _unpacked(packed: bytes) -> Plant[Any]:
 
 def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:
     """Compile ``model``, unless it is a plant, and simulate it to ``stop`` (s); options as for ``Plant.simulate``."""
-    plant = model if isinstance(model, Plant) else compile(model)
-    return plant.simulate(stop, **options)
+    return plant_of(model).simulate(stop, **options)
 
 
 if not TYPE_CHECKING:

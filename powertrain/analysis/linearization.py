@@ -20,7 +20,7 @@ from powertrain.language.arguments import flag, listed
 from powertrain.language.component import Component
 from powertrain.language.connectors import Output
 from powertrain.language.symbols import Symbol, column, scalars
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.signals import Picked, signals_of
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def linearize(
     ModelError
         If an output depends on the derivative of an input, if derivatives are not finite, or if the algebraic equations are singular.
     """
-    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    plant = plant_of(plant)
     signals = signals_of(plant.compiled)
     point = operating_point(plant, at, parameters)
     driven = (

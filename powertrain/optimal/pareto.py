@@ -15,7 +15,7 @@ from powertrain.analysis.sweeping import sweep
 from powertrain.errors import ParameterError, PowertrainError
 from powertrain.language.arguments import by_name, count, limits, one_of
 from powertrain.language.component import Component
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.variational.gradients import gradient, number_of
 from powertrain.variational.objectives import Objective, objective
 
@@ -91,7 +91,7 @@ def pareto_front(
     import pandas as pd
 
     one_of("method", method, ("gradient", "nsga2"))
-    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    plant = plant_of(plant)
     results = {name: objective(what) for name, what in by_name("of", of).items()}
     ranges = {name: limits(f"bounds: {name}", given) for name, given in by_name("bounds", bounds).items()}
     if len(results) < 2 or not ranges:

@@ -14,8 +14,7 @@ from powertrain.errors import ParameterError
 from powertrain.language.arguments import array
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol
-from powertrain.plant import Plant
-from powertrain.plant import compile as compile_plant
+from powertrain.plant import Plant, plant_of
 from powertrain.power.powergraph import PowerGraph, power_graph
 from powertrain.power.variator import named_port, pair, port_motion
 from powertrain.result import Result, within_run
@@ -39,7 +38,7 @@ _TEXTS = {
 
 def power_outputs(plant: Plant[Any] | Component) -> dict[str, What]:
     """The ``outputs`` of ``pt.steady`` that ``pt.power_flow(plant, dataset)`` needs: names, and selectors of the terms."""
-    compiled = (plant if isinstance(plant, Plant) else compile_plant(plant)).compiled
+    compiled = plant_of(plant).compiled
     terms = written_terms(compiled)
     expressions = dict(zip((f"power({n})" for n in terms.ports), terms.power, strict=True))
     for name, e in _motions(compiled, terms.ports).items():

@@ -16,7 +16,7 @@ from powertrain.analysis.sweeping import sweep
 from powertrain.errors import ParameterError, PowertrainError
 from powertrain.language.arguments import by_name, count, one_of
 from powertrain.language.component import Component
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.variational.gradients import gradient, number_of
 from powertrain.variational.objectives import Objective, objective
 
@@ -104,7 +104,7 @@ def sensitivity_indices(
     import xarray as xr
 
     one_of("method", method, tuple(_SHOWN))
-    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    plant = plant_of(plant)
     results = {name: objective(what) for name, what in by_name("of", of).items()}
     given = by_name("distributions", distributions)
     if not results or not given:
