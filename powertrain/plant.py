@@ -189,8 +189,7 @@ class Plant(Generic[M]):
             signals_of(self.compiled).matching(record)
         engine = self._engine(method, compile)
         given = by_name("inputs", inputs)
-        held = self._set_inputs(engine, given, start)
-        x, z, m, report = self._initializer().solve(engine, start, p, held, *_at_start(starts, guesses))
+        x, z, m, report = self._begun(engine, start, p, given, starts, guesses)
         knots = {s.name: (s.times, s.values) for s in self._schedules(given) if s.name in given}
         watch = self._watched(watcher(progress, start, stop), p)
         try:
@@ -251,8 +250,7 @@ class Plant(Generic[M]):
         """
         number("t", t, "s")
         engine, p = self._engine("auto", False), self.parameter_vector(parameters)
-        held = self._set_inputs(engine, by_name("inputs", inputs), t)
-        x, z, m, report = self._initializer().solve(engine, t, p, held, *_at_start(starts, guesses))
+        x, z, m, report = self._begun(engine, t, p, by_name("inputs", inputs), starts, guesses)
         return (*engine.resolve(t, x, z, m, p), report)
 
     def function(
@@ -391,21 +389,20 @@ class Plant(Generic[M]):
             engines[key] = Simulator(self.compiled.dae, *key)
         return engines[key]
 
-    def _initializer(self) -> Initializer:
+    def _begun(
+        self, engine: Simulator, t: float, p: Array, inputs: Mapping[str, InputValue], starts: Any, guesses: Any
+    ) -> tuple[Array, Array, Array, InitialReport]:
+        """States, algebraic unknowns and held values at the start, and the report. The engine gets the time signals of this run."""
         if "initializer" not in self._local.__dict__:
             self._local.initializer = Initializer(self.compiled)
         initializer: Initializer = self._local.initializer
-        return initializer
-
-    def _set_inputs(self, engine: Simulator, inputs: Mapping[str, InputValue], t: float) -> Array:
-        """Gives the engine the time signals of this run; returns the held values at the start."""
-        held = self.compiled.dae.held_start.copy()
-        schedules = self._schedules(inputs)
+        held, schedules = self.compiled.dae.held_start.copy(), self._schedules(inputs)
         if self.compiled.inputs:
             engine.schedules = Schedules(schedules)
         if engine.schedules:
             engine.schedules.enter(held, t)
-        return held
+        given = numbers_by_name("starts", starts), numbers_by_name("guesses", guesses)
+        return initializer.solve(engine, t, p, held, *given)
 
     def _schedules(self, inputs: Mapping[str, InputValue]) -> list[TimeSignal]:
         """The signals of time of a run with these inputs."""
@@ -413,10 +410,6 @@ class Plant(Generic[M]):
             if name not in self.compiled.inputs:
                 raise ParameterError(f"the model has no input {name}{suggestion(name, self.compiled.inputs)}")
         return [scheduled(s, inputs) for s in self.compiled.dae.schedules]
-
-
-def _at_start(starts: Any, guesses: Any) -> tuple[dict[str, float], dict[str, float]]:
-    return numbers_by_name("starts", starts), numbers_by_name("guesses", guesses)
 
 
 def compile(model: M) -> Plant[M]:  # noqa: A001

@@ -255,15 +255,19 @@ def _rate_held(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
 
     If its torque changes no motion, a law has the smallest torque within its bounds.
     """
-    if isinstance(t.law, UnilateralLaw) or not _prescribed(t, own):
+    if isinstance(t.law, UnilateralLaw) or not is_prescribed(t, own):
         return t.rate
-    tied = any(ca.which_depends(ca.vertcat(t.law.lower, t.law.upper), tau, 1, False))
-    return own - (Symbol(0) if tied else least_torque(t.law.lower, t.law.upper))
+    return own - (Symbol(0) if limits_follow(t.law, tau) else least_torque(t.law.lower, t.law.upper))
 
 
-def _prescribed(t: LawTorque, own: Symbol) -> bool:
+def is_prescribed(t: LawTorque, own: Symbol) -> bool:
     """Whether its own torque never changes the motion of a law."""
-    return not any(ca.which_depends(t.rate, own, 1, False))
+    return not _contains(t.rate, own)
+
+
+def limits_follow(law: FrictionLaw, tau: Symbol) -> bool:
+    """Whether the limits of a law depend on torques."""
+    return _contains(ca.vertcat(law.lower, law.upper), tau)
 
 
 def _loose(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
@@ -274,7 +278,7 @@ def _loose(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
     if isinstance(t.law, UnilateralLaw):
         return own
     holds = ca.if_else(t.rests, t.law.peak, 1) if breaks_away(t.law) and held_by_others(t, own, tau) else 1
-    return own - holds * sliding_torque(t.mode, t.law.lower, t.law.upper, _prescribed(t, own))
+    return own - holds * sliding_torque(t.mode, t.law.lower, t.law.upper, is_prescribed(t, own))
 
 
 def breaks_away(law: FrictionLaw) -> bool:
@@ -296,7 +300,7 @@ def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
 def shares(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
     """Whether the torques of other laws take part in the motion of this one."""
     others = [s for s in scalars(tau) if key(s) != key(own)]
-    return any(ca.which_depends(t.rate, column(others), 1, False))
+    return _contains(t.rate, column(others))
 
 
 def held_by_others(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
