@@ -177,10 +177,8 @@ def _involved(matrix: ca.DM, free: list[int]) -> list[int]:
 
 
 def _repeated(reduced: Reduced, equations: list[int]) -> str:
-    said = [(reduced.originals if i < len(reduced.originals) else reduced.equations)[i] for i in equations]
-    bases = reduced.flat.recorder.bases
-    named = dict.fromkeys(key(bases.get(key(s), (s, 0))[0]) for e in said for s in free_symbols(e.residual))
-    ties = reduced.tied_by([b for b in named if b in reduced.flat.unknowns])
+    said = [reduced.written(i) for i in equations]
+    ties = reduced.tied_by([b for b in reduced.variables(said) if b in reduced.flat.unknowns])
     return f"these constraints repeat or contradict each other; remove one of them\n  {quote([*said, *ties])}"
 
 

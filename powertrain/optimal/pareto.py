@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from functools import partial
 from itertools import combinations
+from math import comb
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -170,18 +171,11 @@ def _scalarised(problem: _Problem, points: int) -> Iterator[Array]:
 def _lattice(k: int, points: int) -> Iterator[Array]:
     """Weights that sum to one, evenly spaced; about ``points`` of them, including the corners (Das and Dennis)."""
     parts = 1
-    while _size(k, parts) < points:
+    while comb(parts + k - 1, k - 1) < points:
         parts += 1
     for bars in combinations(range(parts + k - 1), k - 1):
         edges = np.array([-1, *bars, parts + k - 1])
         yield (np.diff(edges) - 1.0) / parts
-
-
-def _size(k: int, parts: int) -> int:
-    found = 1
-    for i in range(1, k):
-        found = found * (parts + i) // i
-    return found
 
 
 def _least(problem: _Problem, start: Array, i: int) -> Array:
