@@ -56,14 +56,8 @@ class InitialReport:
         y: Array,
         open_states: Sequence[int],
     ) -> None:
-        self._asked, self._values, self._chosen, self._names, self._y, self._open = (
-            asked,
-            values,
-            chosen,
-            states,
-            y,
-            open_states,
-        )
+        self._asked, self._values, self._chosen = asked, values, chosen
+        self._names, self._y, self._open = states, y, open_states
 
     def __getstate__(self) -> dict[str, Any]:
         return {"used": self.used, "implied": self.implied, "states": self.states}
