@@ -6,7 +6,7 @@ Values that change only at events (parameters, modes, discrete variables, and va
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import casadi as ca
 import numpy as np
@@ -49,13 +49,14 @@ def refuse_jumps(flat: Flat) -> Flat:
         if mark & _NAN:
             raise ModelError(f"{place}\n  a value in this line is not a number (nan)")
         if mark & _CALLS:
-            flat.recorder.calls = True
             _check_calls(expression, place)
         if mark & _JUMPS and held is not None:
             settled[key(expression)] = held.settled(expression)
             jump = find_jump(settled[key(expression)], held.setting)
             if jump is not None:
                 raise ModelError(_said(jump, place, held))
+    calls = flat.recorder.calls or any(mark & _CALLS for mark in found)
+    flat = replace(flat, recorder=replace(flat.recorder, calls=calls))
     return rewritten(flat, lambda listed: [settled.get(key(e), e) for e in listed]) if settled else flat
 
 
