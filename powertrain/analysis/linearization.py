@@ -148,7 +148,7 @@ class _Linearizer:
         self._refuse_twice("inputs", inputs)
         self._refuse_twice("outputs", self.outputs)
         self.transfer = transfer(original, self.compiled)
-        self.values = self._derivatives(perturbed)
+        self.jacobian = self._derivatives(perturbed)
 
     def _refuse_unknown(self) -> None:
         known = spots(self.original.source.components)
@@ -164,7 +164,7 @@ class _Linearizer:
             raise ParameterError(f"{kind}: {next(n for n in names if names.count(n) > 1)} appears twice")
 
     def _derivatives(self, perturbed: Perturbed) -> ca.Function:
-        """Values and Jacobian of (xdot, residual, outputs, motions that laws may hold) by (x, z, parameters, u_0, u_1, ...)."""
+        """The Jacobian of (xdot, residual, outputs, motions that laws may hold) by (x, z, parameters, u_0, u_1, ...)."""
         dae, compiled = self.compiled.dae, self.compiled
         outputs = [p.expression + perturbed.added.get(p.name, 0) for p in self.picked]
         self.holding = [f for f in dae.frictions if not f.algebraic and not f.prescribed]
@@ -173,13 +173,12 @@ class _Linearizer:
         coefficients = [c for k in range(ORDER + 1) for c in (row[k] for row in perturbed.coefficients)]
         rows = column([*scalars(dae.xdot), *scalars(dae.residual), *outputs, *motions])
         columns = column([*scalars(dae.x), *scalars(dae.z), *(p[n] for n in self.parameters), *coefficients])
-        jacobian = ca.jacobian(rows, columns)
         kinematic = ca.jacobian(dae.xdot, dae.x)
         at = ca.vertcat(dae.t, dae.x, dae.z, dae.m, column(coefficients))
         self.kinematic = np.array([_constant(kinematic[i, :], at) for i in range(dae.x.numel())], bool)
         known = [*dae.arguments, perturbed.reference, column(coefficients)]
         self.extra = len(coefficients)
-        return ca.Function("powertrain_linear", known, [ca.densify(rows), ca.densify(jacobian)])
+        return ca.Function("powertrain_linear", known, [ca.densify(ca.jacobian(rows, columns))])
 
     def at(self, point: OperatingPoint, reduced: bool) -> LinearModel:
         """The linear model at an operating point."""
@@ -191,8 +190,8 @@ class _Linearizer:
     def reduced(self, point: OperatingPoint) -> tuple[Matrices, NDArray[np.int64], NDArray[np.float64], Array]:
         """Matrices, indices of the states, the shifts of the states by the inputs, and the values of all states."""
         x, z = self.transfer(point)
-        values, jacobian = self.values(point.t, x, z, point.m, point.p, point.t, np.zeros(self.extra))
-        full = self._matrices(np.array(values, float).ravel(), np.array(jacobian, float), z.size)
+        jacobian = self.jacobian(point.t, x, z, point.m, point.p, point.t, np.zeros(self.extra))
+        full = self._matrices(np.array(jacobian, float), z.size)
         proper, gains = substitute_inputs(full, self._improper)
         held = self._held(point.m)
         self._refuse_moved(proper.v[0][held])
@@ -207,7 +206,7 @@ class _Linearizer:
                     "so another value of it means another operating point; it cannot be an input here"
                 )
 
-    def _matrices(self, values: Array, jacobian: NDArray[np.float64], nz: int) -> Matrices:
+    def _matrices(self, jacobian: NDArray[np.float64], nz: int) -> Matrices:
         """Eliminate the algebraic unknowns; one input matrix for each derivative."""
         n, ny, npar, nu = self.compiled.dae.x.numel(), len(self.outputs), len(self.parameters), len(self.driven)
         self._refuse_infinite(jacobian, nz)

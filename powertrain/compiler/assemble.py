@@ -144,7 +144,7 @@ def _assemble(
     flat, recorder = reduced.flat, reduced.flat.recorder
     x = [reduced.derivative(reduced.symbols[b], order) for b, order in states]
     rates = [recorder.derivative(s) for s in x]
-    resolver = Resolver(reduced, solved, torques, column(x), values)
+    resolver = Resolver(reduced, solved, torques, column(x))
     held, laws = held_values(flat, torques, others, resolver), list(enumerate(resolver.closed_laws()))
     dae = HybridDae(
         t=time,

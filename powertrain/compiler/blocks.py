@@ -75,7 +75,7 @@ def _square(system: Differentiated, states: list[Base], values: dict[int, float]
     else:
         jacobian = ca.jacobian(column(residuals), column(unknowns))
     symbols = ca.symvar(jacobian)
-    point = ca.DM([values.setdefault(key(s), generic(s)) for s in symbols]) if symbols else ca.DM(0, 1)
+    point = ca.DM([values.get(key(s), generic(s)) for s in symbols]) if symbols else ca.DM(0, 1)
     numbers = np.array(ca.Function("pt_entries", [column(symbols)], [jacobian])(point).nonzeros(), float)
     entries: list[dict[int, Symbol]] = [{} for _ in residuals]
     numeric: list[dict[int, float]] = [{} for _ in residuals]

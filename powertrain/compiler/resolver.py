@@ -32,9 +32,7 @@ from powertrain.modes.tolerances import alone_tolerance, condition_tolerance, ro
 class Resolver:
     """Holds every assigned unknown twice: ``opened``, for given torques of the laws, and with these torques substituted."""
 
-    def __init__(
-        self, reduced: Reduced, solved: Solved, torques: list[LawTorque], x: Symbol, values: dict[int, float]
-    ) -> None:
+    def __init__(self, reduced: Reduced, solved: Solved, torques: list[LawTorque], x: Symbol) -> None:
         self.reduced, self.x = reduced, x
         self._residuals = solved.residuals
         assigned = list(solved.expressions)

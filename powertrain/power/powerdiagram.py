@@ -83,7 +83,7 @@ def plot_power_flow(flow: _Drawn, ax: Axes | None = None, *, names: dict[str, st
     for k, branch in enumerate(branches):
         line, low = _centre_line(vertices, branches, k, width, back[k], low, passes[k])
         _draw_band(ax, line, width[k], circulating[k] / branch.power)
-        _label_band(ax, line, f"{branch.power * scale:.4g} {unit}", back[k], width[k])
+        _label_band(ax, line, f"{branch.power * scale:.4g} {unit}", width[k])
     for vertex in vertices.values():
         _draw_vertex(ax, vertex, (names or {}).get(vertex.name, vertex.name))
         if vertex.component:
@@ -270,7 +270,7 @@ def _ribbon(line: Points, low: float, high: float) -> Points:
     return np.vstack([line + normal * high, (line + normal * low)[::-1]])
 
 
-def _label_band(ax: Axes, line: Points, text: str, back: bool, width: float) -> None:
+def _label_band(ax: Axes, line: Points, text: str, width: float) -> None:
     steps = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
     middle = [np.interp(steps[-1] / 2, steps, line[:, i]) for i in range(2)]
     thin = width < 0.3
