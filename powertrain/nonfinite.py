@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.language.recorder import reading
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.tape import CallsFunction, operations
 from powertrain.signals import signals_of
@@ -33,7 +32,7 @@ _NAMES = {
 def explain(compiled: Compiled, t: float, y: Array, m: Array, p: Array) -> str:
     """The lines of text behind a value that is not finite at a point or just ahead of it; empty where none is found."""
     dae, n = compiled.dae, compiled.dae.x.numel()
-    rates = ca.Function("powertrain_ahead", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(dae.xdot)])
+    rates = ca.Function("powertrain_ahead", dae.arguments, [ca.densify(dae.xdot)])
     z, m, p = y[n : n + dae.z.numel()], m[: dae.m.numel()], p[: dae.p.numel()]
     slope = np.nan_to_num(np.array(rates(t, y[:n], z, m, p), float).ravel())
     for ahead in _AHEAD:
@@ -46,14 +45,14 @@ def explain(compiled: Compiled, t: float, y: Array, m: Array, p: Array) -> str:
 
 def _at(compiled: Compiled, point: Sequence[float | Array]) -> str:
     """What is said of one point."""
-    flat, dae = compiled.flat, compiled.dae
-    texts = [(e.place, e.residual) for e in flat.equations]
-    texts += [(place, v) for place, law in flat.laws for v in vars(law).values() if isinstance(v, ca.SX)]
+    source, dae = compiled.source, compiled.dae
+    texts = [(e.place, e.residual) for e in source.equations]
+    texts += [(place, v) for place, law in source.laws for v in vars(law).values() if isinstance(v, ca.SX)]
     symbols = {key(s): s for _, e in texts for s in free_symbols(e)}
-    with reading(flat.recorder):
-        values = signals_of(compiled).resolve(list(symbols.values()))
-    inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-    numbers = np.array(ca.Function("powertrain_all", inputs, [ca.densify(column(values))])(*point), float).ravel()
+    values = signals_of(compiled).resolve(list(symbols.values()))
+    numbers = np.array(
+        ca.Function("powertrain_all", dae.arguments, [ca.densify(column(values))])(*point), float
+    ).ravel()
     known = dict(zip(symbols, numbers.tolist(), strict=True))
     if all(np.isfinite(numbers)):
         return ""
@@ -88,7 +87,7 @@ def _loose(compiled: Compiled, known: dict[int, float], symbols: dict[int, Symbo
     lost = [k for k, value in known.items() if not np.isfinite(value)]
     rows = [
         (sum(key(s) in lost for s in free_symbols(e.residual)), str(e.place))
-        for e in compiled.flat.equations
+        for e in compiled.source.equations
         if any(key(s) in lost for s in free_symbols(e.residual))
     ]
     rows.sort(key=lambda row: row[0])

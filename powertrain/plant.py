@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.compiler.assemble import Compiled, compile_model
-from powertrain.compiler.binding import Limits
 from powertrain.compiler.flatten import checked_model
 from powertrain.compiler.hybrid import TimeSignal
 from powertrain.engine.failure import OUTSIDE
@@ -61,8 +60,7 @@ class Plant(Generic[M]):
         self.compiled: Compiled = compile_model(model)
         self._defaults = np.array([c.value for c in self.compiled.parameters.values()])
         self._position = {name: i for i, name in enumerate(self.compiled.parameters)}
-        self._limits = Limits(self.compiled.flat)
-        self._limits.check(self._defaults)
+        self.compiled.limits.check(self._defaults)
         self._local = threading.local()
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -101,19 +99,19 @@ class Plant(Generic[M]):
                 raise ParameterError(f"the model has no parameter {name}{suggestion(name, self._position)}")
             p[self._position[name]] = self.compiled.parameters[name].check(value, name)
         if together:
-            self._limits.check(p)
+            self.compiled.limits.check(p)
         return p
 
     @property
     def limited(self) -> set[str]:
         """The parameters on which bound parameters and conditions of ``check()`` depend."""
-        return self._limits.names
+        return self.compiled.limits.names
 
     def check_together(self, names: Sequence[str], sets: Array, parameters: Mapping[str, float] | None = None) -> None:
         """ParameterError for values of the named parameters, one set per column, that contradict each other or the rest."""
         p = np.repeat(self.parameter_vector(parameters, together=False)[:, None], sets.shape[1], axis=1)
         p[[self._position[name] for name in names]] = sets
-        self._limits.check(p)
+        self.compiled.limits.check(p)
 
     def simulate(
         self,
@@ -192,8 +190,7 @@ class Plant(Generic[M]):
             signals_of(self.compiled).matching(record)
         engine = self._engine(method, compile)
         given = by_name("inputs", inputs)
-        held = self._set_inputs(engine, given, start)
-        x, z, m, report = self._initializer().solve(engine, start, p, held, *self._at_start(starts, guesses))
+        x, z, m, report = self._begun(engine, start, p, given, starts, guesses)
         knots = {s.name: (s.times, s.values) for s in self._schedules(given) if s.name in given}
         watch = self._watched(watcher(progress, start, stop), p)
         try:
@@ -254,8 +251,7 @@ class Plant(Generic[M]):
         """
         number("t", t, "s")
         engine, p = self._engine("auto", False), self.parameter_vector(parameters)
-        held = self._set_inputs(engine, by_name("inputs", inputs), t)
-        x, z, m, report = self._initializer().solve(engine, t, p, held, *self._at_start(starts, guesses))
+        x, z, m, report = self._begun(engine, t, p, by_name("inputs", inputs), starts, guesses)
         return (*engine.resolve(t, x, z, m, p), report)
 
     def function(
@@ -394,24 +390,20 @@ class Plant(Generic[M]):
             engines[key] = Simulator(self.compiled.dae, *key)
         return engines[key]
 
-    def _initializer(self) -> Initializer:
+    def _begun(
+        self, engine: Simulator, t: float, p: Array, inputs: Mapping[str, InputValue], starts: Any, guesses: Any
+    ) -> tuple[Array, Array, Array, InitialReport]:
+        """States, algebraic unknowns and held values at the start, and the report. The engine gets the time signals of this run."""
         if "initializer" not in self._local.__dict__:
             self._local.initializer = Initializer(self.compiled)
         initializer: Initializer = self._local.initializer
-        return initializer
-
-    def _at_start(self, starts: Any, guesses: Any) -> tuple[dict[str, float], dict[str, float]]:
-        return start_values(self.compiled, starts), numbers_by_name("guesses", guesses)
-
-    def _set_inputs(self, engine: Simulator, inputs: Mapping[str, InputValue], t: float) -> Array:
-        """Gives the engine the time signals of this run; returns the held values at the start."""
-        held = self.compiled.dae.held_start.copy()
-        schedules = self._schedules(inputs)
+        held, schedules = self.compiled.dae.held_start.copy(), self._schedules(inputs)
         if self.compiled.inputs:
             engine.schedules = Schedules(schedules)
         if engine.schedules:
             engine.schedules.enter(held, t)
-        return held
+        given = start_values(self.compiled, starts), numbers_by_name("guesses", guesses)
+        return initializer.solve(engine, t, p, held, *given)
 
     def _schedules(self, inputs: Mapping[str, InputValue]) -> list[TimeSignal]:
         """The signals of time of a run with these inputs."""
@@ -424,6 +416,11 @@ class Plant(Generic[M]):
 def compile(model: M) -> Plant[M]:  # noqa: A001
     """Compile a model once; the plant runs it with other parameters, initial values and inputs without compiling again."""
     return Plant(model)
+
+
+def plant_of(model: M | Plant[M]) -> Plant[M]:
+    """A plant, or the plant of a model that is not compiled yet."""
+    return model if isinstance(model, Plant) else Plant(model)
 
 
 def packed_model(model: Component) -> bytes:
@@ -460,8 +457,7 @@ def _unpacked(packed: bytes) -> Plant[Any]:
 
 def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:
     """Compile ``model``, unless it is a plant, and simulate it to ``stop`` (s); options as for ``Plant.simulate``."""
-    plant = model if isinstance(model, Plant) else compile(model)
-    return plant.simulate(stop, **options)
+    return plant_of(model).simulate(stop, **options)
 
 
 if not TYPE_CHECKING:

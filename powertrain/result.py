@@ -139,6 +139,15 @@ class Result(Generic[M]):
         return self._signals.corrected(self._dense, self._p)
 
     @property
+    def p(self) -> Array:
+        """The values of the parameters, in the order of ``parameters``."""
+        return self._p
+
+    def samples_at(self, times: ArrayLike) -> Samples:
+        """Times of the run with states, algebraic unknowns and held values; at the instant of an event the right limit."""
+        return self._signals.corrected(Samples(*self.trajectory.at(times, with_events=False)), self._p)
+
+    @property
     def samples(self) -> Samples:
         """Times, states, algebraic unknowns and held values at ``time``, for analyses of this run."""
         self.trajectory  # noqa: B018  (says what is missing where only samples were kept)
@@ -271,7 +280,7 @@ class Result(Generic[M]):
         return picked
 
     def evaluate(self, expressions: Sequence[Symbol]) -> NDArray[np.float64]:
-        """Expressions of the model's variables (symbols of ``compiled.flat``) over the samples, one column each."""
+        """Expressions of the model's variables (symbols of ``compiled.source``) over the samples, one column each."""
         return self._expressions(self._signals.resolve(expressions))
 
     def _expressions(self, expressions: Sequence[Symbol]) -> NDArray[np.float64]:
@@ -292,14 +301,10 @@ class Result(Generic[M]):
         ``t``: one time or several, in seconds; ``what``: one name or selector, or several (then a dictionary is returned).
         Raises ParameterError for a time outside the run.
         """
-        times = array("t", t)
-        first, last = self.trajectory.start, self.trajectory.end
-        if not ((times >= first) & (times <= last)).all():
-            outside = times[~((times >= first) & (times <= last))].flat[0]
-            raise ParameterError(f"t = {outside:g} s lies outside the simulated span [{first:g}, {last:g}] s")
+        times = within_run(self, "t = ", array("t", t))
         several = isinstance(what, list | tuple)
         picked = [self._pick(w) for w in (what if several else [what])]
-        samples = self._signals.corrected(Samples(*self.trajectory.at(times.ravel(), with_events=False)), self._p)
+        samples = self.samples_at(times.ravel())
         values = self._at_samples(picked, samples)
         shaped = {name: v.reshape(times.shape) if times.ndim else float(v[0]) for name, v in values.items()}
         return shaped if several else next(iter(shaped.values()))
@@ -395,20 +400,26 @@ def complete(result: Any) -> Result[Any]:
     return result
 
 
+def within_run(result: Result[Any], what: str, times: Array) -> Array:
+    """The times; ParameterError if one is outside the run. ``what``: the start of the message."""
+    first, last = result.trajectory.start, result.trajectory.end
+    outside = times[~((times >= first) & (times <= last))]
+    if outside.size:
+        raise ParameterError(f"{what}{outside.flat[0]:g} s lies outside the simulated span [{first:g}, {last:g}] s")
+    return times
+
+
 def instant_of_run(compiled: Compiled, at: tuple[Result[Any], float], what: str) -> Samples:
     """One sample: a run of this model at a time, at the instant of an event its right limit; ``what``: the name of the argument."""
     if len(at) != 2 or not isinstance(at[0], Result):
         raise ParameterError(f"{what} = {short(at)}: pass values by name, or (result, t) with a result of this model")
     result, t = at[0], number(f"{what}: t", at[1], "s")
-    run, other = result.trajectory, result.compiled
+    other = result.compiled
     if (other.states, list(other.parameters), list(other.signals)) != (
         compiled.states, list(compiled.parameters), list(compiled.signals),
     ):  # fmt: skip
         raise ParameterError(f"{what}: the result belongs to another model ({type(result.model).__name__})")
-    if not run.start <= t <= run.end:
-        raise ParameterError(f"{what}: t = {t:g} s lies outside the simulated span [{run.start:g}, {run.end:g}] s")
-    samples = Samples(*run.at([t], with_events=False))
-    return signals_of(compiled).corrected(samples, np.array(list(result.parameters.values()), float))
+    return result.samples_at(within_run(result, f"{what}: t = ", np.array([t])))
 
 
 def _sealed(values: Array) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import weakref
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any, NamedTuple
 
@@ -14,14 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled, SignalEntry
-from powertrain.compiler.flatten import Flat, flatten
+from powertrain.compiler.binding import bind_parameters
+from powertrain.compiler.flatten import flatten
+from powertrain.compiler.source import Source, source_of
+from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.language.arguments import names as argument_names
 from powertrain.language.component import Component
 from powertrain.language.connectors import Signal, of_a_signal
-from powertrain.language.recorder import reading
 from powertrain.language.replacing import replace as changed
-from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
 from powertrain.numerics.batch import Lanes, building
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
@@ -46,6 +48,23 @@ class Samples(NamedTuple):
     m: NDArray[np.float64]
 
 
+def of_steps(trajectory: Trajectory, times: Array, steps: NDArray[np.int_]) -> Samples:
+    """The dense output of given steps, one for each time."""
+    q = ((times - trajectory.times[steps]) / trajectory.sizes[steps])[:, None]
+    c, n = trajectory.dense[steps], trajectory.states
+    y = (((c[:, 4] * q + c[:, 3]) * q + c[:, 2]) * q + c[:, 1]) * q + c[:, 0]
+    return Samples(times, y[:, :n], y[:, n:], trajectory.held[trajectory.mode_of_step[steps]])
+
+
+def of_instants(trajectory: Trajectory, instants: Sequence[Instant]) -> Samples:
+    """The left and the right limit at each instant of events."""
+    n, size, count = trajectory.states, trajectory.dense.shape[2], 2 * len(instants)
+    y = np.array([limit[:size] for i in instants for limit in (i.left, i.right)], float).reshape(count, size)
+    held = np.array([limit for i in instants for limit in (i.held_left, i.held_right)], float)
+    held = held.reshape(count, trajectory.held.shape[1])
+    return Samples(np.repeat(np.array([i.time for i in instants], float), 2), y[:, :n], y[:, n:], held)
+
+
 @dataclass(frozen=True)
 class Picked:
     """What a name or a selector asks for; ``name`` is empty for an expression of several signals."""
@@ -62,38 +81,38 @@ class Signals:
 
     def __init__(self, compiled: Compiled) -> None:
         dae = compiled.dae
-        self.inputs = (dae.t, dae.x, dae.z, dae.m, dae.p)
+        self.inputs = dae.arguments
         self.residual = dae.residual
         self.entries: dict[str, SignalEntry] = compiled.signals
         self.parameters = {name: (c.unit, c.doc) for name, c in compiled.parameters.items()}
         self._resolve: Callable[[list[Symbol]], list[Symbol]] = compiled.resolve
-        self._flat: Flat | None = compiled.flat
+        self._source: Source | None = compiled.source
         self._model: Component | None = None
         self._prepare()
 
     def _prepare(self) -> None:
         self.names = list(self.entries)
         self._place = {name: i for i, name in enumerate(self.names)}
-        self._state = {key(s): i for i, s in enumerate(_scalars(self.inputs[1]))}
+        self._state = {key(s): i for i, s in enumerate(scalars(self.inputs[1]))}
         self._direct: dict[str, tuple[bool, int] | None] = {}
         self._explicit: dict[str, bool] = {}
-        self._held = {key(s): i for i, s in enumerate(_scalars(self.inputs[3]))}
+        self._held = {key(s): i for i, s in enumerate(scalars(self.inputs[3]))}
         self._local = threading.local()
 
     @property
-    def flat(self) -> Flat:
-        """The flat model, whose components are what selectors see."""
-        if self._flat is None:
+    def source(self) -> Source:
+        """The source of the model, whose components are what selectors see."""
+        if self._source is None:
             assert self._model is not None
             with building:
-                self._flat = flatten(self._model)
-        return self._flat
+                self._source = source_of(bind_parameters(flatten(self._model)))
+        return self._source
 
     @property
     def model(self) -> Component:
         """The model as the user wrote it."""
         if self._model is None:
-            self._model = changed(self.flat.components[0])
+            self._model = changed(self.source.model)
         return self._model
 
     def __getstate__(self) -> dict[str, Any]:
@@ -108,20 +127,20 @@ class Signals:
         self.inputs = tuple(Symbol.sym(name, function.size1_in(i)) for i, name in enumerate("txzmp"))  # type: ignore[assignment]
         expressions, self.residual = function.call(list(self.inputs))
         texts = state["texts"].items()
-        pairs = zip(texts, _scalars(expressions), strict=True)
+        pairs = zip(texts, scalars(expressions), strict=True)
         self.entries = {name: SignalEntry(unit, doc, e) for (name, (unit, doc)), e in pairs}
         self.parameters = state["parameters"]
-        self._resolve, self._flat, self._model = self._by_name, None, state["model"]
+        self._resolve, self._source, self._model = self._by_name, None, state["model"]
         self._prepare()
 
     def _by_name(self, expressions: list[Symbol]) -> list[Symbol]:
         """``Compiled.resolve`` for what was unpickled without equations: a symbol stands for the signal of its name."""
-        known = dict(zip(self.parameters, _scalars(self.inputs[4]), strict=True)) | {"time": self.inputs[0]}
+        known = dict(zip(self.parameters, scalars(self.inputs[4]), strict=True)) | {"time": self.inputs[0]}
         known |= {name: e.expression for name, e in self.entries.items()}
         whole = column(expressions)
         old = [s for s in free_symbols(whole) if s.name() in known]
         (new,) = ca.substitute([whole], [column(old)], [column([known[s.name()] for s in old])])
-        return _scalars(new)
+        return scalars(new)
 
     def matching(self, patterns: str | Iterable[str], among: Sequence[str] | None = None) -> list[str]:
         """Names that fit one of the patterns (``*``, ``?``), in the model's order; ParameterError for one without."""
@@ -150,10 +169,9 @@ class Signals:
     def _selected(self, selector: Callable[[Any], Any]) -> Picked:
         if not callable(selector):
             raise ParameterError(f"name a signal by its path or a selector (lambda m: m.J1.w), not by {selector!r}")
-        scratch = replace(self.flat.recorder, path="selector", text=None, switches=[], schedules=[], guards=[])
-        with building, reading(scratch):
+        with building, self.source.reading("selector"):
             try:
-                picked = selector(self.flat.components[0])
+                picked = selector(self.source.model)
             except AttributeError as error:
                 fields = list(getattr(error.obj, "_fields", {}))
                 said = f"selector: {type(error.obj).__name__} has no field {error.name}"
@@ -193,14 +211,11 @@ class Signals:
         """Expressions of the model's variables as expressions of (t, x, z, m, p). ParameterError where that fails."""
         with building:
             whole = column(list(expressions))
-            bindings = self.flat.bindings
-            for _ in range(20):
-                if not any(key(s) in bindings for s in free_symbols(whole)):
-                    break
-                old, new = zip(*bindings.values(), strict=True)
-                (whole,) = ca.substitute([whole], [column(old)], [column(new)])
-            found = self._resolve(_scalars(whole))
-            inside = {key(s) for group in self.inputs for s in _scalars(group)}
+            if self.source.bindings:
+                bound, values = zip(*self.source.bindings, strict=True)
+                whole = ca.substitute(whole, column(bound), column(values))
+            found = self._resolve(scalars(whole))
+            inside = {key(s) for group in self.inputs for s in scalars(group)}
             for s in free_symbols(column(found)):
                 if key(s) not in inside:
                     said = f"{s.name()} is no signal of the model after its reduction"
@@ -278,10 +293,6 @@ class Signals:
 def fits_pattern(name: str, pattern: str) -> bool:
     """Whether ``name`` fits a pattern of ``*`` and ``?``; brackets stand for themselves ('wheels[0].*')."""
     return fnmatchcase(name, pattern.replace("[", "[[]"))
-
-
-def _scalars(vector: Symbol) -> list[Symbol]:
-    return list(ca.vertsplit(vector)) if vector.numel() else []
 
 
 _known: dict[int, tuple[weakref.ref[Compiled], Signals]] = {}

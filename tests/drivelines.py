@@ -204,8 +204,8 @@ def balance(result: pt.Result[Any]) -> Balance:
 def _terms(compiled: Any) -> tuple[list[pt.Symbol], list[pt.Symbol], list[pt.Symbol], list[pt.Symbol]]:
     """Stored energies, powers of sources, losses, and for each part ports' powers - loss - d energy/dt, which is zero."""
     energies, inflow, losses, gaps = [], [], [], []
-    with reading(compiled.flat.recorder):
-        for part in compiled.flat.components:
+    with reading(compiled.source.recorder):
+        for part in compiled.source.components:
             ports = [p for p in vars(part).values() if isinstance(p, rot.Flange)]
             if isinstance(part, pt.Connector) or not ports:
                 continue

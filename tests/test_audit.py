@@ -389,9 +389,9 @@ class Braked(pt.Component):
 
 def test_switches_in_losses_bound_parameters_and_sources_of_parts() -> None:
     plant = pt.compile(Braked())
-    count = len(plant.compiled.flat.recorder.switches)
+    count = len(plant.compiled.source.recorder.switches)
     audit = energy_audit(plant.simulate(4.0, parameters={"damping": 0.7}, rtol=1e-8))
-    assert len(plant.compiled.flat.recorder.switches) == count
+    assert len(plant.compiled.source.recorder.switches) == count
     assert audit.closure < 1e-6
     assert not audit.hidden
     table = audit.components

@@ -215,7 +215,7 @@ def test_arrays_are_read_only_and_own_their_data(plant: Plant[Drive]) -> None:
 
 
 def test_evaluate_takes_symbols_of_the_model(plant: Plant[Drive], result: Result[Drive]) -> None:
-    root = plant.compiled.flat.components[0]
+    root = plant.compiled.source.model
     assert isinstance(root, Drive)
     values = result.evaluate([root.clutch.tau, root.disc.w * root.scale])
     assert values.shape == (result.time.size, 2)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from powertrain.errors import ParameterError, PowertrainError
 from powertrain.language.arguments import path, row
 from powertrain.result import Result
+from powertrain.saved import Saved
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,10 +39,10 @@ def write_zarr(
         raise ParameterError(f"store: {place} is already there; choose another one")
     if not len(at) or (np.diff(at) <= 0.0).any():
         raise ParameterError("times must be in ascending order")
-    first = next((run for run in _outcomes(runs, range(len(runs))) if not isinstance(run, PowertrainError)), None)
+    first = next((_readable(run) for run in runs if not isinstance(run, PowertrainError)), None)
     if first is None:
         raise ParameterError("all cases of the sweep failed; there is nothing to write")
-    names = list(signals) or _names(first)
+    names = list(signals) or first.names()
     block = max(1, _VALUES // len(at))
     for low in range(0, len(runs), block):
         cases = range(low, min(low + block, len(runs)))
@@ -55,30 +56,35 @@ def write_zarr(
     return opened
 
 
-def _outcomes(runs: Sequence[Any], cases: range) -> Iterator[Any]:
-    return (runs[k] for k in cases)
-
-
-def _names(run: Any) -> list[str]:
-    return (
-        list(run.names())
-        if isinstance(run, Result)
-        else [str(name) for name in run.data_vars if run[name].dims == ("time",)]
-    )
+def _readable(run: Any) -> Result[Any] | Saved:
+    """A run with its dense output, or its samples, between which signals are linear."""
+    if isinstance(run, Result):
+        try:
+            run.trajectory  # noqa: B018  (says what is missing where only samples were kept)
+        except ParameterError:
+            return Saved(run.to_xarray())
+        return run
+    return Saved(run)
 
 
 def _block(
-    runs: Sequence[Any], table: pd.DataFrame, cases: range, times: Array, names: Sequence[str], first: Any
+    runs: Sequence[Any],
+    table: pd.DataFrame,
+    cases: range,
+    times: Array,
+    names: Sequence[str],
+    first: Result[Any] | Saved,
 ) -> xr.Dataset:
     """The signals of some cases over the common time, with their rows of the table."""
     import xarray as xr
 
     values, failed = np.full((len(names), len(cases), len(times)), np.nan), np.zeros(len(cases), bool)
-    for k, run in enumerate(_outcomes(runs, cases)):
+    for k, case in enumerate(cases):
+        run = runs[case]
         failed[k] = isinstance(run, PowertrainError)
         if not failed[k]:
-            values[:, k] = _sampled(run, times, names, cases[k])
-    texts = _texts(first, names)
+            values[:, k] = _sampled(_readable(run), times, names, case)
+    texts = {n: {"units": first.unit(n), "long_name": first.description(n)} for n in names}
     data: dict[str, Any] = {n: (("case", "time"), values[i], texts[n]) for i, n in enumerate(names)}
     data["failed"] = ("case", failed, {"long_name": "Whether the run failed"})
     rows = table.iloc[cases.start : cases.stop]
@@ -87,41 +93,15 @@ def _block(
     return xr.Dataset(data, {"case": np.arange(cases.start, cases.stop), "time": time, **numbers})
 
 
-def _sampled(run: Any, times: Array, names: Sequence[str], case: int) -> Array:
-    """Signals at the common times: from the dense output, or interpolated between samples; nan after the end of a run."""
-    dense = isinstance(run, Result) and _dense(run)
-    t = run.trajectory.times if dense else np.asarray(run.time)
-    end = run.trajectory.end if dense else t[-1]
-    if times[0] < t[0]:
+def _sampled(run: Result[Any] | Saved, times: Array, names: Sequence[str], case: int) -> Array:
+    """Signals at the common times; nan after the end of a run."""
+    first, last = (run.trajectory.start, run.trajectory.end) if isinstance(run, Result) else run.time[[0, -1]]
+    if times[0] < first:
         raise ParameterError(f"times: {times[0]:g} s is before the start of case {case}")
-    values, ended = np.full((len(names), len(times)), np.nan), times <= end
-    if dense:
-        found = run.at(times[ended], list(names))
-        values[:, ended] = [found[n] for n in names]
-        return values
     for name in names:
-        if not isinstance(run, Result) and name not in run.data_vars:
-            raise ParameterError(
-                f"signals: case {case} has no {name}; it has {', '.join(map(str, run.data_vars))}"[:500]
-            )
-    rows = np.array([run[n] for n in names], float)
-    place = np.clip(np.searchsorted(t, times[ended], side="right") - 1, 0, max(len(t) - 2, 0))
-    after = np.minimum(place + 1, len(t) - 1)
-    span = t[after] - t[place]
-    part = np.divide(times[ended] - t[place], span, out=np.zeros_like(span), where=span > 0.0)
-    values[:, ended] = rows[:, place] + part * (rows[:, after] - rows[:, place])
+        if isinstance(run, Saved) and name not in run:
+            raise ParameterError(f"signals: case {case} has no {name}; it has {', '.join(run)}"[:500])
+    values, ended = np.full((len(names), len(times)), np.nan), times <= last
+    found = run.at(times[ended], list(names))
+    values[:, ended] = [found[n] for n in names]
     return values
-
-
-def _dense(run: Result[Any]) -> bool:
-    """Whether a run has its trajectory, rather than only recorded samples."""
-    try:
-        return run.trajectory is not None
-    except ParameterError:
-        return False
-
-
-def _texts(run: Any, names: Sequence[str]) -> dict[str, dict[str, str]]:
-    """Units and long names."""
-    found = run.to_xarray(*names) if isinstance(run, Result) else run
-    return {n: {key: found[n].attrs[key] for key in ("units", "long_name") if key in found[n].attrs} for n in names}

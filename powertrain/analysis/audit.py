@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.analysis.energy_terms import EnergyTerms, EnergyValues
+from powertrain.analysis.energy_terms import EnergyTerms, EnergyValues, with_parts
 from powertrain.analysis.quadrature import NODES, Pieces
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError
 from powertrain.language import htmltext
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
-from powertrain.signals import Samples
+from powertrain.signals import Samples, of_instants
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -99,7 +99,7 @@ class EnergyAudit:
     """
 
     def __init__(self, result: Result[Any]) -> None:
-        trajectory, p = result.trajectory, np.array(list(result.parameters.values()), float)
+        trajectory, p = result.trajectory, result.p
         terms = EnergyTerms(result.compiled)
         self.model = type(result.model).__name__
         self._parts, self._ports, self._own = terms.parts, terms.ports, terms.own
@@ -129,7 +129,7 @@ class EnergyAudit:
         """
         import pandas as pd
 
-        whole = {name: self._with_parts(values) for name, values in self._balance().items()}
+        whole = {name: with_parts(self._parts, values) for name, values in self._balance().items()}
         rows = {"type": [part.kind for part in self._parts], "supplied": self._through(self._sums.power), **whole}
         table = pd.DataFrame(rows, index=pd.Index([part.path for part in self._parts], name="component"))
         table.attrs["units"] = dict.fromkeys(list(table.columns)[1:], "J")
@@ -177,12 +177,12 @@ class EnergyAudit:
     @cached_property
     def loss(self) -> pd.DataFrame:
         """Dissipated power of every component over time (W), without losses at single instants."""
-        return self._frame(self._with_parts(self._values.loss.T).T, [part.path for part in self._parts], "W")
+        return self._frame(with_parts(self._parts, self._values.loss.T).T, [part.path for part in self._parts], "W")
 
     @cached_property
     def energy(self) -> pd.DataFrame:
         """Stored energy of every component over time (J)."""
-        return self._frame(self._with_parts(self._values.energy.T).T, [part.path for part in self._parts], "J")
+        return self._frame(with_parts(self._parts, self._values.energy.T).T, [part.path for part in self._parts], "J")
 
     @cached_property
     def supply(self) -> pd.DataFrame:
@@ -270,13 +270,6 @@ class EnergyAudit:
         sources = np.where(boundary, sums.supply, 0.0)
         residual = self._own @ sums.power + sources + impulses - lost - self._stored
         return {"sources": sources, "impulses": impulses, "lost": lost, "stored": self._stored, "residual": residual}
-
-    def _with_parts(self, own: Matrix) -> Matrix:
-        """Values of components (first axis) with those of their parts added."""
-        whole = np.array(own, float)
-        for i in reversed(range(len(self._parts))):
-            whole[i] += whole[list(self._parts[i].parts)].sum(axis=0)
-        return whole
 
     def _through(self, power: Array) -> Array:
         return np.array([power[list(part.ports)].sum() for part in self._parts])
@@ -380,11 +373,7 @@ def _jumps(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> tuple[_Jump,
     instants = [i for i in trajectory.instants if i.time > trajectory.start]
     if not instants:
         return ()
-    n, size = trajectory.states, len(trajectory.final)
-    t = np.repeat([i.time for i in instants], 2)
-    y = np.array([side for i in instants for side in (i.left, i.right)])[:, :size]
-    held = np.array([side for i in instants for side in (i.held_left, i.held_right)])
-    energy = terms.values(Samples(t, y[:, :n], y[:, n:], held), p).energy
+    energy = terms.values(of_instants(trajectory, instants), p).energy
     place = {part.path: k for k, part in enumerate(terms.parts)}
     found = []
     for i, instant in enumerate(instants):

@@ -6,18 +6,18 @@ stored in it or, in a boundary (source, ground), taken out of the model.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.source import Source
 from powertrain.compiler.texts import guarded
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.component import Component
 from powertrain.language.connectors import Connector, Signal
-from powertrain.language.recorder import Recorder, reading
 from powertrain.language.symbols import Symbol, column, free_symbols
 from powertrain.numerics.batch import Lanes
 from powertrain.numerics.buffers import Array
@@ -64,7 +64,7 @@ class WrittenTerms:
 
 def written_terms(compiled: Compiled) -> WrittenTerms:
     """The terms of a compiled model. ModelError if one cannot be computed."""
-    parts, ports, texts = _without_idle(_texts(compiled.flat.components, compiled.flat.recorder))
+    parts, ports, texts = _without_idle(_texts(compiled.source))
     power = [p for t in texts for p in t.power.values()]
     written = _resolved(signals_of(compiled), [*power, *(t.loss for t in texts), *(t.energy for t in texts)], texts)
     n, k = len(power), len(power) + len(texts)
@@ -106,14 +106,14 @@ class EnergyTerms:
                 ca.vec(ca.densify(ca.jacobian(dae.residual, dae.z)).T),
                 _rate(dae.residual, dae.t, dae.x, dae.xdot),
             ]
-        self._lanes = Lanes((dae.t, dae.x, dae.z, dae.m, dae.p), ca.cse(ca.vertcat(*rows)))
+        self._lanes = Lanes(dae.arguments, ca.cse(ca.vertcat(*rows)))
 
     def instants(self, p: Array) -> list[float]:
         """Instants at which time conditions in losses change: switches that appear only in ``loss()`` are not events of the run."""
         dae = self._dae
         leaves = [[dae.t], None, None, None, [Symbol(value) for value in p]]
         timed = column([loss for loss in self._losses if ca.depends_on(loss, dae.t)])
-        lines = operations(timed, [dae.t, dae.x, dae.z, dae.m, dae.p], leaves)
+        lines = operations(timed, dae.arguments, leaves)
         conditions = [line.operands for line in lines if line.code in COMPARISONS]
         return [t for left, right in conditions for t in _zero(left - right, dae.t)]
 
@@ -172,6 +172,14 @@ def own_power(parts: list[Part], ports: int) -> Matrix:
     return own
 
 
+def with_parts(parts: list[Part], own: Matrix) -> Matrix:
+    """Values of components (first axis) with those of their parts, which come after them, added."""
+    whole = np.array(own, float)
+    for i in reversed(range(len(parts))):
+        whole[i] += whole[list(parts[i].parts)].sum(axis=0)
+    return whole
+
+
 @dataclass
 class _Text:
     path: str
@@ -182,16 +190,15 @@ class _Text:
     energy: Symbol
 
 
-def _texts(components: list[Component], recorder: Recorder) -> list[_Text]:
+def _texts(source: Source) -> list[_Text]:
     """The power, loss and energy terms that the components declare.
 
     A switch in a term is identified with the switch of the equations that has the same condition; without one, it follows its condition
     without an event.
     """
-    scratch = replace(recorder, path="energy", text=None, switches=[], schedules=[], guards=[])
     texts: dict[str, _Text] = {}
-    with reading(scratch):
-        for component in components:
+    with source.reading("energy") as apart:
+        for component in source.components:
             path = component._path
             if not isinstance(component, Connector):
                 texts[path] = _Text(
@@ -208,9 +215,9 @@ def _texts(components: list[Component], recorder: Recorder) -> list[_Text]:
                     texts[owner].power[path] = power
     old: list[Symbol] = []
     new: list[Symbol] = []
-    for entry in scratch.switches:
+    for entry in apart.switches:
         g = ca.substitute(entry.g, column(old), column(new)) if old else entry.g
-        same = [switch.mode for switch in recorder.switches if ca.is_equal(switch.g, g, _DEPTH)]
+        same = [switch.mode for switch in source.recorder.switches if ca.is_equal(switch.g, g, _DEPTH)]
         old.append(entry.mode)
         new.append(same[0] if same else ca.if_else(g > 0, 1.0, 0.0))
 

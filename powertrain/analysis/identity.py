@@ -34,10 +34,10 @@ def model_identity(compiled: Compiled) -> str:
     rest = _without_expressions(dae, expressions)
     expressions.append(column([entry.expression for entry in compiled.signals.values()]))
     given = dae.opened.tau if dae.opened else ca.SX(0, 1)
-    equations = ca.Function("powertrain_identity", [dae.t, dae.x, dae.z, dae.m, dae.p, given], expressions)
+    equations = ca.Function("powertrain_identity", [*dae.arguments, given], expressions)
     starts = (
         [(u.name, u.start, u.guess) for u in compiled.variables.values()],
-        [str(e.residual) for e in compiled.flat.initial],
+        [str(e.residual) for e in compiled.source.initial],
     )
     texts = [(name, entry.unit, entry.doc) for name, entry in compiled.signals.items()]
     values = [(name, c.value, c.unit) for name, c in compiled.parameters.items()]

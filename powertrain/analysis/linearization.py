@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.operating_point import Array, OperatingPoint, Point, operating_point
-from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, scalars, spots, transfer
+from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, spots, transfer
 from powertrain.analysis.reduction import Matrices, Quotient, free_motion, substitute_inputs, without_unseen
 from powertrain.compiler.assemble import Compiled
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language.arguments import flag, listed
 from powertrain.language.component import Component
 from powertrain.language.connectors import Output
-from powertrain.language.symbols import Symbol, column
-from powertrain.plant import Plant
+from powertrain.language.symbols import Symbol, column, scalars
+from powertrain.plant import Plant, plant_of
 from powertrain.signals import Picked, signals_of
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def linearize(
     ModelError
         If an output depends on the derivative of an input, if derivatives are not finite, or if the algebraic equations are singular.
     """
-    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    plant = plant_of(plant)
     signals = signals_of(plant.compiled)
     point = operating_point(plant, at, parameters)
     driven = (
@@ -120,7 +120,7 @@ def _linearizer(plant: Plant[Any], inputs: tuple[str, ...], outputs: Sequence[Se
 
 
 def _default_outputs(compiled: Compiled) -> list[str]:
-    root = compiled.flat.components[0]
+    root = compiled.source.model
     ports = [port._path for port in root.__dict__.values() if isinstance(port, Output)]
     return ports or [name for name in compiled.states if name in compiled.signals]
 
@@ -148,10 +148,10 @@ class _Linearizer:
         self._refuse_twice("inputs", inputs)
         self._refuse_twice("outputs", self.outputs)
         self.transfer = transfer(original, self.compiled)
-        self.values = self._derivatives(perturbed)
+        self.jacobian = self._derivatives(perturbed)
 
     def _refuse_unknown(self) -> None:
-        known = spots(self.original.flat)
+        known = spots(self.original.source.components)
         for name in self.driven:
             if name not in known:
                 near = suggestion(name, [*known, *self.original.parameters])
@@ -164,7 +164,7 @@ class _Linearizer:
             raise ParameterError(f"{kind}: {next(n for n in names if names.count(n) > 1)} appears twice")
 
     def _derivatives(self, perturbed: Perturbed) -> ca.Function:
-        """Values and Jacobian of (xdot, residual, outputs, motions that laws may hold) by (x, z, parameters, u_0, u_1, ...)."""
+        """The Jacobian of (xdot, residual, outputs, motions that laws may hold) by (x, z, parameters, u_0, u_1, ...)."""
         dae, compiled = self.compiled.dae, self.compiled
         outputs = [p.expression + perturbed.added.get(p.name, 0) for p in self.picked]
         self.holding = [f for f in dae.frictions if not f.algebraic and not f.prescribed]
@@ -173,13 +173,12 @@ class _Linearizer:
         coefficients = [c for k in range(ORDER + 1) for c in (row[k] for row in perturbed.coefficients)]
         rows = column([*scalars(dae.xdot), *scalars(dae.residual), *outputs, *motions])
         columns = column([*scalars(dae.x), *scalars(dae.z), *(p[n] for n in self.parameters), *coefficients])
-        jacobian = ca.jacobian(rows, columns)
         kinematic = ca.jacobian(dae.xdot, dae.x)
         at = ca.vertcat(dae.t, dae.x, dae.z, dae.m, column(coefficients))
         self.kinematic = np.array([_constant(kinematic[i, :], at) for i in range(dae.x.numel())], bool)
-        known = [dae.t, dae.x, dae.z, dae.m, dae.p, perturbed.reference, column(coefficients)]
+        known = [*dae.arguments, perturbed.reference, column(coefficients)]
         self.extra = len(coefficients)
-        return ca.Function("powertrain_linear", known, [ca.densify(rows), ca.densify(jacobian)])
+        return ca.Function("powertrain_linear", known, [ca.densify(ca.jacobian(rows, columns))])
 
     def at(self, point: OperatingPoint, reduced: bool) -> LinearModel:
         """The linear model at an operating point."""
@@ -191,8 +190,8 @@ class _Linearizer:
     def reduced(self, point: OperatingPoint) -> tuple[Matrices, NDArray[np.int64], NDArray[np.float64], Array]:
         """Matrices, indices of the states, the shifts of the states by the inputs, and the values of all states."""
         x, z = self.transfer(point)
-        values, jacobian = self.values(point.t, x, z, point.m, point.p, point.t, np.zeros(self.extra))
-        full = self._matrices(np.array(values, float).ravel(), np.array(jacobian, float), z.size)
+        jacobian = self.jacobian(point.t, x, z, point.m, point.p, point.t, np.zeros(self.extra))
+        full = self._matrices(np.array(jacobian, float), z.size)
         proper, gains = substitute_inputs(full, self._improper)
         held = self._held(point.m)
         self._refuse_moved(proper.v[0][held])
@@ -207,7 +206,7 @@ class _Linearizer:
                     "so another value of it means another operating point; it cannot be an input here"
                 )
 
-    def _matrices(self, values: Array, jacobian: NDArray[np.float64], nz: int) -> Matrices:
+    def _matrices(self, jacobian: NDArray[np.float64], nz: int) -> Matrices:
         """Eliminate the algebraic unknowns; one input matrix for each derivative."""
         n, ny, npar, nu = self.compiled.dae.x.numel(), len(self.outputs), len(self.parameters), len(self.driven)
         self._refuse_infinite(jacobian, nz)
@@ -272,7 +271,7 @@ class _Linearizer:
         }
         states = [names[i] + minus(relative.get(names[i], {})) for i in found.kept]
         shifts = gains[found.kept] - found.relative @ gains[found.gone]
-        compiled, known, matrices = self.compiled, spots(self.original.flat), found.matrices
+        compiled, known, matrices = self.compiled, spots(self.original.source.components), found.matrices
         units = {
             label: compiled.signals[names[i]].unit
             for label, i in zip(states, found.kept, strict=True)

@@ -38,5 +38,4 @@ def operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[str
     if parameters is not None:
         raise ParameterError("at=(result, t) takes the parameters of the result; leave parameters out")
     samples = instant_of_run(plant.compiled, at, "at")
-    vector = np.array(list(at[0].parameters.values()), float)
-    return OperatingPoint(float(at[1]), samples.x[0], samples.z[0], samples.m[0], vector)
+    return OperatingPoint(float(at[1]), samples.x[0], samples.z[0], samples.m[0], at[0].p)

@@ -21,8 +21,8 @@ from powertrain.language.connectors import Connector, Output, Signal
 from powertrain.language.fields import Variable
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
-from powertrain.language.recorder import Place, reading
-from powertrain.language.symbols import Symbol, column, free_symbols, key, time, total_derivative
+from powertrain.language.recorder import Place
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time, total_derivative
 
 ORDER = 4
 """Highest derivative of a perturbation that is considered."""
@@ -54,10 +54,10 @@ class Perturbed:
     added: dict[str, Symbol]
 
 
-def spots(flat: Flat) -> dict[str, Spot]:
+def spots(components: Sequence[Component]) -> dict[str, Spot]:
     """Every signal port by its path, and every flow of a port ('shaft.flange_a.tau'): an external torque or force on the component."""
     found: dict[str, Spot] = {}
-    for port in flat.components:
+    for port in components:
         if not isinstance(port, Connector):
             continue
         owner = port._path.rpartition(".")[0]
@@ -81,7 +81,7 @@ def compile_perturbed(model: Component, names: Sequence[str]) -> Perturbed:
     plus the perturbation.
     """
     flat = flatten(model)
-    known, reference = spots(flat), Symbol.sym("reference")
+    known, reference = spots(flat.components), Symbol.sym("reference")
     flat.recorder.constants.add(key(reference))
     coefficients = []
     added: dict[str, Symbol] = {}
@@ -143,11 +143,10 @@ def transfer(original: Compiled, perturbed: Compiled) -> Callable[[OperatingPoin
             base, order = base[4:-1], order + 1
         if base in original.variables:
             expression = original.variables[base].symbol
-            with reading(original.flat.recorder) as recorder:
-                for _ in range(order):
-                    expression = recorder.derivative(expression)
+            for _ in range(order):
+                expression = original.source.recorder.derivative(expression)
             (expression,) = original.resolve([expression])
-            inside = {s.name() for group in (dae.t, dae.x, dae.z, dae.m, dae.p) for s in scalars(group)}
+            inside = {s.name() for group in dae.arguments for s in scalars(group)}
             if all(s.name() in inside for s in free_symbols(expression)):
                 return expression
         raise ModelError(
@@ -156,15 +155,10 @@ def transfer(original: Compiled, perturbed: Compiled) -> Callable[[OperatingPoin
 
     x = column([found(n) for n in perturbed.states])
     z = column([found(s.name()) for s in scalars(perturbed.dae.z)])
-    function = ca.Function("powertrain_transfer", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(x), ca.densify(z)])
+    function = ca.Function("powertrain_transfer", dae.arguments, [ca.densify(x), ca.densify(z)])
 
     def at(point: OperatingPoint) -> tuple[Array, Array]:
         x, z = function(point.t, point.x, point.z, point.m, point.p)
         return np.array(x, float).ravel(), np.array(z, float).ravel()
 
     return at
-
-
-def scalars(expression: Symbol) -> list[Symbol]:
-    """The entries of a column."""
-    return list(ca.vertsplit(expression)) if expression.numel() else []

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from powertrain.engine.trajectory import Trajectory
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Samples
+from powertrain.signals import Samples, of_steps
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
 _OUTER = [0, 1, 3, 4]
@@ -68,10 +68,7 @@ class Pieces:
     def samples(self, trajectory: Trajectory) -> Samples:
         """The nodes in every piece, from the dense output of its step."""
         t = self.first[:, None] + self.length[:, None] * (NODES + 1) / 2
-        q = (t - trajectory.times[self.step, None]) / trajectory.sizes[self.step, None]
-        y = (q[:, :, None] ** np.arange(5) @ trajectory.dense[self.step]).reshape(t.size, -1)
-        held = trajectory.held[trajectory.mode_of_step[np.repeat(self.step, len(NODES))]]
-        return Samples(t.ravel(), y[:, : trajectory.states], y[:, trajectory.states :], held)
+        return of_steps(trajectory, t.ravel(), np.repeat(self.step, len(NODES)))
 
     @property
     def weights(self) -> Array:

@@ -52,17 +52,23 @@ def sample(
     from scipy.stats import qmc
 
     one_of("method", method, ("latin hypercube", "sobol"))
-    given, n = by_name("distributions", distributions), count("number", number)
+    given, n = by_name("distributions", distributions), points_of(method, number)
     if not given:
         raise ParameterError("distributions: give at least one parameter")
-    if method == "sobol" and n & (n - 1):
-        raise ParameterError(
-            f"number = {n} is not a power of two, which Sobol' points need; take {1 << n.bit_length()}"
-        )
     drawn = qmc.LatinHypercube(len(given), rng=seed) if method != "sobol" else qmc.Sobol(len(given), rng=seed)
     points = drawn.random(n)
     columns = {name: quantiles(name, d, points[:, k]) for k, (name, d) in enumerate(given.items())}
     return [{"parameters": {name: float(values[i]) for name, values in columns.items()}} for i in range(n)]
+
+
+def points_of(method: str, number: int) -> int:
+    """A number of points. ParameterError for one that does not suit the method."""
+    n = count("number", number)
+    if method == "sobol" and n & (n - 1):
+        raise ParameterError(
+            f"number = {n} is not a power of two, which Sobol' points need; take {1 << n.bit_length()}"
+        )
+    return n
 
 
 def quantiles(name: str, distribution: Any, at: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -19,7 +19,7 @@ from powertrain.analysis.sweep import Collected, Sweep, SweepPlan
 from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.language.arguments import flag, names, path
 from powertrain.language.component import Component
-from powertrain.plant import Plant, packed_model
+from powertrain.plant import Plant, packed_model, plant_of
 from powertrain.result import Result
 from powertrain.signals import signals_of
 
@@ -91,7 +91,7 @@ def sweep(
     --------
     >>> pt.sweep(plant, [{"parameters": {"J1.J": J}} for J in grid], stop=1.5)  # doctest: +SKIP
     """
-    plant = model if isinstance(model, Plant) else Plant(model)
+    plant = plant_of(model)
     if not isinstance(on_error, str) or on_error not in ("raise", "keep"):
         raise ParameterError(f'on_error = {on_error!r} is neither "raise" nor "keep"')
     flag("progress", progress)

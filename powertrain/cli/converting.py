@@ -48,9 +48,9 @@ def command(source: Path, target: Path, signals: tuple[str, ...]) -> None:
 
         save(data, target)
     else:
+        from powertrain.saved import Saved
         from powertrain.viewer.document import write
         from powertrain.viewer.recording import recorded
-        from powertrain.viewer.saved import Saved
 
         write([recorded(Saved(data), source.stem)], target)
     click.echo(f"wrote {target}")

@@ -60,9 +60,9 @@ def written(
     out: Path | None,
 ) -> Path:
     """The page of a source, in ``out`` or in the folder of temporary files."""
+    from powertrain.saved import Saved
     from powertrain.viewer.document import temporary, write
     from powertrain.viewer.recording import recorded
-    from powertrain.viewer.saved import Saved
 
     if isinstance(run, Path) and run.suffix.lower() == ".nc" and not (cycle or span or texts or params):
         recording = recorded(Saved(saved(run)), run.stem)

@@ -16,7 +16,7 @@ import casadi as ca
 
 from powertrain.compiler.flatten import Equation, Flat
 from powertrain.errors import ModelError
-from powertrain.language.symbols import Symbol, column, key, time
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
 
 Coefficient = float | Symbol
 """A number if possible, else an expression of parameters."""
@@ -72,6 +72,16 @@ class Reduced:
             return Symbol(offset)
         root = self.derivative(self.symbols[alias.root], alias.order + order)
         return root if alias.plain else alias.factor * root + offset
+
+    def written(self, equation: int) -> Equation:
+        """One of the ``equations`` as it was before elimination."""
+        return (self.originals if equation < len(self.originals) else self.equations)[equation]
+
+    def variables(self, equations: Sequence[Equation]) -> list[int]:
+        """The variables in equations, by the keys of their symbols."""
+        bases = self.flat.recorder.bases
+        symbols = [s for e in equations for s in free_symbols(e.residual)]
+        return list(dict.fromkeys(key(bases.get(key(s), (s, 0))[0]) for s in symbols))
 
     def tied_by(self, variables: Sequence[int]) -> list[Equation]:
         """The equations behind the aliases on the shortest paths between the variables; from a constant to what makes it constant."""
@@ -134,7 +144,7 @@ class Reduced:
             return expressions
         new = [self.expression(key(base), order) for _, (base, order) in pairs]
         (out,) = ca.substitute([whole], [column([s for s, _ in pairs])], [column(new)])
-        return list(ca.vertsplit(out)) if expressions else []
+        return scalars(out)
 
 
 @dataclass
@@ -320,9 +330,9 @@ def _affine_rows(flat: Flat) -> list[_Row]:
     moving = [s for s in ca.symvar(residuals) if key(s) in moved] + [time]
     unknowns, bases = column(symbols), flat.recorder.bases
     jacobian = ca.jacobian(residuals, unknowns)
-    entries = ca.vertsplit(ca.vec(jacobian.nz[:])) if jacobian.nnz() else []
+    entries = scalars(jacobian.nz[:])
     varying = ca.which_depends(column(entries), ca.vertcat(unknowns, *moving), 1, True) if entries else []
-    constants = ca.vertsplit(ca.substitute(residuals, unknowns, ca.DM.zeros(unknowns.shape)))
+    constants = scalars(ca.substitute(residuals, unknowns, ca.DM.zeros(unknowns.shape)))
     timed = ca.which_depends(residuals, column(moving), 1, True)
     terms: list[list[tuple[Coefficient, Base]] | None] = [[] for _ in flat.equations]
     rows, columns = jacobian.sparsity().get_triplet()

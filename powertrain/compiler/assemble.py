@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 
 from powertrain.compiler.alias import Affine, Base, Reduced, eliminate_aliases
-from powertrain.compiler.binding import bind_parameters
+from powertrain.compiler.binding import Limits, bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
 from powertrain.compiler.flatten import Equation, Flat, ModelConstant, ModelVariable, flatten
@@ -27,6 +27,7 @@ from powertrain.compiler.records import (
     with_impacts,
 )
 from powertrain.compiler.resolver import Resolver
+from powertrain.compiler.source import Source, source_of
 from powertrain.compiler.structure import check_structure
 from powertrain.compiler.torques import LawTorque, declare_torques, with_rates
 from powertrain.language.component import Component
@@ -34,7 +35,7 @@ from powertrain.language.fields import NOMINAL
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw, schedule
 from powertrain.language.recorder import Place, reading
-from powertrain.language.symbols import Symbol, column, free_symbols, key, time
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
 from powertrain.language.units import rate_unit
 
 
@@ -51,13 +52,15 @@ class SignalEntry:
 class Compiled:
     """The reduced model with the names of its parts.
 
-    Analyses read these fields. ``flat`` serves those that read the model's source: selectors, ``energy()`` and ``loss()``, connections.
+    Analyses read ``dae``. ``source`` serves what refers to the model as it is written: selectors, ``energy()`` and ``loss()``,
+    connections, initial equations, the lines that messages quote. ``limits``: conditions on the values of the parameters.
     ``discretes``: index in the held values m of each discrete variable. ``resolve`` gives expressions of the model's variables in
     (t, x, z, m, p), ``open`` the same for given torques of the laws.
     """
 
-    flat: Flat
     dae: HybridDae
+    source: Source
+    limits: Limits
     states: list[str]
     signals: dict[str, SignalEntry]
     parameters: dict[str, ModelConstant]
@@ -141,7 +144,7 @@ def _assemble(
     flat, recorder = reduced.flat, reduced.flat.recorder
     x = [reduced.derivative(reduced.symbols[b], order) for b, order in states]
     rates = [recorder.derivative(s) for s in x]
-    resolver = Resolver(reduced, solved, torques, column(x), values)
+    resolver = Resolver(reduced, solved, torques, column(x))
     held, laws = held_values(flat, torques, others, resolver), list(enumerate(resolver.closed_laws()))
     dae = HybridDae(
         t=time,
@@ -168,12 +171,13 @@ def _assemble(
         guards=tuple(guard_record(g, resolver) for g in recorder.guards),
         residual_places=tuple(resolver.z_places),
         smooth=smooth_variables(reduced, tops, states, resolver, set(held.layout)),
-        nominal=_nominal(reduced, [*states, *((key(s), 0) for s in ca.vertsplit(column(resolver.z)))], values),
+        nominal=_nominal(reduced, [*states, *((key(s), 0) for s in resolver.z)], values),
     )
     dae = with_impacts(dae, resolver, held)
     return Compiled(
-        flat=flat,
         dae=dae,
+        source=source_of(flat),
+        limits=Limits(flat),
         states=list(dae.state_names),
         signals=_signals(flat, resolver, torques, held) | _nameless(reduced, dae, states),
         parameters={c.name: c for c in flat.parameters},
@@ -219,7 +223,7 @@ def _nameless(reduced: Reduced, dae: HybridDae, states: list[Base]) -> dict[str,
     """States that are derivatives without a name in the model."""
     named = {unknown.name for unknown in reduced.flat.unknowns.values()}
     found = {}
-    for name, (root, order), symbol in zip(dae.state_names, states, ca.vertsplit(dae.x) if states else (), strict=True):
+    for name, (root, order), symbol in zip(dae.state_names, states, scalars(dae.x), strict=True):
         if name not in named:
             unknown = reduced.flat.unknowns.get(root)
             unit, doc = (unknown.unit, unknown.doc) if unknown else ("1", name)

@@ -17,7 +17,7 @@ from powertrain.compiler.index import Differentiated, generic
 from powertrain.compiler.matching import Matching, components
 from powertrain.errors import ModelError
 from powertrain.language.recorder import Place
-from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
 from powertrain.numerics.sparse_lu import SingularBlock, solve
 
 
@@ -75,13 +75,13 @@ def _square(system: Differentiated, states: list[Base], values: dict[int, float]
     else:
         jacobian = ca.jacobian(column(residuals), column(unknowns))
     symbols = ca.symvar(jacobian)
-    point = ca.DM([values.setdefault(key(s), generic(s)) for s in symbols]) if symbols else ca.DM(0, 1)
+    point = ca.DM([values.get(key(s), generic(s)) for s in symbols]) if symbols else ca.DM(0, 1)
     numbers = np.array(ca.Function("pt_entries", [column(symbols)], [jacobian])(point).nonzeros(), float)
     entries: list[dict[int, Symbol]] = [{} for _ in residuals]
     numeric: list[dict[int, float]] = [{} for _ in residuals]
     constant: list[set[int]] = [set() for _ in residuals]
     varying: list[set[int]] = [set() for _ in residuals]
-    elements = ca.vertsplit(ca.vec(jacobian.nz[:])) if jacobian.nnz() else []
+    elements = scalars(jacobian.nz[:])
     for i, j, entry, number in zip(*jacobian.sparsity().get_triplet(), elements, numbers, strict=True):
         entries[i][j] = entry
         numeric[i][j] = float(number) if np.isfinite(number) else 1.0
@@ -111,7 +111,7 @@ def _solve_linear(
 ) -> None:
     unknowns = column([square.unknowns[j] for j in columns])
     residuals = column([square.residuals[i] for i in rows])
-    right = ca.vertsplit(-ca.substitute(residuals, unknowns, ca.DM.zeros(len(columns))))
+    right = scalars(-ca.substitute(residuals, unknowns, ca.DM.zeros(len(columns))))
     try:
         numbers = [{j: square.numbers[i][j] for j in row} for i, row in zip(rows, entries, strict=True)]
         solution = solve(entries, right, numbers, varying=[square.varying[i] for i in rows])

@@ -234,6 +234,11 @@ class HybridDae:
     impact_a: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
 
     @property
+    def arguments(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX]:
+        """The arguments of every expression."""
+        return self.t, self.x, self.z, self.m, self.p
+
+    @property
     def sizes(self) -> NDArray[np.float64]:
         """The nominal sizes of (x, z)."""
         return np.array(self.nominal or np.ones(self.x.numel() + self.z.numel()))

@@ -133,7 +133,7 @@ def select_states(system: Differentiated, preference: dict[int, int], values: di
             return states
         rows = [i for i, chain in enumerate(system.chains) if len(chain) > level]
         columns = [b for b in candidates if b in dummies]
-        chosen = _pivots(system, rows, columns, level, preference, values)
+        chosen = _pivots(system, rows, columns, preference, values)
         states += [(b, system.top[b] - level) for b in candidates if b not in chosen]
         dummies = chosen
         level += 1
@@ -143,7 +143,6 @@ def _pivots(
     system: Differentiated,
     rows: list[int],
     columns: list[int],
-    level: int,
     preference: dict[int, int],
     values: dict[int, float],
 ) -> set[int]:
@@ -153,7 +152,7 @@ def _pivots(
     tops = [reduced.derivative(reduced.symbols[b], system.top[b]) for b in columns]
     jacobian = ca.jacobian(ca.vertcat(*(system.chains[i][-1] for i in rows)), ca.vertcat(*tops))
     symbols = ca.symvar(jacobian)
-    numbers = ca.DM([values.setdefault(key(s), generic(s)) for s in symbols]) if symbols else ca.DM(0, 1)
+    numbers = ca.DM([values.get(key(s), generic(s)) for s in symbols]) if symbols else ca.DM(0, 1)
     dense = ca.Function("pt_pivots", [ca.vertcat(*symbols) if symbols else Symbol(0, 1)], [jacobian])(numbers)
     table: list[dict[int, float]] = [{} for _ in rows]
     wanted = [10 * preference.get(b, 0) for b in columns]
@@ -177,10 +176,8 @@ def _involved(matrix: ca.DM, free: list[int]) -> list[int]:
 
 
 def _repeated(reduced: Reduced, equations: list[int]) -> str:
-    said = [(reduced.originals if i < len(reduced.originals) else reduced.equations)[i] for i in equations]
-    bases = reduced.flat.recorder.bases
-    named = dict.fromkeys(key(bases.get(key(s), (s, 0))[0]) for e in said for s in free_symbols(e.residual))
-    ties = reduced.tied_by([b for b in named if b in reduced.flat.unknowns])
+    said = [reduced.written(i) for i in equations]
+    ties = reduced.tied_by([b for b in reduced.variables(said) if b in reduced.flat.unknowns])
     return f"these constraints repeat or contradict each other; remove one of them\n  {quote([*said, *ties])}"
 
 

@@ -6,19 +6,20 @@ Values that change only at events (parameters, modes, discrete variables, and va
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import casadi as ca
 import numpy as np
 
 from powertrain.compiler.calls import marks
 from powertrain.compiler.flatten import Flat, rewritten
-from powertrain.compiler.operations import JUMPING, KINKS, STEPS, Ways, behind_jumps, may_jump, nodes_of
+from powertrain.compiler.operations import JUMPING, KINKS, STEPS, Ways, behind_jumps, may_jump
 from powertrain.compiler.walks import Jump, Setting, find_jump
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.laws import WhenLaw
 from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
+from powertrain.numerics.tape import graph_of
 
 _JUMPS, _CALLS, _NAN, _MOVES, _BENDS = 1, 2, 4, 8, 16
 _TOLD = JUMPING | KINKS | {ca.OP_DIV, ca.OP_TAN}
@@ -48,13 +49,14 @@ def refuse_jumps(flat: Flat) -> Flat:
         if mark & _NAN:
             raise ModelError(f"{place}\n  a value in this line is not a number (nan)")
         if mark & _CALLS:
-            flat.recorder.calls = True
             _check_calls(expression, place)
         if mark & _JUMPS and held is not None:
             settled[key(expression)] = held.settled(expression)
             jump = find_jump(settled[key(expression)], held.setting)
             if jump is not None:
                 raise ModelError(_said(jump, place, held))
+    calls = flat.recorder.calls or any(mark & _CALLS for mark in found)
+    flat = replace(flat, recorder=replace(flat.recorder, calls=calls))
     return rewritten(flat, lambda listed: [settled.get(key(e), e) for e in listed]) if settled else flat
 
 
@@ -94,7 +96,7 @@ def _texts(flat: Flat) -> Iterator[tuple[Place, Symbol]]:
 
 def _check_calls(expression: Symbol, place: Place) -> None:
     """ModelError for a call of a function that has no derivatives or hides a jump."""
-    for node in nodes_of(expression):
+    for node, _ in graph_of(expression).values():
         if node.is_output():
             for function in _inside(node.dep(0).which_function()):
                 _check_function(function, place)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.numerics.tape import again, graph_of
 
 COMPARISONS = frozenset({ca.OP_LT, ca.OP_LE})
 EQUALITIES = frozenset({ca.OP_EQ, ca.OP_NE})
@@ -34,30 +35,6 @@ class JumpingOperation:
     stand_in: Symbol | None = None
     natural: Symbol | None = None
     alone: float = 0.0
-
-
-def nodes_of(expression: Symbol) -> Iterator[Symbol]:
-    """The nodes of a scalar, each once, operands first."""
-    done: set[int] = set()
-    pending: list[tuple[Symbol, bool]] = [(expression, False)]
-    while pending:
-        node, ready = pending.pop()
-        if key(node) in done:
-            continue
-        if ready:
-            done.add(key(node))
-            yield node
-        else:
-            pending.append((node, True))
-            pending += [(operand, False) for operand in operands(node)]
-
-
-def operands(node: Symbol) -> list[Symbol]:
-    """The operands of an operation."""
-    if node.is_symbolic() or node.is_constant():
-        return []
-    source = node.dep(0) if node.is_output() else node
-    return [source.dep(i) for i in range(source.n_dep())]
 
 
 def operation(node: Symbol) -> int:
@@ -89,8 +66,8 @@ def may_jump(op: int, inner: Sequence[Ways]) -> bool:
 def behind_jumps(expression: Symbol) -> list[Symbol]:
     """The symbols that decide where operations in the expression jump."""
     deciding = [
-        operands(n)[:1] if operation(n) == ca.OP_IF_ELSE_ZERO else operands(n)
-        for n in nodes_of(expression)
+        inner[:1] if operation(n) == ca.OP_IF_ELSE_ZERO else inner
+        for n, inner in graph_of(expression).values()
         if operation(n) in JUMPING
     ]
     return free_symbols(column([n for listed in deciding for n in listed]))
@@ -116,19 +93,19 @@ def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[Ju
             truths[key(node)] = 1 - stand_in(node, node, node == 0, 1.0)
         return truths[key(node)]
 
-    for node in nodes_of(expression):
-        inner, op = operands(node), operation(node)
-        ways[key(node)] = Ways(moves(node)) if node.is_symbolic() else Ways.of(op, [ways[key(n)] for n in inner])
-        if not inner or not ways[key(node)].moves:
-            new[key(node)] = node
+    for place, (node, inner) in graph_of(expression).items():
+        op = operation(node)
+        ways[place] = Ways(moves(node)) if node.is_symbolic() else Ways.of(op, [ways[key(n)] for n in inner])
+        if not inner or not ways[place].moves:
+            new[place] = node
             continue
         changed = [new[key(n)] for n in inner]
         if op == ca.OP_SIGN:
-            new[key(node)] = stand_in(node, inner[0], node, 0.0)
+            new[place] = stand_in(node, inner[0], node, 0.0)
             continue
         if op in EQUALITIES:
             same = stand_in(node, inner[0] - inner[1], inner[0] == inner[1], 1.0)
-            new[key(node)] = same if op == ca.OP_EQ else 1 - same
+            new[place] = same if op == ca.OP_EQ else 1 - same
             continue
         if op in LOGIC:
             picks = 1 if op == ca.OP_IF_ELSE_ZERO else len(inner)
@@ -137,7 +114,7 @@ def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[Ju
             found.append(JumpingOperation(node, node, inner[1] - inner[0]))
         elif may_jump(op, [ways[key(n)] for n in inner]):
             found.append(_quotient(node, inner, ways) if op == ca.OP_DIV else _stepping(node, inner, op))
-        new[key(node)] = _again(node, changed)
+        new[place] = again(node, changed)
     return found, new[key(expression)]
 
 
@@ -156,15 +133,3 @@ def _quotient(node: Symbol, inner: Sequence[Symbol], ways: Mapping[int, Ways]) -
     """A quotient jumps where the divisor passes zero; if the divisor only touches zero, as |w| does, the dividend's sign decides."""
     code = ca.sign(inner[1])
     return JumpingOperation(node, code + 3 * ca.sign(inner[0]) if ways[key(inner[1])].bends else code)
-
-
-def _again(node: Symbol, inner: Sequence[Symbol]) -> Symbol:
-    """The same operation on other operands."""
-    if node.is_output():
-        results = (
-            node.dep(0)
-            .which_function()
-            .call([ca.vertcat(*inner)] if node.dep(0).which_function().n_in() == 1 else list(inner))
-        )
-        return ca.vertcat(*[ca.vec(r) for r in results])[node.which_output()]
-    return ca.SX.unary(node.op(), *inner) if len(inner) == 1 else ca.SX.binary(node.op(), *inner)

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from powertrain.compiler.flatten import Flat
 from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Opened, Reset, Switch, When
 from powertrain.compiler.resolver import Resolver
-from powertrain.compiler.torques import LawTorque
+from powertrain.compiler.torques import LawTorque, is_prescribed, limits_follow
 from powertrain.errors import ModelError
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw
 from powertrain.language.recorder import GuardEntry, Place, SwitchEntry
-from powertrain.language.symbols import Symbol, column, free_symbols, key, time
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
 from powertrain.modes.tolerances import alone_tolerance
 
 
@@ -65,8 +65,7 @@ def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Fri
     law, given = t.law, opened.law
     assert isinstance(law, FrictionLaw)
     assert isinstance(given, FrictionLaw)
-    prescribed = not any(ca.which_depends(opened.rate, resolver.tau[k], 1, False))
-    may_free = not any(ca.which_depends(ca.vertcat(given.lower, given.upper), column(resolver.tau), 1, False))
+    tied, prescribed = limits_follow(given, column(resolver.tau)), is_prescribed(opened, resolver.tau[k])
     return Friction(
         t.mode.name(), str(t.place), held.place(t.mode), t.speed, law.torque, law.lower, law.upper, law.peak, t.rate,
         unit=resolver.reduced.flat.unknowns[key(t.symbol)].unit if key(t.symbol) in resolver.reduced.flat.unknowns else "1",
@@ -76,12 +75,12 @@ def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Fri
         limitless=tuple(
             mode for mode, bound in ((1.0, given.upper), (-1.0, given.lower)) if bound.is_constant() and np.isinf(float(bound))
         ),
-        may_free=may_free,
+        may_free=not tied,
         known=resolver.known(k),
         rounding=resolver.rounding(k),
         reach=resolver.reach(k),
         rests=held.place(held.rests[key(t.mode)]) if key(t.mode) in held.rests else None,
-        share=resolver.share(k) if key(t.mode) in held.rests and (may_free or resolver.explicit(k)) else None,
+        share=resolver.share(k) if key(t.mode) in held.rests and (not tied or resolver.explicit(k)) else None,
     )  # fmt: skip
 
 
@@ -128,7 +127,7 @@ def with_impacts(dae: HybridDae, resolver: Resolver, held: Held) -> HybridDae:
     laws = [place[b.index] for b in dae.barriers]
     # the force of a contact opens its gap, the torque of a friction law opposes its speed
     acts = [1.0 if isinstance(resolver.laws[k].law, UnilateralLaw) else -1.0 for k in laws]
-    rates = [resolver.reduced.flat.recorder.derivative(s) for s in ca.vertsplit(dae.x)] if dae.x.numel() else []
+    rates = [resolver.reduced.flat.recorder.derivative(s) for s in scalars(dae.x)]
     speeds = [b.way * resolver.laws[k].rate for b, k in zip(dae.barriers, laws, strict=True)]
     slopes = ca.jacobian(column([*resolver.opened(rates), *speeds]), column(resolver.tau))[:, laws]
     along = ca.diag(column([Symbol(act * b.way) for act, b in zip(acts, dae.barriers, strict=True)]))

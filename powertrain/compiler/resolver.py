@@ -25,16 +25,14 @@ from powertrain.compiler.torques import (
 )
 from powertrain.language.laws import FrictionLaw
 from powertrain.language.recorder import SwitchEntry
-from powertrain.language.symbols import Symbol, column, free_symbols, key, time
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
 from powertrain.modes.tolerances import alone_tolerance, condition_tolerance, rounding_tolerance, torque_tolerance
 
 
 class Resolver:
     """Holds every assigned unknown twice: ``opened``, for given torques of the laws, and with these torques substituted."""
 
-    def __init__(
-        self, reduced: Reduced, solved: Solved, torques: list[LawTorque], x: Symbol, values: dict[int, float]
-    ) -> None:
+    def __init__(self, reduced: Reduced, solved: Solved, torques: list[LawTorque], x: Symbol) -> None:
         self.reduced, self.x = reduced, x
         self._residuals = solved.residuals
         assigned = list(solved.expressions)
@@ -117,12 +115,12 @@ class Resolver:
 
     def _rates(self) -> Symbol:
         recorder = self.reduced.flat.recorder
-        return column(self.now([recorder.derivative(s) for s in ca.vertsplit(self.x)]))
+        return column(self.now([recorder.derivative(s) for s in scalars(self.x)]))
 
     def _open_rates(self) -> list[Symbol]:
         """The rates of the states for given torques."""
         derivative = self.reduced.flat.recorder.derivative
-        return self.opened([derivative(s) for s in ca.vertsplit(self.x)]) if self.x.numel() else []
+        return self.opened([derivative(s) for s in scalars(self.x)])
 
     def closed_laws(self) -> list[LawTorque]:
         """The laws in terms of (t, x, z, m, p)."""
@@ -132,7 +130,7 @@ class Resolver:
         """Whether any motion depends on the torque of this law, even through a sensor."""
         rates = [*self._open_rates(), *self.opened([*self._residuals])]
         rates += [law.rate for i, law in enumerate(self.laws) if i != k]
-        slopes = [e for rate in rates for e in ca.vertsplit(ca.densify(ca.jacobian(rate, self.tau[k])))]
+        slopes = [e for rate in rates for e in scalars(ca.jacobian(rate, self.tau[k]))]
         return any(not e.is_zero() and not cancels(e) for e in slopes)
 
     def residuals(self) -> list[Symbol]:
@@ -151,7 +149,7 @@ class Resolver:
         groups = frozenset(self._groups[k] for k in places)
         if groups not in self._largest:
             size = Symbol(0)
-            for k, torque in enumerate(ca.vertsplit(self.torque) if groups else []):
+            for k, torque in enumerate(scalars(self.torque) if groups else []):
                 size = ca.fmax(size, ca.fabs(torque)) if self._groups[k] in groups else size
             self._largest[groups] = size
         return self._largest[groups]
@@ -188,7 +186,7 @@ class Resolver:
     def _from_positions(self, opened: Symbol) -> Symbol:
         """The sizes of the contributions of angles and positions, sum_j |d/dx_j x_j|; they grow with the distance travelled."""
         unknowns = self.reduced.flat.unknowns
-        positions = [s for s in ca.vertsplit(self.x) if key(s) in unknowns and unknowns[key(s)].unit in ("rad", "m")]
+        positions = [s for s in scalars(self.x) if key(s) in unknowns and unknowns[key(s)].unit in ("rad", "m")]
         slopes = ca.jacobian(opened, column(positions))
         parts = [ca.fabs(slopes.nz[k] * positions[j]) for k, j in enumerate(slopes.sparsity().get_col())]
         return self.close([sum(parts, Symbol(0))])[0]

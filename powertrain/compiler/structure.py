@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from powertrain.compiler.alias import Reduced, quote
-from powertrain.compiler.flatten import Equation
 from powertrain.compiler.index import Differentiated
 from powertrain.compiler.matching import Matching
 from powertrain.compiler.torques import LawTorque
@@ -11,7 +10,7 @@ from powertrain.errors import ModelError
 from powertrain.language.component import children
 from powertrain.language.connectors import Connector
 from powertrain.language.fields import Port, Variable
-from powertrain.language.symbols import free_symbols, key
+from powertrain.language.symbols import key
 
 
 def check_structure(reduced: Reduced, torques: list[LawTorque]) -> None:
@@ -61,17 +60,10 @@ def _is_nothing(reduced: Reduced, k: int) -> bool:
 
 
 def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torques: list[LawTorque]) -> str:
-    said = [reduced.originals[e] for e in equations if e < len(reduced.originals)]
-    said += [reduced.equations[e] for e in equations if e >= len(reduced.originals)]
-    recorder = reduced.flat.recorder
-
-    def inside(listed: list[Equation]) -> list[int]:
-        bases = [key(recorder.bases.get(key(s), (s, 0))[0]) for e in listed for s in free_symbols(e.residual)]
-        return list(dict.fromkeys(bases))
-
-    roots = set(inside([reduced.equations[e] for e in equations]))
+    said = [reduced.written(e) for e in equations]
+    roots = set(reduced.variables([reduced.equations[e] for e in equations]))
     laws = [t for t in torques if key(t.symbol) in roots]
-    named = [b for b in [*inside(said), *(key(t.symbol) for t in laws)] if b in reduced.flat.unknowns]
+    named = [b for b in [*reduced.variables(said), *(key(t.symbol) for t in laws)] if b in reduced.flat.unknowns]
     quoted = quote([*said, *reduced.tied_by(named)])
     if laws:
         given = "\n  ".join(str(t.place) for t in laws)

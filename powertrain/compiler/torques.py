@@ -31,7 +31,7 @@ from powertrain.errors import ModelError
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
 from powertrain.language.recorder import Place
-from powertrain.language.symbols import Symbol, column, free_symbols, key, total_derivative
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, total_derivative
 from powertrain.modes.friction import least_torque, sliding_torque
 from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.sparse_lu import Numbers, Row, eliminate
@@ -245,7 +245,7 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
         first[i], whole[i] = yielding, value
     everything = [*whole, *first, *(rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved)]
     if parts:
-        everything = ca.vertsplit(ca.substitute(column(everything), *parts))
+        everything = scalars(ca.substitute(column(everything), *parts))
     n = len(laws)
     return LawTorques(everything[:n], everything[n : 2 * n], curved, everything[2 * n :])
 
@@ -255,15 +255,19 @@ def _rate_held(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
 
     If its torque changes no motion, a law has the smallest torque within its bounds.
     """
-    if isinstance(t.law, UnilateralLaw) or not _prescribed(t, own):
+    if isinstance(t.law, UnilateralLaw) or not is_prescribed(t, own):
         return t.rate
-    tied = any(ca.which_depends(ca.vertcat(t.law.lower, t.law.upper), tau, 1, False))
-    return own - (Symbol(0) if tied else least_torque(t.law.lower, t.law.upper))
+    return own - (Symbol(0) if limits_follow(t.law, tau) else least_torque(t.law.lower, t.law.upper))
 
 
-def _prescribed(t: LawTorque, own: Symbol) -> bool:
+def is_prescribed(t: LawTorque, own: Symbol) -> bool:
     """Whether its own torque never changes the motion of a law."""
-    return not any(ca.which_depends(t.rate, own, 1, False))
+    return not _contains(t.rate, own)
+
+
+def limits_follow(law: FrictionLaw, tau: Symbol) -> bool:
+    """Whether the limits of a law depend on torques."""
+    return _contains(ca.vertcat(law.lower, law.upper), tau)
 
 
 def _loose(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
@@ -274,7 +278,7 @@ def _loose(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
     if isinstance(t.law, UnilateralLaw):
         return own
     holds = ca.if_else(t.rests, t.law.peak, 1) if breaks_away(t.law) and held_by_others(t, own, tau) else 1
-    return own - holds * sliding_torque(t.mode, t.law.lower, t.law.upper, _prescribed(t, own))
+    return own - holds * sliding_torque(t.mode, t.law.lower, t.law.upper, is_prescribed(t, own))
 
 
 def breaks_away(law: FrictionLaw) -> bool:
@@ -295,8 +299,8 @@ def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
 
 def shares(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
     """Whether the torques of other laws take part in the motion of this one."""
-    others = [s for s in ca.vertsplit(tau) if key(s) != key(own)]
-    return any(ca.which_depends(t.rate, column(others), 1, False))
+    others = [s for s in scalars(tau) if key(s) != key(own)]
+    return _contains(t.rate, column(others))
 
 
 def held_by_others(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
@@ -318,7 +322,7 @@ def _or_terms(slope: Symbol, otherwise: Symbol) -> Symbol:
 def _curved(rows: list[Symbol], symbols: list[Symbol]) -> list[int]:
     """The symbols on which the slopes of the rows depend."""
     slopes = ca.jacobian(column(rows), column(symbols))
-    inside = {key(s) for s in free_symbols(ca.vertcat(0, *ca.vertsplit(ca.vec(slopes.nz[:]))))}
+    inside = {key(s) for s in free_symbols(slopes)}
     return [i for i, s in enumerate(symbols) if key(s) in inside]
 
 
@@ -332,7 +336,7 @@ def _affine(rows: list[Symbol], symbols: list[Symbol]) -> tuple[list[Symbol], tu
     torques, whole = {key(s) for s in symbols}, column(rows)
     others = column([s for s in free_symbols(whole) if key(s) not in torques])
     short, names, parts = ca.extract_parametric(whole, others, {})
-    return ca.vertsplit(short), (column(names), column(parts))
+    return scalars(short), (column(names), column(parts))
 
 
 def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> tuple[list[Symbol], list[Symbol]]:
@@ -341,10 +345,10 @@ def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> t
         return [], []
     whole, symbols = column(rows), column(unknowns)
     jacobian = ca.jacobian(whole, symbols) + ca.diag(column(soft))
-    right = ca.vertsplit(-ca.substitute(whole, symbols, ca.DM.zeros(len(rows))))
+    right = scalars(-ca.substitute(whole, symbols, ca.DM.zeros(len(rows))))
     entries: list[Row] = [{} for _ in rows]
     numbers: list[Numbers] = [{} for _ in rows]
-    elements = ca.vertsplit(ca.vec(jacobian.nz[:])) if jacobian.nnz() else []
+    elements = scalars(jacobian.nz[:])
     for i, j, entry in zip(*jacobian.sparsity().get_triplet(), elements, strict=True):
         entries[i][j], numbers[i][j] = entry, 1e9 if i == j else 1.0
     factors = eliminate(entries, numbers)

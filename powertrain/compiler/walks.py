@@ -15,9 +15,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.operations import Ways, may_jump, nodes_of, opened, operands, operation
+from powertrain.compiler.operations import Ways, may_jump, opened, operation
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.batch import Lanes
+from powertrain.numerics.tape import graph_of, operands_of
 
 Array = NDArray[np.float64]
 LINES = 48
@@ -72,15 +73,14 @@ def _jumping_term(expression: Symbol, setting: Setting) -> Symbol | None:
     """The only term of a sum that contains operations that jump; None if there are none."""
     holds: dict[int, bool] = {}
     ways: dict[int, Ways] = {}
-    for node in nodes_of(expression):
-        inner, op = operands(node), operation(node)
-        of = [ways[key(n)] for n in inner]
-        ways[key(node)] = Ways(setting.moves(node)) if node.is_symbolic() else Ways.of(op, of)
-        holds[key(node)] = may_jump(op, of) or any(holds[key(n)] for n in inner)
+    for place, (node, inner) in graph_of(expression).items():
+        op, of = operation(node), [ways[key(n)] for n in inner]
+        ways[place] = Ways(setting.moves(node)) if node.is_symbolic() else Ways.of(op, of)
+        holds[place] = may_jump(op, of) or any(holds[key(n)] for n in inner)
     if not holds[key(expression)]:
         return None
     while operation(expression) in (ca.OP_ADD, ca.OP_SUB, ca.OP_NEG):
-        inside = [n for n in operands(expression) if holds[key(n)]]
+        inside = [n for n in operands_of(expression) if holds[key(n)]]
         if len(inside) > 1:
             break
         (expression,) = inside
@@ -116,7 +116,9 @@ class _Walk:
         self._codes = _function(inputs, lambda: codes)
         self._sides = _function(inputs, lambda: sides)
         self._natural = _function(inputs, lambda: natural)
-        self._inner = _function(inputs, lambda: column([n for n in nodes_of(expression) if not n.is_constant()]))
+        self._inner = _function(
+            inputs, lambda: column([n for n, _ in graph_of(expression).values() if not n.is_constant()])
+        )
         self._value = _function([*inputs, column(stand_ins)], lambda: ca.if_else(limits, inner_form, np.nan))
         self._draw(setting, r)
 

@@ -79,16 +79,17 @@ def _start(compiled: Compiled, name: str, guesses: Mapping[str, float], given: M
 
 def _initial_values(compiled: Compiled) -> dict[str, float]:
     """The unknowns that an initial equation gives as an expression of parameters."""
-    values, found = {key(c.symbol): c.value for c in compiled.flat.parameters}, dict[str, float]()
-    for equation in compiled.flat.initial:
+    values, found = {key(c.symbol): c.value for c in compiled.parameters.values()}, dict[str, float]()
+    names = {key(u.symbol): name for name, u in compiled.variables.items()}
+    for equation in compiled.source.initial:
         symbols = ca.symvar(equation.residual)
         unknown = [s for s in symbols if key(s) not in values]
-        if len(unknown) != 1 or key(unknown[0]) not in compiled.flat.unknowns:
+        if len(unknown) != 1 or key(unknown[0]) not in names:
             continue
         slope = ca.jacobian(equation.residual, unknown[0])
         others = [s for s in symbols if key(s) in values]
         line = ca.Function("powertrain_start", [unknown[0], column(others)], [equation.residual, slope])
         value, rise = (float(x) for x in line(0.0, [values[key(s)] for s in others]))
         if not dependence([slope], unknown).any() and rise != 0.0 and np.isfinite(value / rise):
-            found[compiled.flat.unknowns[key(unknown[0])].name] = -value / rise
+            found[names[key(unknown[0])]] = -value / rise
     return found

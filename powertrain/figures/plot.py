@@ -16,22 +16,28 @@ if TYPE_CHECKING:
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
+def axes_of(ax: Axes | None, size: tuple[float, float] | None = None) -> Axes:
+    """The axes given, or those of a new figure of this size in inches."""
+    if ax is not None:
+        return ax
+    import matplotlib.pyplot as plt
+
+    return plt.subplots(figsize=size, layout="constrained")[1]
+
+
 def plot_signals(result: Any, *what: Any, ax: Axes | None = None, events: bool | str = False, **line: Any) -> Axes:
     """Signals over time, with a legend, in one Axes: signals of a second unit are dashed and have their axis on the right.
 
     ``what``: names, patterns ("clutch*.w_rel") and selectors. ``events``: True marks every event with a thin line, a
     pattern those of the laws that fit. ``line``: options of matplotlib's lines. ParameterError for more than two units.
     """
-    import matplotlib.pyplot as plt
-
     groups: dict[str, list[tuple[str, str, Array]]] = {}
     for label, unit, doc, values in _signals(result, what):
         groups.setdefault(unit, []).append((label, doc, values))
     if len(groups) > 2:
         said = "; ".join(f"{', '.join(label for label, _, _ in group)} [{unit}]" for unit, group in groups.items())
         raise ParameterError(f"a plot shows at most two units, not {said}; plot the others in separate Axes (ax=...)")
-    if ax is None:
-        ax = plt.subplots(layout="constrained")[1]
+    ax = axes_of(ax)
     axes = [ax, ax.twinx()] if len(groups) == 2 else [ax]
     drawn = len(ax.lines)
     for side, style, (unit, group) in zip(axes, ("-", "--"), groups.items(), strict=False):
@@ -102,13 +108,10 @@ def plot_overlaid(
 
     Errors: ParameterError for unknown signals and for signals of different units.
     """
-    import matplotlib.pyplot as plt
-
     units = {unit for result in results for _, unit, _, _ in _signals(result, signals)}
     if len(units) > 1:
         raise ParameterError(f"plot: overlaid signals must have one unit, not {', '.join(sorted(units))}")
-    if ax is None:
-        ax = plt.subplots(layout="constrained")[1]
+    ax = axes_of(ax)
     shown: list[tuple[str, str]] = []
     for result, name, style in zip(results, names, ("-", "--", ":", "-."), strict=False):
         for k, (label, _, doc, values) in enumerate(_signals(result, signals)):

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from powertrain.figures.layout import BOX, HIGH, LINES, Layout, curve, layout, signal_ends
+from powertrain.figures.plot import axes_of
 from powertrain.language.component import Component
 
 if TYPE_CHECKING:
@@ -22,13 +23,9 @@ def schematic(model: Component, *, signals: bool = True, ax: Axes | None = None)
 
     Errors: ParameterError for a model without connected components, ModelError if the model is wrong.
     """
-    import matplotlib.pyplot as plt
-
     found = layout(model, signals=signals)
     left, right, low, high = found.limits
-    if ax is None:
-        size = _INCHES * (right - left), _INCHES * (high - low) + 0.2
-        ax = plt.subplots(figsize=size, layout="constrained")[1]
+    ax = axes_of(ax, (_INCHES * (right - left), _INCHES * (high - low) + 0.2))
     _draw(ax, found)
     ax.set(xlim=(left, right), ylim=(low, high), aspect="equal")
     ax.set_axis_off()

@@ -47,20 +47,20 @@ class StartEquation:
 class Discretes:
     """The equations of ``initial()`` that determine discrete variables from parameters and time alone.
 
-    ``discretes``: names of the discrete variables by the keys of their symbols; ``places``: their indices in ``m``; ``given``: the indices
-    of those with such an equation; ``values``: the function (t, m, p) of their values.
+    ``places``: the indices of the discrete variables in ``m``; ``given``: the indices of those with such an equation; ``values``: the
+    expressions of (t, m, p) of their values.
     """
 
-    def __init__(self, dae: HybridDae, equations: Sequence[StartEquation], discretes: Mapping[int, str]) -> None:
+    def __init__(self, dae: HybridDae, equations: Sequence[StartEquation], places: Mapping[str, int]) -> None:
+        self.places = places
         self.others: list[StartEquation] = []
         self.given: list[int] = []
         values: list[Symbol] = []
         unknowns = {key(s) for group in (dae.x, dae.z) for s in ca.symvar(group)}
-        place = {key(dae.m[i]): i for i in range(dae.m.numel())}
-        self.places = {name: place[k] for k, name in discretes.items()}
+        place = {key(dae.m[i]): i for i in places.values()}
         for asked in equations:
             inside = free_symbols(asked.expression)
-            own = [s for s in inside if key(s) in discretes and place[key(s)] not in self.given]
+            own = [s for s in inside if key(s) in place and place[key(s)] not in self.given]
             slope = ca.jacobian(asked.expression, own[0]) if own else Symbol(0)
             if not own or any(key(s) in unknowns for s in inside) or key(own[0]) in map(key, free_symbols(slope)):
                 self.others.append(asked)
@@ -80,22 +80,21 @@ class Discretes:
 
 def discretes_of(compiled: Compiled) -> Discretes:
     """The discrete variables of a model that its ``initial()`` determines."""
-    names = {key(d.symbol): d.name for d in compiled.flat.discretes}
-    return Discretes(compiled.dae, text_conditions(compiled), names)
+    return Discretes(compiled.dae, text_conditions(compiled), compiled.discretes)
 
 
 def text_conditions(compiled: Compiled) -> list[StartEquation]:
     """The equations of ``initial()`` of all parts."""
-    flat, dae = compiled.flat, compiled.dae
-    residuals = compiled.resolve([e.residual for e in flat.initial])
-    inside = {key(s) for group in (dae.t, dae.x, dae.z, dae.m, dae.p) for s in ca.symvar(group)}
-    for equation, residual in zip(flat.initial, residuals, strict=True):
+    initial, dae = compiled.source.initial, compiled.dae
+    residuals = compiled.resolve([e.residual for e in initial])
+    inside = {key(s) for group in dae.arguments for s in ca.symvar(group)}
+    for equation, residual in zip(initial, residuals, strict=True):
         strange = [s.name() for s in free_symbols(residual) if key(s) not in inside]
         if strange:
             raise InitializationError(
                 f"{equation.place}\n  {strange[0]} is not a variable of the reduced model; state the condition in another way"
             )
-    return [StartEquation(str(e.place), "initial()", r, 0.0) for e, r in zip(flat.initial, residuals, strict=True)]
+    return [StartEquation(str(e.place), "initial()", r, 0.0) for e, r in zip(initial, residuals, strict=True)]
 
 
 def signal_condition(compiled: Compiled, name: str, value: float, source: str) -> StartEquation:

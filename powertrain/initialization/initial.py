@@ -29,7 +29,7 @@ from powertrain.initialization.conditions import (
     signal_condition,
     unsettled,
 )
-from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
 from powertrain.modes.tolerances import MISSED, ROUND_OFF, STARTED
 from powertrain.numerics.buffers import Bound, zeros
 from powertrain.numerics.newton import HALVINGS, Solver, dense, newton
@@ -56,14 +56,8 @@ class InitialReport:
         y: Array,
         open_states: Sequence[int],
     ) -> None:
-        self._asked, self._values, self._chosen, self._names, self._y, self._open = (
-            asked,
-            values,
-            chosen,
-            states,
-            y,
-            open_states,
-        )
+        self._asked, self._values, self._chosen = asked, values, chosen
+        self._names, self._y, self._open = states, y, open_states
 
     def __getstate__(self) -> dict[str, Any]:
         return {"used": self.used, "implied": self.implied, "states": self.states}
@@ -140,7 +134,7 @@ def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol
         return []
     needed = bool(conditions) and any(ca.which_depends(column(conditions), dae.z, 1, True))
     modal = bool(dae.m.numel()) and any(ca.which_depends(dae.residual, dae.m, 1, True))
-    return ca.vertsplit(dae.residual) if needed or not modal else []
+    return scalars(dae.residual) if needed or not modal else []
 
 
 class _Plan:
@@ -163,7 +157,7 @@ class _Plan:
         outputs = ca.vertcat(rows, ca.vec(jacobian.nz[:])) if rows.numel() else rows
         self.linear = not self.nz and not ca.depends_on(jacobian.nz[:], ca.vertcat(dae.x, dae.z))
         self.modal = bool(dae.m.numel()) and any(ca.which_depends(outputs, dae.m, 1, True))
-        self.position = {key(s): i for i, s in enumerate([*ca.vertsplit(dae.x), *ca.vertsplit(dae.z)]) if s.numel()}
+        self.position = {key(s): i for i, s in enumerate([*scalars(dae.x), *scalars(dae.z)])}
         guesses = {u.name: u.guess for u in compiled.variables.values() if u.guess}
         self.guess = self._guess(guesses, np.zeros(self.size))
         places = [None if self.linear else self._place(c.label) for c in conditions]

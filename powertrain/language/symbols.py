@@ -34,6 +34,11 @@ def total_derivative(expression: Symbol, derivative: Callable[[Symbol], Symbol])
     return ca.jtimes(expression, ca.vertcat(*symbols), ca.vertcat(*rates))
 
 
+def scalars(matrix: Symbol) -> list[Symbol]:
+    """The entries of a matrix, column by column."""
+    return list(ca.vertsplit(ca.vec(ca.densify(matrix))))
+
+
 def column(expressions: Sequence[Symbol]) -> Symbol:
     """A column vector, also of nothing."""
     return ca.vertcat(*expressions) if expressions else Symbol(0, 1)

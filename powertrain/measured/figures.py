@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+
+from powertrain.figures.plot import axes_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +24,7 @@ def plot_parity(found: pd.DataFrame, *, ax: Axes | None = None) -> Axes:
 
     Circles are the UDDS, squares the HWFET; the bands are 3 % and 8 % on either side of the diagonal.
     """
-    ax = plt.subplots(figsize=(7, 6.4), layout="constrained")[1] if ax is None else ax
+    ax = axes_of(ax, (7, 6.4))
     ends = np.array([0.93 * found.measured.min(), 1.07 * found.measured.max()])
     for band in BANDS:
         ax.fill_between(ends, ends * (1 - band), ends * (1 + band), color="0.5", alpha=0.15, lw=0)

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array, Bound, view, zeros
-from powertrain.numerics.lookup import Lookup, OfColumns, looked_up
-from powertrain.numerics.tape import replayed
+from powertrain.numerics.lookup import Lookup, looked_up
+from powertrain.numerics.tape import grouped, replayed
 from powertrain.numerics.vectorised import VectorTape, vector_tape
 
 Rows = NDArray[np.float64]
@@ -131,11 +131,8 @@ class Columns:
     def __init__(
         self, name: str, varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol], compile: bool = False
     ) -> None:
-        self._name, self._common, self._outputs = (
-            name,
-            common,
-            ca.cse([ca.densify(o) for o in outputs]) if outputs else [],
-        )
+        self._name, self._common = name, common
+        self._outputs = ca.cse([ca.densify(o) for o in outputs]) if outputs else []
         self.needed = np.flatnonzero(dependence(outputs, varying).any(axis=0))
         self._arguments = [varying[int(i)] for i in self.needed]
         self._values = zeros(common.numel())
@@ -186,7 +183,7 @@ def lifted(scalar: ca.Function, varying: int, lanes: int, expressions: Sequence[
 
 @dataclass(frozen=True)
 class _OfColumns:
-    """Arithmetic of columns of ``lanes`` values; constants are scalars."""
+    """Arithmetic of columns of ``lanes`` values, and searches in tables; constants are scalars."""
 
     lanes: int
     lookups: dict[tuple[int, ...], Lookup]
@@ -199,17 +196,20 @@ class _OfColumns:
         return ca.MX.unary(code, first) if len(operands) == 1 else ca.MX.binary(code, first, last)
 
     def call(self, function: ca.Function, operands: list[ca.MX]) -> list[ca.MX]:
-        found = looked_up(function, operands, OfColumns(), self.lookups)
+        found = looked_up(function, operands, self, self.lookups)
         return _call(function, operands, self.lanes) if found is None else found
+
+    def interval(self, points: Sequence[float], mode: str, x: ca.MX) -> ca.MX:
+        return ca.low(ca.DM(list(points)), x, {"lookup_mode": mode})
+
+    def entries(self, numbers: Sequence[float], places: Sequence[ca.MX]) -> list[ca.MX]:
+        whole = ca.MX(ca.DM(numbers))
+        return [whole.nz[place] for place in places]
 
 
 def _call(function: ca.Function, arguments: Sequence[ca.MX], lanes: int) -> list[ca.MX]:
     """One function called for every lane: its results in turn, each a column of lanes."""
-    rows = [_filled(a, lanes).T for a in arguments]
-    columns, first = [], 0
-    for i in range(function.n_in()):
-        columns.append(ca.vertcat(*rows[first : first + function.nnz_in(i)]))
-        first += function.nnz_in(i)
+    columns = [ca.vertcat(*group) for group in grouped(function, [_filled(a, lanes).T for a in arguments])]
     found: list[Any] = function.map(lanes).call(columns)
     return [part.T for each in found for part in ca.vertsplit(each)]
 

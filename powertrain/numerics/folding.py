@@ -7,13 +7,13 @@ meets a value that is not finite.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Iterable, Mapping
+from typing import TypeAlias
 
 import casadi as ca
 
-from powertrain.language.symbols import Symbol
-from powertrain.numerics.tape import replayed
+from powertrain.language.symbols import Symbol, scalars
+from powertrain.numerics.tape import applied, replayed, results_of
 
 Value: TypeAlias = float | Symbol
 
@@ -22,14 +22,14 @@ def folded(function: ca.Function, known: Mapping[tuple[int, int], float]) -> ca.
     """The same function of the same inputs, with the values in ``known`` for entries (input, entry)."""
     inputs: list[Symbol] = function.sx_in()
     outputs: list[Symbol] = [ca.densify(e) for e in function.call(inputs)]
-    scalars = [e for output in outputs for e in _entries(output)]
-    places = [_entries(each) for each in inputs]
+    flat = [e for output in outputs for e in scalars(output)]
+    places = [scalars(each) for each in inputs]
 
     def argument(i: int, j: int) -> Value:
         return known[i, j] if (i, j) in known else places[i][j]
 
-    found = replayed(ca.Function("powertrain_scalars", inputs, scalars), scalars, argument, _Folding())
-    values = iter([Symbol(found.get(k, 0.0)) for k in range(len(scalars))])
+    found = replayed(ca.Function("powertrain_scalars", inputs, flat), flat, argument, _Folding())
+    values = iter([Symbol(found.get(k, 0.0)) for k in range(len(flat))])
     results = [ca.reshape(ca.vertcat(*(next(values) for _ in range(e.numel()))), e.shape) for e in outputs]
     return ca.Function(function.name(), inputs, results)
 
@@ -92,28 +92,15 @@ class _Folding:
         return self._known[place][1]
 
     def _made(self, code: int, operands: tuple[Symbol, ...]) -> Symbol:
-        result = _plain(code, operands)
+        result = applied(code, operands)
         if code == ca.OP_NEG or (
             result.is_op(code) and _hashes(result.dep(i) for i in range(result.n_dep())) == _hashes(operands)
         ):
             return result
-        return _plain(code, [e if e.is_constant() else self._written(ca.OP_COPYSIGN, e, e) for e in operands])
+        return applied(code, [e if e.is_constant() else self._written(ca.OP_COPYSIGN, e, e) for e in operands])
 
     def call(self, function: ca.Function, operands: list[Value]) -> list[Value]:
-        columns, first = list[Symbol](), 0
-        for i in range(function.n_in()):
-            columns.append(ca.vertcat(*operands[first : first + function.nnz_in(i)]))
-            first += function.nnz_in(i)
-        results: list[Any] = function.call(columns, False, True)
-        return [e for found in results for e in _entries(ca.densify(found))]
-
-
-def _entries(column: Symbol) -> list[Symbol]:
-    return [column.nz[k] for k in range(column.nnz())]
-
-
-def _plain(code: int, operands: Sequence[Symbol]) -> Symbol:
-    return ca.SX.unary(code, *operands) if len(operands) == 1 else ca.SX.binary(code, *operands)
+        return list(results_of(function, [Symbol(each) for each in operands]))
 
 
 def _hashes(operands: Iterable[Symbol]) -> list[int]:

@@ -52,19 +52,6 @@ def looked_up(
     return [found.value()]
 
 
-class OfColumns:
-    """CasADi's columns."""
-
-    def interval(self, points: Sequence[float], mode: str, x: ca.MX) -> ca.MX:
-        """The number of the interval."""
-        return ca.low(ca.DM(list(points)), x, {"lookup_mode": mode})
-
-    def entries(self, numbers: Sequence[float], places: Sequence[ca.MX]) -> list[ca.MX]:
-        """The numbers at these places."""
-        whole = ca.MX(ca.DM(numbers))
-        return [whole.nz[place] for place in places]
-
-
 class Lookup:
     """One table at the columns ``arguments``, one per axis."""
 

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.language.symbols import Symbol, column
+from powertrain.language.symbols import Symbol, column, scalars
 from powertrain.numerics.batch import Columns, Lanes
 from powertrain.numerics.buffers import Array
 
@@ -24,12 +24,12 @@ class Many:
     """
 
     def __init__(self, inputs: Sequence[Symbol], outputs: Symbol) -> None:
-        scalars = ca.vertsplit(ca.densify(outputs)) if outputs.numel() else []
-        self.size = len(scalars)
+        given = scalars(outputs)
+        self.size = len(given)
         self._inputs = inputs
-        self._places = [k for k, e in enumerate(scalars) if not e.is_constant()]
-        self._outputs = [scalars[k] for k in self._places]
-        self._constant = np.array([float(e) if e.is_constant() else 0.0 for e in scalars])
+        self._places = [k for k, e in enumerate(given) if not e.is_constant()]
+        self._outputs = [given[k] for k in self._places]
+        self._constant = np.array([float(e) if e.is_constant() else 0.0 for e in given])
 
     @cached_property
     def _few(self) -> Lanes:
@@ -37,7 +37,7 @@ class Many:
 
     @cached_property
     def _many(self) -> Columns:
-        varying = [s for group in self._inputs[:-1] for s in (ca.vertsplit(group) if group.numel() else [])]
+        varying = [s for group in self._inputs[:-1] for s in scalars(group)]
         return Columns("samples", varying, self._inputs[-1], self._outputs)
 
     def __call__(self, points: Sequence[Array], common: Array) -> NDArray[np.float64]:

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.tape import replayed
+from powertrain.numerics.tape import applied, replayed, results_of
 
 
 @dataclass(frozen=True)
@@ -66,23 +65,18 @@ class _Replay:
         return a if form.b is None else a + form.b * self.x
 
     def call(self, function: ca.Function, operands: list[Form]) -> list[Form]:
-        values, columns, first = [self.value(each) for each in operands], [], 0
-        for i in range(function.n_in()):
-            columns.append(ca.vertcat(*values[first : first + function.nnz_in(i)]))
-            first += function.nnz_in(i)
-        whole: list[Any] = function.call(columns)
-        results: list[Symbol] = [e for found in whole for e in ca.vertsplit(ca.densify(found))]
+        results = results_of(function, [self.value(each) for each in operands])
         constant = all(each.constant for each in operands)
         return [Form(a=e) if constant else Form(curve=e) for e in results]
 
     def operate(self, code: int, operands: list[Form]) -> Form:
         if all(each.constant for each in operands):
-            return Form(_plain(code, [self.value(each) for each in operands]))
+            return Form(applied(code, [self.value(each) for each in operands]))
         if all(each.curve is None for each in operands):
             found = self._affine(code, operands[0], operands[-1])
             if found is not None:
                 return found
-        return Form(curve=_plain(code, [self.value(each) for each in operands]))
+        return Form(curve=applied(code, [self.value(each) for each in operands]))
 
     def _affine(self, operation: int, first: Form, last: Form) -> Form | None:
         if operation == ca.OP_ADD:
@@ -166,10 +160,6 @@ def _fails(forms: Sequence[Form], ends: Symbol) -> Symbol:
 
 def _where(condition: Symbol | None, value: Symbol) -> Symbol:
     return Symbol(0) if condition is None else ca.if_else(condition, value, 0)
-
-
-def _plain(operation: int, values: list[Symbol]) -> Symbol:
-    return ca.SX.unary(operation, values[0]) if len(values) == 1 else ca.SX.binary(operation, values[0], values[1])
 
 
 def _sum(a: Symbol | None, b: Symbol | None) -> Symbol | None:

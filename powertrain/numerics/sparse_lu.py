@@ -13,7 +13,7 @@ from typing import Any
 
 import casadi as ca
 
-from powertrain.language.symbols import Symbol
+from powertrain.language.symbols import Symbol, scalars
 from powertrain.numerics.pivots import difference
 
 Row = dict[int, Symbol]
@@ -59,7 +59,7 @@ class Factors:
 
     def column(self, right: Symbol) -> Symbol:
         """The same for columns."""
-        solution = self.solve(ca.vertsplit(ca.densify(right)) if right.numel() else [])
+        solution = self.solve(scalars(right))
         return ca.vertcat(*(solution[j] for j in range(len(solution))))
 
     def values(self) -> list[Symbol]:
@@ -99,7 +99,7 @@ def factorize(matrix: ca.SX | ca.MX, rows: Sequence[int] | None = None) -> Solve
     factors = _factors(ca.SX(pattern, entries), pivots)
     values = factors.values()
     known = ca.SX.sym("factors", len(values))
-    solution = factors.known(ca.vertsplit(known)).column(right)
+    solution = factors.known(scalars(known)).column(right)
     factored = ca.Function("powertrain_factors", [entries], ca.cse([ca.vertcat(*values)]))
     substitute = ca.Function("powertrain_substitute", [known, right], [solution])
     found: Any = factored(matrix.nz[:])

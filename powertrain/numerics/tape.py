@@ -1,14 +1,15 @@
-"""The operations that compute expressions: listed in order with their values, or replayed in another arithmetic."""
+"""The operations that compute expressions: as a graph, listed in order with their values, or replayed in another arithmetic."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import accumulate, pairwise
 from typing import Protocol, TypeVar
 
 import casadi as ca
 
-from powertrain.language.symbols import Symbol
+from powertrain.language.symbols import Symbol, column, key
 
 T = TypeVar("T")
 
@@ -28,6 +29,54 @@ class Operation:
 
 
 COMPARISONS = (ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE)
+
+
+def applied(code: int, operands: Sequence[Symbol]) -> Symbol:
+    """One operation on one or two operands."""
+    return ca.SX.unary(code, *operands) if len(operands) == 1 else ca.SX.binary(code, *operands)
+
+
+def grouped(function: ca.Function, operands: Sequence[T]) -> list[Sequence[T]]:
+    """The entries of all arguments of a function, one argument after the other."""
+    ends = accumulate((function.nnz_in(i) for i in range(function.n_in())), initial=0)
+    return [operands[first:last] for first, last in pairwise(ends)]
+
+
+def results_of(function: ca.Function, operands: Sequence[Symbol]) -> list[Symbol]:
+    """The entries of all results of a function, which is called and not inlined, from those of its arguments."""
+    groups = enumerate(grouped(function, operands))
+    results: list[Symbol] = function.call([Symbol(function.sparsity_in(i), column(g)) for i, g in groups], False, True)
+    return [result.nz[k] for result in results for k in range(result.nnz())]
+
+
+def again(node: Symbol, operands: Sequence[Symbol]) -> Symbol:
+    """The operation of a node, or its result of a call, for other operands."""
+    if node.is_output():
+        return results_of(node.dep(0).which_function(), operands)[node.which_output()]
+    return applied(node.op(), operands)
+
+
+def operands_of(node: Symbol) -> list[Symbol]:
+    """The operands of an operation; for a result of a call, those of the call."""
+    source = node.dep(0) if node.is_output() else node
+    return [source.dep(k) for k in range(source.n_dep())]
+
+
+def graph_of(*expressions: Symbol) -> dict[int, tuple[Symbol, list[Symbol]]]:
+    """All nodes of scalars by their keys, with their operands, which come first."""
+    found: dict[int, tuple[Symbol, list[Symbol]]] = {}
+    entered: dict[int, list[Symbol]] = {}
+    stack = [(key(expression), expression) for expression in reversed(expressions)]
+    while stack:
+        place, node = stack[-1]
+        if place in entered:
+            found.setdefault(place, (node, entered[place]))
+            stack.pop()
+        else:
+            entered[place] = operands_of(node)
+            keyed = [(key(operand), operand) for operand in reversed(entered[place])]
+            stack += [(place, operand) for place, operand in keyed if place not in entered]
+    return found
 
 
 class CallsFunction(Exception):
@@ -73,7 +122,7 @@ def _value(
         return None
     if code == ca.OP_OUTPUT:
         return operands[0]
-    return ca.SX.unary(code, *operands) if len(operands) == 1 else ca.SX.binary(code, *operands)
+    return applied(code, operands)
 
 
 class Arithmetic(Protocol[T]):

@@ -54,28 +54,11 @@ _WRITTEN = {
     ca.OP_FMAX: "CHOOSE(({0} >= {1}) | ({1} != {1}), {0}, {1})",
 }
 """CasADi operations in C."""
-_NAMED = {
-    getattr(ca, f"OP_{name.upper()}"): name
-    for name in (
-        *(
-            "exp",
-            "log",
-            "pow",
-            "sqrt",
-            "sin",
-            "cos",
-            "tan",
-            "asin",
-            "acos",
-            "atan",
-            "floor",
-            "ceil",
-            "fmod",
-            "remainder",
-        ),
-        *("erf", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "log1p", "expm1", "atan2", "hypot"),
-    )
-} | {ca.OP_CONSTPOW: "pow"}
+_LIBRARY = (
+    "exp log pow sqrt sin cos tan asin acos atan atan2 floor ceil fmod remainder erf sinh cosh tanh asinh acosh atanh "
+    "log1p expm1 hypot"
+)
+_NAMED = {getattr(ca, f"OP_{name.upper()}"): name for name in _LIBRARY.split()} | {ca.OP_CONSTPOW: "pow"}
 """Operations that are functions of the C library."""
 _LOW = {"linear": 0, "exact": 1, "binary": 2}
 """CasADi's numbers for the methods of finding an interval."""

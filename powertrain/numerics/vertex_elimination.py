@@ -15,7 +15,8 @@ from collections.abc import Iterable, Sequence
 
 import casadi as ca
 
-from powertrain.language.symbols import Symbol, column, key
+from powertrain.language.symbols import Symbol, column, key, scalars
+from powertrain.numerics.tape import again, graph_of
 
 _ONE = Symbol(1)
 _STEEP = frozenset((ca.OP_SQRT, ca.OP_POW, ca.OP_CONSTPOW, ca.OP_ASIN, ca.OP_ACOS, ca.OP_ACOSH))
@@ -28,7 +29,7 @@ def sparse_jacobian(outputs: Symbol, variables: Symbol) -> Symbol:
     Otherwise like ``ca.jacobian``, also for operations without a derivative. CasADi turns a product with a conditional value into a
     conditional product, so slopes of branches that are not taken may be infinite.
     """
-    graph = _Graph(_entries(ca.cse(outputs)), _entries(variables))
+    graph = _Graph(scalars(ca.cse(outputs)), scalars(variables))
     graph.eliminate()
     found = {(j, i): slope for i, row in enumerate(graph.rows()) for j, slope in row.items()}
     places = sorted(found)  # column by column, CasADi's order
@@ -51,7 +52,7 @@ class _Graph:
         self.out: list[dict[int, None]] = [{} for _ in variables]  # used as sets with a fixed order
         self.steep, self.branches = set[tuple[int, int]](), set[int]()
         numbers, slopes = {key(symbol): j for j, symbol in enumerate(variables)}, _Slopes()
-        for place, (node, operands) in _in_order(outputs).items():
+        for place, (node, operands) in graph_of(*outputs).items():
             known = [numbers.get(key(operand)) for operand in operands]
             if place not in numbers and any(number is not None for number in known):
                 by = zip(known, slopes.of(node, operands), strict=True)
@@ -154,45 +155,7 @@ class _Slopes:
 def _gradient(node: Symbol, operands: Sequence[Symbol]) -> ca.Function:
     """The derivatives of one operation, or of one result of a call, with respect to its operands, as a function of these."""
     symbols = ca.vertsplit(ca.SX.sym("operand", len(operands)))
-    if node.is_output():
-        value = _called(node.dep(0).which_function(), symbols)[node.which_output()]
-    else:
-        value = ca.SX.unary(node.op(), *symbols) if len(symbols) == 1 else ca.SX.binary(node.op(), *symbols)
+    value = again(node, symbols)
     slopes = ca.jtimes(value, column(symbols), _ONE, True).T
     known = ca.densify(ca.project(slopes, ca.jacobian_sparsity(value, column(symbols))))
     return ca.Function("powertrain_slopes", symbols, ca.horzsplit(known))
-
-
-def _called(function: ca.Function, operands: Sequence[Symbol]) -> list[Symbol]:
-    """All results of a call in turn."""
-    given, patterns = iter(operands), [function.sparsity_in(i) for i in range(function.n_in())]
-    inputs = [Symbol(pattern, column([next(given) for _ in range(pattern.nnz())])) for pattern in patterns]
-    results: list[Symbol] = function.call(inputs, False, True)
-    return [result.nz[k] for result in results for k in range(result.nnz())]
-
-
-def _in_order(outputs: Sequence[Symbol]) -> dict[int, tuple[Symbol, list[Symbol]]]:
-    """All nodes needed for the outputs by their keys, with their operands; operands come first."""
-    found: dict[int, tuple[Symbol, list[Symbol]]] = {}
-    entered: dict[int, list[Symbol]] = {}
-    stack = [(key(output), output) for output in reversed(outputs)]
-    while stack:
-        place, node = stack[-1]
-        if place in entered:
-            found.setdefault(place, (node, entered[place]))
-            stack.pop()
-        else:
-            entered[place] = operands = _operands(node)
-            keyed = [(key(operand), operand) for operand in reversed(operands)]
-            stack += [(place, operand) for place, operand in keyed if place not in entered]
-    return found
-
-
-def _operands(node: Symbol) -> list[Symbol]:
-    """The operands of an operation; for a result of a call, those of the call."""
-    source = node.dep(0) if node.is_output() else node
-    return [source.dep(k) for k in range(source.n_dep())]
-
-
-def _entries(vector: Symbol) -> list[Symbol]:
-    return ca.vertsplit(ca.densify(vector)) if vector.numel() else []

@@ -179,7 +179,7 @@ def _point(plant: _Source, modes: Modes | None) -> tuple[Array, Array, Array, Ar
     """States, algebraic unknowns, held values with the modes, and parameters."""
     if isinstance(modes, tuple):
         at = instant_of_run(plant.compiled, modes, "modes")
-        return at.x[0], at.z[0], at.m[0].copy(), np.array(list(modes[0].parameters.values()), float)
+        return at.x[0], at.z[0], at.m[0].copy(), modes[0].p
     dae = plant.compiled.dae
     laws: dict[str, Any] = {law.name: law for group in (dae.frictions, dae.switches, dae.contacts) for law in group}
     given = by_name("modes", modes)
@@ -206,9 +206,7 @@ def _slid(dae: HybridDae, x: Array, z: Array, held: Array, p: Array) -> Array:
     """The modes with free laws in the direction of their speed."""
     free = [law for law in dae.frictions if held[law.index] == FREE]
     found, speeds = held.copy(), column([law.w for law in free])
-    w = np.array(
-        ca.Function("speeds", [dae.t, dae.x, dae.z, dae.m, dae.p], [speeds])(0.0, x, z, held, p), float
-    ).ravel()
+    w = np.array(ca.Function("speeds", dae.arguments, [speeds])(0.0, x, z, held, p), float).ravel()
     found[[law.index for law in free]] = np.where(w == 0.0, FREE, np.sign(w))
     return found
 

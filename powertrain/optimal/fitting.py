@@ -23,7 +23,7 @@ from powertrain.language.arguments import names as argument_names
 from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.optimal.experiment import Experiment
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.result import Result
 from powertrain.signals import signals_of
 from powertrain.variational.gradients import sensitivities
@@ -191,7 +191,7 @@ def fit(
     """
     from scipy.optimize import least_squares
 
-    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    plant = plant_of(plant)
     experiments = [data] if isinstance(data, Experiment) else listed("data", data)
     if not experiments or not all(isinstance(e, Experiment) for e in experiments):
         raise ParameterError("data: give one pt.Experiment or several")

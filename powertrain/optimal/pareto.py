@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from functools import partial
 from itertools import combinations
+from math import comb
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -15,7 +16,7 @@ from powertrain.analysis.sweeping import sweep
 from powertrain.errors import ParameterError, PowertrainError
 from powertrain.language.arguments import by_name, count, limits, one_of
 from powertrain.language.component import Component
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.variational.gradients import gradient, number_of
 from powertrain.variational.objectives import Objective, objective
 
@@ -91,7 +92,7 @@ def pareto_front(
     import pandas as pd
 
     one_of("method", method, ("gradient", "nsga2"))
-    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    plant = plant_of(plant)
     results = {name: objective(what) for name, what in by_name("of", of).items()}
     ranges = {name: limits(f"bounds: {name}", given) for name, given in by_name("bounds", bounds).items()}
     if len(results) < 2 or not ranges:
@@ -170,18 +171,11 @@ def _scalarised(problem: _Problem, points: int) -> Iterator[Array]:
 def _lattice(k: int, points: int) -> Iterator[Array]:
     """Weights that sum to one, evenly spaced; about ``points`` of them, including the corners (Das and Dennis)."""
     parts = 1
-    while _size(k, parts) < points:
+    while comb(parts + k - 1, k - 1) < points:
         parts += 1
     for bars in combinations(range(parts + k - 1), k - 1):
         edges = np.array([-1, *bars, parts + k - 1])
         yield (np.diff(edges) - 1.0) / parts
-
-
-def _size(k: int, parts: int) -> int:
-    found = 1
-    for i in range(1, k):
-        found = found * (parts + i) // i
-    return found
 
 
 def _least(problem: _Problem, start: Array, i: int) -> Array:

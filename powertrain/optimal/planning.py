@@ -18,7 +18,7 @@ from powertrain.numerics.buffers import Array
 from powertrain.optimal.dynamics import Dynamics, Selector, dynamics
 from powertrain.optimal.phases import Guess, Phase, guess
 from powertrain.optimal.rounding import rounded
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.result import Result, complete, instant_of_run
 from powertrain.variational.gradients import number_of
 from powertrain.variational.objectives import Objective, objective
@@ -124,7 +124,7 @@ def optimal_control(
         If the guess has impacts or resets, or the replay fails.
     """
     problem = _Programme(
-        plant if isinstance(plant, Plant) else Plant(plant),
+        plant_of(plant),
         objective(minimize),
         complete(guess),
         dict(by_name("inputs", inputs)),

@@ -20,7 +20,7 @@ import numpy as np
 
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array
-from powertrain.numerics.tape import replayed
+from powertrain.numerics.tape import applied, replayed, results_of
 
 FIXED, MOVING, ROUND = range(3)
 """The kind of an expression: independent of the unknowns, dependent on them, or a truth value between 0 and 1."""
@@ -101,17 +101,12 @@ class _Rounding:
             return inner[0] * inner[1], MOVING
         if max(ways) == ROUND and code in _LOGIC:
             return _LOGIC[code](*inner), ROUND
-        return _again(code, inner), min(max(ways), MOVING)
+        return applied(code, inner), min(max(ways), MOVING)
 
     def call(self, function: ca.Function, operands: list[Moving]) -> list[Moving]:
         """A function is called unchanged and never inlined: interpolation has no symbolic value."""
         way = min(max((way for _, way in operands), default=FIXED), MOVING)
-        places = np.cumsum([0, *(function.nnz_in(k) for k in range(function.n_in()))])
-        inner = [
-            ca.SX(function.sparsity_in(k), column([e for e, _ in operands[a:b]]))
-            for k, (a, b) in enumerate(pairwise(places))
-        ]
-        return [(e.nz[j], way) for e in function.call(inner, False, True) for j in range(e.nnz())]
+        return [(e, way) for e in results_of(function, [e for e, _ in operands])]
 
     def _corner(self, code: int, inner: list[Symbol]) -> Moving:
         side = inner[0] if code == ca.OP_FABS else inner[1] - inner[0]
@@ -119,17 +114,13 @@ class _Rounding:
         self.compared.append(ca.fabs(inner[0]) + ca.fabs(inner[-1]))
         size = 0.0 if self.sizes is None else float(self.sizes[len(self.sides) - 1])
         if size == 0.0:
-            return _again(code, inner), MOVING
+            return applied(code, inner), MOVING
         length = ca.sqrt(side**2 + (self.width * size) ** 2)
         if code == ca.OP_FABS:
             return length, MOVING
         if code in (ca.OP_LT, ca.OP_LE):
             return (1 + side / length) / 2, ROUND
         return (inner[0] + inner[1] + (length if code == ca.OP_FMAX else -length)) / 2, MOVING
-
-
-def _again(code: int, inner: list[Symbol]) -> Symbol:
-    return ca.SX.unary(code, *inner) if len(inner) == 1 else ca.SX.binary(code, *inner)
 
 
 _CORNERS = frozenset({ca.OP_FABS, ca.OP_FMIN, ca.OP_FMAX, ca.OP_LT, ca.OP_LE})

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
+from powertrain.figures.plot import axes_of
 from powertrain.power.circulation import Strand
 from powertrain.power.directedflow import FLOOR
 from powertrain.power.paths import Branch
@@ -65,8 +66,6 @@ def plot_power_flow(flow: _Drawn, ax: Axes | None = None, *, names: dict[str, st
 
     ``names``: other names for components and connections. Raises ParameterError for several points, or one without a solution.
     """
-    import matplotlib.pyplot as plt
-
     branches = flow.branches
     if not branches:
         raise ParameterError("plot: no power flows at this point")
@@ -79,13 +78,12 @@ def plot_power_flow(flow: _Drawn, ax: Axes | None = None, *, names: dict[str, st
     _arrange(vertices, branches, width, back, passes)
     low = min(v.y - v.height / 2 for v in vertices.values()) - 1.0
     scale, unit = _prefix(largest)
-    if ax is None:
-        columns = max(v.column for v in vertices.values()) + 1
-        ax = plt.subplots(figsize=(max(6.0, 2.3 * columns), 4.2), layout="constrained")[1]
+    columns = max(v.column for v in vertices.values()) + 1
+    ax = axes_of(ax, (max(6.0, 2.3 * columns), 4.2))
     for k, branch in enumerate(branches):
         line, low = _centre_line(vertices, branches, k, width, back[k], low, passes[k])
         _draw_band(ax, line, width[k], circulating[k] / branch.power)
-        _label_band(ax, line, f"{branch.power * scale:.4g} {unit}", back[k], width[k])
+        _label_band(ax, line, f"{branch.power * scale:.4g} {unit}", width[k])
     for vertex in vertices.values():
         _draw_vertex(ax, vertex, (names or {}).get(vertex.name, vertex.name))
         if vertex.component:
@@ -272,7 +270,7 @@ def _ribbon(line: Points, low: float, high: float) -> Points:
     return np.vstack([line + normal * high, (line + normal * low)[::-1]])
 
 
-def _label_band(ax: Axes, line: Points, text: str, back: bool, width: float) -> None:
+def _label_band(ax: Axes, line: Points, text: str, width: float) -> None:
     steps = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
     middle = [np.interp(steps[-1] / 2, steps, line[:, i]) for i in range(2)]
     thin = width < 0.3

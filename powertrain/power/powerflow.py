@@ -18,8 +18,7 @@ from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name, names, text
 from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
-from powertrain.plant import Plant
-from powertrain.plant import compile as compile_plant
+from powertrain.plant import Plant, plant_of
 from powertrain.power.circulation import Strand
 from powertrain.power.directedflow import FLOOR, DirectedFlow
 from powertrain.power.paths import Branch, Way
@@ -92,7 +91,7 @@ def power_flow(
             raise ParameterError("power_flow(result) accepts at=..., whole=..., outputs=...; a grid is for a plant")
         wanted = dict(by_name("outputs", outputs)) | _share(source.compiled, variator, shafts, ratio)
         return PowerFlow(*from_result(source, at, whole, wanted))
-    plant = source if isinstance(source, Plant) else compile_plant(source)
+    plant = plant_of(source)
     if grid is None or at is not None:
         raise ParameterError("power_flow(plant, ...) needs a grid, like pt.steady; at=... is for a result")
     if hasattr(grid, "data_vars"):

@@ -1,4 +1,4 @@
-"""The components and connections of a model as a graph on which power flows, found from the flat model for any topology."""
+"""The components and connections of a model as a graph on which power flows, found from the connections of any topology."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.energy_terms import Part
-from powertrain.compiler.flatten import Face, Flat
+from powertrain.compiler.flatten import Face
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names
 from powertrain.signals import fits_pattern
@@ -58,14 +58,16 @@ class PowerGraph:
         return [k for k, terminal in enumerate(self.terminals) if terminal.component == component]
 
 
-def power_graph(flat: Flat, parts: Sequence[Part], ports: Sequence[str], whole: str | Sequence[str] = ()) -> PowerGraph:
-    """The graph of a flat model. ``ports`` carry power; composites that match a pattern in ``whole`` are treated as one."""
+def power_graph(
+    connections: Sequence[Sequence[Face]], parts: Sequence[Part], ports: Sequence[str], whole: str | Sequence[str] = ()
+) -> PowerGraph:
+    """The graph of a model. ``ports`` carry power; composites that match a pattern in ``whole`` are treated as one."""
     patterns = names("whole", whole)
     for pattern in patterns:
         if not any(part.path and fits_pattern(part.path, pattern) for part in parts):
             raise ParameterError(f"whole: no component matches {pattern}{suggestion(pattern, [p.path for p in parts])}")
     shown = [_shown(part.path, patterns) for part in parts]
-    joined, inward = _joined(flat.nodes, {path for path in shown if any(fits_pattern(path, p) for p in patterns)})
+    joined, inward = _joined(connections, {path for path in shown if any(fits_pattern(path, p) for p in patterns)})
     owner_of = {ports[k]: i for i, part in enumerate(parts) for k in part.ports}
     ends: dict[Face, list[tuple[str, str]]] = {}
     for name in ports:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
-from powertrain.figures.plot import unit_text
+from powertrain.figures.plot import axes_of, unit_text
 from powertrain.numerics.buffers import Array
 from powertrain.power.powerflow import PowerFlow
 from powertrain.power.variator import VARIATOR_CASES
@@ -52,8 +52,6 @@ def plot_lever(
 
     Raises ParameterError for other components, and for more than one point.
     """
-    import matplotlib.pyplot as plt
-
     ports = _member_ports(flow, name, members)
     values = flow.data.sel(port=ports)
     if values["speed"].ndim != 1:
@@ -61,8 +59,7 @@ def plot_lever(
     speed, torque = values["speed"].values.astype(float), values["torque"].values.astype(float)
     R_o = _lever_ratio(name, speed, ratio)
     x = np.array([R_o, 1.0, 0.0])
-    if ax is None:
-        ax = plt.subplots(figsize=(7.0, 4.6), layout="constrained")[1]
+    ax = axes_of(ax, (7.0, 4.6))
     span = max(np.ptp(speed), np.abs(speed).max(), 1e-12)
     length = 0.32 * span / max(np.abs(torque).max(), 1e-300)
     ax.axhline(0.0, color="0.3", lw=1.0)
@@ -107,8 +104,6 @@ def plot_variator(
 
     Raises ParameterError for anything but one dimension.
     """
-    import matplotlib.pyplot as plt
-
     if len(flow.efficiency.dims) != 1:
         raise ParameterError(
             f"plot_variator shows one dimension, not {len(flow.efficiency.dims)}: choose with isel(...)"
@@ -118,8 +113,7 @@ def plot_variator(
     order = np.argsort(along, kind="stable")
     order = order[np.isfinite(along[order])]
     along, cases = along[order], share["case"].values[order]
-    if ax is None:
-        ax = plt.subplots(figsize=(7.5, 4.4), layout="constrained")[1]
+    ax = axes_of(ax, (7.5, 4.4))
     _shade(ax, along, cases)
     K = share["K"].values[order].astype(float)
     handles = ax.plot(along, _cut(K, largest), color="C0", label="K")
@@ -151,7 +145,6 @@ def plot_efficiency_map(
     ``x``, ``y``: the dimensions. ``step``: distance of the contours. White: nothing is delivered, or there is no unique solution.
     Raises ParameterError if these are not the two dimensions of the flow.
     """
-    import matplotlib.pyplot as plt
     from matplotlib.patches import Patch
 
     efficiency = flow.efficiency
@@ -161,8 +154,7 @@ def plot_efficiency_map(
         )
     values = np.ma.masked_invalid(efficiency.transpose(y, x).values.astype(float))
     across, up = flow.data[x].values, flow.data[y].values
-    if ax is None:
-        ax = plt.subplots(figsize=(7.5, 5.4), layout="constrained")[1]
+    ax = axes_of(ax, (7.5, 5.4))
     levels = np.arange(step, 1.0 + 1e-9, step)
     filled = ax.contourf(across, up, values, levels=[0.0, *levels], cmap="viridis", extend="neither")
     lines = ax.contour(across, up, values, levels=levels[1::2], colors="k", linewidths=0.5)

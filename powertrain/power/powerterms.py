@@ -14,11 +14,10 @@ from powertrain.errors import ParameterError
 from powertrain.language.arguments import array
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol
-from powertrain.plant import Plant
-from powertrain.plant import compile as compile_plant
+from powertrain.plant import Plant, plant_of
 from powertrain.power.powergraph import PowerGraph, power_graph
 from powertrain.power.variator import named_port, pair, port_motion
-from powertrain.result import Result
+from powertrain.result import Result, within_run
 from powertrain.signals import Picked, Samples, signals_of
 
 if TYPE_CHECKING:
@@ -39,7 +38,7 @@ _TEXTS = {
 
 def power_outputs(plant: Plant[Any] | Component) -> dict[str, What]:
     """The ``outputs`` of ``pt.steady`` that ``pt.power_flow(plant, dataset)`` needs: names, and selectors of the terms."""
-    compiled = (plant if isinstance(plant, Plant) else compile_plant(plant)).compiled
+    compiled = plant_of(plant).compiled
     terms = written_terms(compiled)
     expressions = dict(zip((f"power({n})" for n in terms.ports), terms.power, strict=True))
     for name, e in _motions(compiled, terms.ports).items():
@@ -69,15 +68,9 @@ def from_result(
     """The terms at times of a simulation, by default at all its samples."""
     compiled, trajectory = result.compiled, result.trajectory
     terms = EnergyTerms(compiled)
-    times = np.unique(result.time) if at is None else array("at", at)
-    outside = (times < trajectory.start) | (times > trajectory.end)
-    if outside.any():
-        t = float(times[outside].flat[0]) if times.ndim else float(times)
-        raise ParameterError(
-            f"t = {t:g} s lies outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
-        )
+    times = np.unique(result.time) if at is None else within_run(result, "t = ", array("at", at))
     samples = Samples(*trajectory.at(times.ravel(), with_events=at is None))
-    signals, p = signals_of(compiled), np.array(list(result.parameters.values()), float)
+    signals, p = signals_of(compiled), result.p
     samples = signals.corrected(samples, p)
     values = terms.values(samples, p)
     motions = _motions(compiled, terms.ports)
@@ -85,7 +78,7 @@ def from_result(
     wanted = [*motions.values(), *(one.expression for one in picked.values())]
     rows = signals.evaluate(wanted, samples, p).T if wanted else np.zeros((0, len(samples.t)))
     named = dict(zip([*motions, *picked], rows, strict=True))
-    graph = power_graph(compiled.flat, terms.parts, terms.ports, whole)
+    graph = power_graph(compiled.source.connections, terms.parts, terms.ports, whole)
     data = _dataset(graph, terms.parts, terms.ports, values.power.T, values.loss.T, values.rate.T, named, picked)
     data = data.rename(point="time").assign_coords(time=("time", samples.t, {"units": "s", "long_name": "Time"}))
     return graph, data.isel(time=0) if times.ndim == 0 else data
@@ -118,7 +111,7 @@ def from_steady(compiled: Compiled, points: Any, whole: str | Sequence[str]) -> 
     inner = np.array([not part.boundary for part in terms.parts])[:, None]
     held = any(str(n).startswith("der(") for n in points.data_vars)
     rate = np.where(inner, own, 0.0) if held else np.zeros(own.shape)
-    graph = power_graph(compiled.flat, terms.parts, terms.ports, whole)
+    graph = power_graph(compiled.source.connections, terms.parts, terms.ports, whole)
     motions = {n: flat(n) for name in terms.ports for n in (f"speed({name})", f"torque({name})") if n in points}
     data = _dataset(graph, terms.parts, terms.ports, power, loss, rate, motions, {})
     done = set(motions) | {f"power({n})" for n in terms.ports} | {f"loss({part.path})" for part in terms.parts}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import casadi as ca
 
@@ -13,7 +12,6 @@ from powertrain.language.component import Component
 from powertrain.language.connectors import Connector
 from powertrain.language.fields import Variable
 from powertrain.language.laws import der
-from powertrain.language.recorder import reading
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.power.circulation import Edge
 from powertrain.signals import signals_of
@@ -71,15 +69,14 @@ def port_motion(compiled: Compiled, name: str) -> Symbol:
     potential, _ = pair(port)
     if potential is None:
         raise ParameterError(f"{name} has no speed")
-    flat = signals_of(compiled).flat
-    with reading(replace(flat.recorder, path=name, text=None, switches=[], schedules=[], guards=[])):
+    with signals_of(compiled).source.reading(name):
         return der(potential)
 
 
 def named_port(compiled: Compiled, name: str) -> Connector:
     """The port of a path."""
     ports: dict[str, Component] = {
-        c._path: c for c in signals_of(compiled).flat.components if isinstance(c, Connector) and c._path
+        c._path: c for c in signals_of(compiled).source.components if isinstance(c, Connector) and c._path
     }
     found = ports.get(name)
     if not isinstance(found, Connector):

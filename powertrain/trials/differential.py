@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 import powertrain as pt
 from powertrain.components.differentials import Differential
 from powertrain.components.rotational import ConstantSpeed, ConstantTorque
+from powertrain.figures.plot import axes_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,9 +86,7 @@ def differential_map(
 
 def plot_differential_map(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     """Contours of efficiency over speed difference and torque."""
-    import matplotlib.pyplot as plt
-
-    ax = plt.subplots(figsize=(6.5, 4.5), layout="constrained")[1] if ax is None else ax
+    ax = axes_of(ax, (6.5, 4.5))
     values = found["efficiency"].transpose("torque", "difference")
     filled = ax.contourf(found["difference"], found["torque"], values, levels=12, cmap="viridis")
     ax.figure.colorbar(filled, ax=ax).set_label("efficiency  [1]")

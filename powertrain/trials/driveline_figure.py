@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from powertrain.components.wheels import Wheel
+from powertrain.figures.plot import axes_of
 from powertrain.trials.cycle import CycleRun
 from powertrain.trials.figures import parts_of
 
@@ -27,9 +28,7 @@ def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Ax
     ``found`` is the result of ``driveline_map``. The plot shows the speeds at which all points have an operating point; the cases of a
     power flow are hatched if they are known. The dots are the operating points of a cycle, one per second with a tractive force.
     """
-    import matplotlib.pyplot as plt
-
-    ax = plt.subplots(figsize=(7.5, 5), layout="constrained")[1] if ax is None else ax
+    ax = axes_of(ax, (7.5, 5))
     found = found.isel(speed=found["force"].notnull().all("accelerator").values)
     force = found["force"].values
     speed = np.broadcast_to(found["speed"].values[:, None] * 3.6, force.shape)

@@ -13,6 +13,7 @@ import powertrain as pt
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.transmissions import Shiftable, VariableTransmission
 from powertrain.components.wheels import WheelBrake
+from powertrain.figures.plot import axes_of
 from powertrain.language.component import children
 from powertrain.power.powerplot import REGIMES
 from powertrain.power.variator import VARIATOR_CASES, port_motion
@@ -91,7 +92,7 @@ def acceleration_figure(result: pt.Result[Any], name: str) -> Figure:
 
 def plot_speed(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     """Speed [km/h] over time [s] with the cycle and the speed tolerance of the regulation; the line is red outside the tolerance."""
-    ax = _axes(ax)
+    ax = axes_of(ax, (9, 4))
     t, low, high = run.band
     ax.fill_between(t, np.maximum(low, 0) * KM_H, high * KM_H, color="0.85", label="tolerance: ±2 km/h, ±1 s")
     times, wanted = run.cycle.times, run.cycle.speeds
@@ -107,7 +108,7 @@ def plot_speed(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 
 def plot_prime_movers_and_ratio(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     """Speeds of engines and machines [rpm] and, on the right, the ratio of the transmission: output speed over input speed [1]."""
-    ax = _axes(ax)
+    ax = axes_of(ax, (9, 4))
     time, lines, top = run.result.time, [], 1.0
     for (path, colour), speed in _movers(run, "w"):
         lines += ax.plot(time, speed * RPM, color=colour, lw=0.9, label=f"speed of {path}")
@@ -131,7 +132,7 @@ def plot_powers(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     If there is a variable unit, the cases of its power flow are shaded; the legend gives the share of the transmission's energy that flowed
     through it in each case.
     """
-    ax = _axes(ax)
+    ax = axes_of(ax, (9, 4))
     for (path, colour), power in _movers(run, "power"):
         ax.plot(run.result.time, power / 1e3, color=colour, lw=0.9, label=path)
     first, last = run.result.time[[0, -1]]
@@ -153,7 +154,7 @@ def plot_powers(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 
 def plot_energy(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     """Losses of the components [MJ], the largest on top, and energy stored in parts, with their shares of the energy supplied."""
-    ax = _axes(ax)
+    ax = axes_of(ax, (9, 4))
     table, supplied = run.audit.components, run.supplied
     all_lost = float(table["lost"][""])
     stored = supplied - all_lost
@@ -181,7 +182,7 @@ def plot_operating_points(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     The area of a dot is proportional to the fuel burnt there, or to the energy through the shaft of the machine. Points are grouped in
     cells of 100 rpm by a thirtieth of the largest torque.
     """
-    ax = _axes(ax)
+    ax = axes_of(ax, (9, 4))
     path = _on_a_map(run, ax)
     w, tau = run.result[f"{path}.w"] * RPM, run.result[f"{path}.tau"]
     engine = path in run.anatomy.engines
@@ -272,12 +273,6 @@ def _shade(ax: Axes, time: Array, cases: NDArray[Any], power: Array) -> None:
             ax.fill_between(
                 time, 0, 1, where=here, transform=ax.get_xaxis_transform(), color=REGIMES[case], lw=0, label=said
             )
-
-
-def _axes(ax: Axes | None) -> Axes:
-    import matplotlib.pyplot as plt
-
-    return plt.subplots(figsize=(9, 4), layout="constrained")[1] if ax is None else ax
 
 
 def _finish(ax: Axes) -> Axes:

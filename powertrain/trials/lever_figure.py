@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from powertrain.components.transmissions import HOUSING, GearScheme, Lever
+from powertrain.figures.plot import axes_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,9 +28,7 @@ def plot_levers(scheme: GearScheme, gear: str, *, ax: Axes | None = None) -> Axe
     times that distance. Heights are speeds over input speed; dotted lines mark input and output. The legend tells which members the
     engaged elements join or hold, in parentheses those that do so in overrun only.
     """
-    import matplotlib.pyplot as plt
-
-    ax = plt.subplots(figsize=(6, 4), layout="constrained")[1] if ax is None else ax
+    ax = axes_of(ax, (6, 4))
     speeds = scheme.speeds(gear) | {HOUSING: 0.0}
     left = 0.0
     ax.axhline(0, color="0.6", linewidth=0.8)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from powertrain.figures.plot import axes_of
 from powertrain.language.component import children
 from powertrain.trials.cycle import CycleRun
 
@@ -23,9 +24,7 @@ def plot_energy_flow(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     The loss of each component branches off downwards, with its share of the supply. At the end remain losses too small to be drawn, and
     energy stored in parts (charge, height, heat). Source: the energy audit of the run.
     """
-    import matplotlib.pyplot as plt
-
-    ax = plt.subplots(figsize=(11, 4.5), layout="constrained")[1] if ax is None else ax
+    ax = axes_of(ax, (11, 4.5))
     table, supplied = run.audit.components, run.supplied
     names = [name for name, _ in children(run.plant.model) if name in table.index]
     shown = [(name, float(table["lost"][name]) / supplied) for name in names]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import powertrain as pt
+from powertrain.figures.plot import axes_of
 from powertrain.trials.anatomy import anatomy
 from powertrain.trials.shifts import AFTER, clutch_to_clutch, shift_quality, shifting, shifts
 
@@ -64,9 +65,7 @@ def plot_shift(result: pt.Result[Any], number: int = 1, *, axes: Any = None) -> 
 
 def plot_shift_quality(result: pt.Result[Any], *, ax: Axes | None = None) -> Axes:
     """Jerk over slip energy of all shifts of a run: upshifts and downshifts, labelled with their gears."""
-    import matplotlib.pyplot as plt
-
-    ax = plt.subplots(figsize=(7, 4.5), layout="constrained")[1] if ax is None else ax
+    ax = axes_of(ax, (7, 4.5))
     table = shift_quality(result)
     up = table["to"] > table["from"]
     for part, marker, said in ((table[up], "^", "upshifts"), (table[~up], "v", "downshifts")):

@@ -38,7 +38,7 @@ class Start:
         self.system, self.labels = system, tuple(a.label for a in result.report.solved)
         self.solved = column([a.expression for a in result.report.solved])
         self.conditions = Partials(system, self.solved)
-        self.discretes = discretes_of(result.compiled)
+        self.discretes = discretes_of(system.compiled)
         slopes = ca.densify(ca.jacobian(self.discretes.values, system.free))
         self.given = ca.Function("powertrain_given", [dae.t, dae.m, dae.p], [slopes])
 

@@ -15,11 +15,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.operations import nodes_of, operands, operation
-from powertrain.language.symbols import Symbol, column
+from powertrain.compiler.operations import operation
+from powertrain.language.symbols import Symbol, column, scalars
 from powertrain.modes.tolerances import INTEGRATED
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
+from powertrain.numerics.tape import graph_of
 from powertrain.result import Result
 from powertrain.signals import Samples
 from powertrain.variational.partials import Partials, System
@@ -46,7 +47,7 @@ class Corners:
         dae = system.dae
         moving = ca.vertcat(dae.t, dae.x, dae.z)
         self.found = column([side for side in _sides(expressions) if ca.depends_on(side, moving)])
-        self._values = Many(system.inputs, self.found)
+        self._values = Many(system.dae.arguments, self.found)
         self.slopes = Partials(system, self.found)
 
     def passed(self, result: Result[Any], run: Record) -> list[Corner]:
@@ -112,8 +113,8 @@ def _changes(values: Array) -> Iterator[tuple[int, int]]:
 def _sides(expressions: Symbol) -> list[Symbol]:
     """The expressions that are zero at the corners."""
     found: list[Symbol] = []
-    for node in nodes_of(ca.sum1(ca.densify(expressions))):
-        inner, code = operands(node), operation(node)
+    for node, inner in graph_of(*scalars(expressions)).values():
+        code = operation(node)
         if code in (ca.OP_FABS, ca.OP_SIGN):
             found.append(inner[0])
         elif code in (ca.OP_FMIN, ca.OP_FMAX, ca.OP_LT, ca.OP_LE):

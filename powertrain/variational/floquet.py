@@ -62,14 +62,14 @@ def floquet(result: Result[Any], start: float, period: float) -> Floquet:
         raise ParameterError(
             f"the period from {start:g} s to {end:g} s is outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
         )
-    system = System(result.compiled.dae, (), ())
+    system = System(result.compiled, (), ())
     flow = VariationalRates(system, None)
     run = record(result, np.array([start, end]))
     kept = (run.steps.times >= start) & (run.steps.times < end)
     points = np.repeat(kept, len(run.steps.samples.t) // max(len(kept), 1))
     steps = Steps(run.steps.times[kept], run.steps.durations[kept], Samples(*(v[points] for v in run.steps.samples)))
-    phi = transitions(flow, steps, run.p)[0]
-    jumps = [j for j in Saltation(result.compiled, flow).jumps(run) if start < j.time <= end]
+    phi = transitions(flow, steps, flow.linear(steps, run.p))[0]
+    jumps = [j for j in Saltation(flow).jumps(run) if start < j.time <= end]
     places = [steps.before(j.time) for j in jumps]
     matrix: Array = np.eye(system.size)
     for i in range(len(steps.times) + 1):
@@ -79,8 +79,7 @@ def floquet(result: Result[Any], start: float, period: float) -> Floquet:
             matrix = phi[i] @ matrix
     values, vectors = np.linalg.eig(matrix)
     order = np.argsort(-np.abs(values))
-    held = [result.compiled.dae.m[k].name() for k in system.discretes]
     ends = trajectory.at([start, end], with_events=False)[1]
     closure = dict(zip(result.compiled.states, (ends[1] - ends[0]).tolist(), strict=True))
-    names = (*result.compiled.states, *held)
+    names = (*result.compiled.states, *result.compiled.discretes)
     return Floquet(names, matrix, values[order].astype(complex), vectors[:, order].astype(complex), closure, period)

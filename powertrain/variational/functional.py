@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from powertrain.errors import ParameterError
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array
-from powertrain.result import Result
-from powertrain.signals import Picked, Samples, signals_of
+from powertrain.result import Result, within_run
+from powertrain.signals import Picked, Samples, of_instants, signals_of
 from powertrain.variational.objectives import Objective, Reading, Term, weights_of
 
 _INSIDE = 9
@@ -71,23 +70,15 @@ def _label(term: Term, signal: str) -> str:
 
 
 def _values(result: Result[Any], picked: Picked, samples: Samples) -> Array:
-    p = np.array(list(result.parameters.values()), float)
     signals = signals_of(result.compiled)
-    samples = signals.corrected(samples, p)
     if picked.name in signals.entries:
-        return signals.compute([picked.name], samples, p)[picked.name]
-    return signals.evaluate([picked.expression], samples, p)[:, 0]
+        return signals.compute([picked.name], samples, result.p)[picked.name]
+    return signals.evaluate([picked.expression], samples, result.p)[:, 0]
 
 
 def _read(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[float, list[Reading]]:
-    trajectory = result.trajectory
-    times = np.array(term.times or (trajectory.end,), float)
-    outside = times[(times < trajectory.start) | (times > trajectory.end)]
-    if outside.size:
-        raise ParameterError(
-            f"of: t = {outside[0]:g} s lies outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
-        )
-    value, weights, bend = weights_of(term, _values(result, picked, Samples(*trajectory.at(times, with_events=False))))
+    times = within_run(result, "of: t = ", np.array(term.times or (result.trajectory.end,), float))
+    value, weights, bend = weights_of(term, _values(result, picked, result.samples_at(times)))
     return value, [Reading(t, k, w, bend=bend) for t, w in zip(times.tolist(), weights.tolist(), strict=True)]
 
 
@@ -100,18 +91,15 @@ def _extremum(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[
     times = np.append(inside.ravel(), trajectory.end)
     best, where = -np.inf, Reading(trajectory.end, k, term.factor)
     if instants:
-        n, size = trajectory.states, trajectory.dense.shape[2]
-        t = np.array([i.time for i in instants]).repeat(2)
-        y = np.array([v[:size] for i in instants for v in (i.left, i.right)])
-        m = np.array([v for i in instants for v in (i.held_left, i.held_right)])
-        values = sign * _values(result, picked, Samples(t, y[:, :n], y[:, n:], m))
+        limits = of_instants(trajectory, instants)
+        t, corrected = limits.t, signals_of(result.compiled).corrected(limits, result.p)
+        values = sign * _values(result, picked, corrected)
         j = int(values.argmax())
         best, where = float(values[j]), Reading(float(t[j]), k, term.factor, j // 2, 1 if j % 2 else -1)
         times = times[~np.isin(times, t)]
     low, high = trajectory.start, trajectory.end
     for _ in range(_ROUNDS):
-        samples = Samples(*trajectory.at(times, with_events=False))
-        values = sign * _values(result, picked, samples)
+        values = sign * _values(result, picked, result.samples_at(times))
         j = int(values.argmax())
         if not values[j] <= best + (1e-12 * (1.0 + abs(best)) if best > -np.inf else 0.0):
             turning = trajectory.start < times[j] < trajectory.end

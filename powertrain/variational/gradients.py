@@ -14,8 +14,8 @@ from powertrain.errors import ParameterError
 from powertrain.language.arguments import listed, row
 from powertrain.language.symbols import column
 from powertrain.numerics.buffers import Array
-from powertrain.result import Result, complete
-from powertrain.signals import Picked, Samples, Signals, signals_of
+from powertrain.result import Result, complete, within_run
+from powertrain.signals import Picked, Signals, signals_of
 from powertrain.variational.functional import Functional, functional
 from powertrain.variational.objectives import Objective, objective
 from powertrain.variational.record import record
@@ -222,19 +222,13 @@ def sensitivity(
 
 def sensitivities(result: Result[Any], picked: Sequence[Picked], wanted: Unknowns, times: Array) -> NDArray[np.float64]:
     """d(signal)/d(unknown) at times within the run: (time, signal, unknown)."""
-    trajectory = result.trajectory
-    outside = times[(times < trajectory.start) | (times > trajectory.end)]
-    if outside.size:
-        raise ParameterError(
-            f"times: {outside[0]:g} s lies outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
-        )
+    within_run(result, "times: ", times)
     of = Functional("", "", None, column([p.expression for p in picked]), (), 0.0, tuple(p.label for p in picked))
     model = model_of(result, wanted, of)
     way = passage(model, result, wanted, of, times)
     kept = forward(model, wanted, way, keep=True)[1]
     boundaries = way.run.steps.times.searchsorted(times, side="left")
-    samples = model.saltation.corrected(Samples(*trajectory.at(times, with_events=False)), way.run.p)
-    slopes = model.read(samples, way.run.p)
+    slopes = model.read(result.samples_at(times), way.run.p)
     n, count = model.system.size, len(wanted.names)
     found = np.array(slopes.s @ kept[boundaries][:, :n])
     found[..., :count] += slopes.q @ wanted.chain(times, after=True)

@@ -11,7 +11,7 @@ import casadi as ca
 from powertrain.errors import ParameterError
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.variational.differences import asymmetry, differences
 from powertrain.variational.functional import functional
 from powertrain.variational.gradients import model_of, quotient
@@ -75,7 +75,7 @@ def hessian(plant: Plant[Any] | Component, of: Any, wrt: Sequence[str], **option
     """
     import xarray as xr
 
-    plant, target = plant if isinstance(plant, Plant) else Plant(plant), objective(of)
+    plant, target = plant_of(plant), objective(of)
     result = plant.simulate(**{**_TOLERANCES, **options})
     wanted, number = unknowns(result, wrt), functional(result, target)
     if not wanted.names:
@@ -103,5 +103,5 @@ def _calls(model: Model) -> bool:
     dae = model.system.dae
     integrand = Symbol(0) if model.of.integrand is None else model.of.integrand
     asked = column([dae.xdot, dae.residual, model.saltation.asked, model.of.expressions, integrand])
-    tape = ca.Function("powertrain_called", list(model.system.inputs), [asked])
+    tape = ca.Function("powertrain_called", dae.arguments, [asked])
     return any(tape.instruction_id(k) == ca.OP_CALL for k in range(tape.n_instructions()))

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.analysis.sampling import quantiles
+from powertrain.analysis.sampling import points_of, quantiles
 from powertrain.analysis.sweeping import sweep
 from powertrain.errors import ParameterError, PowertrainError
-from powertrain.language.arguments import by_name, count, one_of
+from powertrain.language.arguments import by_name, one_of
 from powertrain.language.component import Component
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.variational.gradients import gradient, number_of
 from powertrain.variational.objectives import Objective, objective
 
@@ -104,16 +104,12 @@ def sensitivity_indices(
     import xarray as xr
 
     one_of("method", method, tuple(_SHOWN))
-    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    plant = plant_of(plant)
     results = {name: objective(what) for name, what in by_name("of", of).items()}
     given = by_name("distributions", distributions)
     if not results or not given:
         raise ParameterError("of, distributions: give at least one result and one parameter")
-    n = count("number", number)
-    if method == "sobol" and n & (n - 1):
-        raise ParameterError(
-            f"number = {n} is not a power of two, which Sobol' points need; take {1 << n.bit_length()}"
-        )
+    n = points_of(method, number)
     problem = {"num_vars": len(given), "names": list(given), "bounds": [[0.0, 1.0]] * len(given)}
     points, analyse = _salib(method, problem, n, seed)
     values = np.array([quantiles(name, d, points[:, k]) for k, (name, d) in enumerate(given.items())]).T

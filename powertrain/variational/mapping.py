@@ -70,7 +70,7 @@ class Mapping:
         combined = [w for w in dae.whens if w.relations]
         conditions = ca.densify(column([w.g for w in combined]))
         self.combined = [w.index for w in combined]
-        self.conditions = ca.Function("powertrain_combined", [*system.inputs], [conditions])
+        self.conditions = ca.Function("powertrain_combined", system.dae.arguments, [conditions])
         self._curvatures: dict[object, Curvature] = {}
 
     def _barriers(self) -> Partials:

@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import HybridDae
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
@@ -29,23 +30,20 @@ Block = NDArray[np.float64]
 class System:
     """A model, the indices of the parameters and of the held entries of inputs to differentiate by, and the number of these inputs."""
 
-    dae: HybridDae
+    compiled: Compiled
     parameters: tuple[int, ...]
     segments: tuple[int, ...]
     knots: int = 0
 
+    @property
+    def dae(self) -> HybridDae:
+        """The equations."""
+        return self.compiled.dae
+
     @cached_property
     def discretes(self) -> list[int]:
         """The indices of the discrete variables in ``m``."""
-        dae = self.dae
-        modes = {
-            law.index
-            for group in (dae.frictions, dae.switches, dae.relations, dae.contacts, dae.whens)
-            for law in group
-        }
-        modes |= {law.rests for law in dae.frictions if law.rests is not None}
-        modes |= {schedule.index + k for schedule in dae.schedules for k in range(3)}
-        return [k for k in range(dae.m.numel()) if k not in modes]
+        return list(self.compiled.discretes.values())
 
     @cached_property
     def states(self) -> int:
@@ -56,11 +54,6 @@ class System:
     def size(self) -> int:
         """The size of s."""
         return self.states + len(self.discretes)
-
-    @cached_property
-    def inputs(self) -> tuple[Symbol, ...]:
-        """The arguments of every expression."""
-        return (self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p)
 
     @cached_property
     def free(self) -> Symbol:
@@ -107,7 +100,7 @@ class Partials:
         self.sizes = [g.numel() for g in self.groups]
         rows = ca.vertcat(expressions, dae.residual) if dae.z.numel() else expressions
         parts = [ca.vec(ca.densify(ca.jacobian(rows, g))) for g in self.groups if g.numel()]
-        self.columns = Many(system.inputs, ca.densify(ca.vertcat(expressions, *parts)))
+        self.columns = Many(system.dae.arguments, ca.densify(ca.vertcat(expressions, *parts)))
         self.rows = rows.numel()
 
     def __call__(self, samples: Samples, p: Array) -> Slopes:

@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import roots_jacobi
 
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
-from powertrain.signals import Samples, signals_of
+from powertrain.signals import Samples, of_instants, of_steps, signals_of
 
 STAGES = 4
 """One more than the fifth order of the run's methods requires: the forcing of the variational equations may be faster than the states."""
@@ -75,26 +74,22 @@ class Record:
 def record(result: Result[Any], cuts: Array) -> Record:
     """The run of a result, with steps that also end at ``cuts``."""
     trajectory = result.trajectory
-    p = np.array(list(result.parameters.values()), float)
     signals = signals_of(result.compiled)
 
     def corrected(samples: Samples) -> Samples:
-        return signals.corrected(samples, p)
-
-    def at(times: Array) -> Samples:
-        return corrected(_inside(trajectory, np.asarray(times, float)))
+        return signals.corrected(samples, result.p)
 
     nodes = np.unique(np.concatenate([trajectory.times, cuts, [trajectory.end]]))
     nodes = nodes[(nodes >= trajectory.start) & (nodes <= trajectory.end)]
     starts, durations = nodes[:-1], np.diff(nodes)
     owner = trajectory.times.searchsorted(starts, side="right") - 1
     times = starts[:, None] + durations[:, None] * POINTS
-    samples = corrected(_dense(trajectory, times.ravel(), owner.repeat(len(POINTS))))
+    samples = corrected(of_steps(trajectory, times.ravel(), owner.repeat(len(POINTS))))
     return Record(
-        p,
+        result.p,
         trajectory.start,
         trajectory.end,
-        at(nodes[:1]),
+        result.samples_at(nodes[:1]),
         Steps(starts, durations, samples),
         _instants(trajectory, corrected, [s.index for s in result.compiled.dae.switches if s.continuous]),
     )
@@ -103,17 +98,8 @@ def record(result: Result[Any], cuts: Array) -> Record:
 def _instants(trajectory: Trajectory, corrected: Any, switches: list[int]) -> Instants:
     told = [i for i in trajectory.instants if i.time > trajectory.start]
     found = sorted([*told, *_quiet(trajectory, told, switches)], key=lambda i: i.time)
-    n, unknowns = trajectory.states, trajectory.dense.shape[2]
-    times = np.array([i.time for i in found], float)
-
-    def side(times: Array, values: list[Array], held: list[Array]) -> Samples:
-        y = np.array(values, float).reshape(len(found), -1)[:, :unknowns] if found else np.zeros((0, unknowns))
-        m = np.array(held, float) if found else np.zeros((0, trajectory.held.shape[1]))
-        return Samples(times, y[:, :n], y[:, n:], m)
-
-    seen = side(times, [i.left for i in found], [i.held_left for i in found])
-    after = times + _LATE * (1.0 + np.abs(times))
-    right = side(after, [i.right for i in found], [i.held_right for i in found])
+    seen, right = (Samples(*(values[k::2] for values in of_instants(trajectory, found))) for k in (0, 1))
+    times, right = seen.t, right._replace(t=seen.t + _LATE * (1.0 + np.abs(seen.t)))
     span = spans(trajectory, times, before=True)
     before, early = (_inside(trajectory, times - share * span) if found else seen for share in (1.0, _EARLY))
     return Instants(
@@ -148,8 +134,7 @@ def edge(result: Result[Any], times: Array, before: bool, share: float = 0.0) ->
         apart = share * spans(trajectory, times, before)
         times, side = (times - apart if before else times + apart), "right"
     owner = np.maximum(trajectory.times.searchsorted(times, side=side) - 1, 0)
-    samples = _dense(trajectory, times, owner)
-    return signals_of(result.compiled).corrected(samples, np.array(list(result.parameters.values()), float))
+    return signals_of(result.compiled).corrected(of_steps(trajectory, times, owner), result.p)
 
 
 def spans(trajectory: Trajectory, times: Array, before: bool) -> Array:
@@ -169,12 +154,3 @@ def spans(trajectory: Trajectory, times: Array, before: bool) -> Array:
 def _inside(trajectory: Trajectory, times: Array) -> Samples:
     """Right limits at arbitrary times of the run."""
     return Samples(*trajectory.at(times, with_events=False))
-
-
-def _dense(trajectory: Trajectory, times: Array, owner: NDArray[np.int64]) -> Samples:
-    """The dense output of given steps."""
-    q = ((times - trajectory.times[owner]) / trajectory.sizes[owner])[:, None]
-    c = trajectory.dense[owner]
-    y = (((c[:, 4] * q + c[:, 3]) * q + c[:, 2]) * q + c[:, 1]) * q + c[:, 0]
-    n = trajectory.states
-    return Samples(times, y[:, :n], y[:, n:], trajectory.held[trajectory.mode_of_step[owner]])

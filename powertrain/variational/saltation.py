@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import Switch, When
 from powertrain.language.symbols import column
 from powertrain.modes.indicators import Indicator, indicators
@@ -60,17 +59,16 @@ class SaltationMap:
 class Saltation:
     """The jumps of derivatives at the events of a model's runs. Serves one thread."""
 
-    def __init__(self, compiled: Compiled, flow: VariationalRates) -> None:
-        system = flow.system
-        dae = system.dae
-        self.compiled, self.flow, self.system = compiled, flow, system
+    def __init__(self, flow: VariationalRates) -> None:
+        self.flow, self.system = flow, flow.system
+        system, dae = flow.system, flow.system.dae
         self.indicators: tuple[Indicator, ...] = indicators(dae)
         laws: list[Switch | When] = [*dae.switches, *dae.relations, *dae.whens]
         self.timed = [law for law in laws if law.time is not None]
         self.sticking = [law for law in dae.frictions if not law.algebraic and not law.prescribed]
         times = [law.time for law in self.timed if law.time is not None]
         self.asked = column([*(i.value for i in self.indicators), *times])
-        self.before, self.values = Partials(system, self.asked), Many(system.inputs, self.asked)
+        self.before, self.values = Partials(system, self.asked), Many(system.dae.arguments, self.asked)
         self.instants = EventLaws(system, self.indicators, self.timed, self.sticking)
         self.speeds = Partials(system, column([law.w for law in self.sticking]))
         self.mapping = Mapping(system) if dae.whens or dae.contacts else None
@@ -192,7 +190,7 @@ class Saltation:
 
     def corrected(self, samples: Samples, p: Array) -> Samples:
         """Samples whose algebraic unknowns solve the equations in their modes."""
-        return signals_of(self.compiled).corrected(samples, p) if samples.z.shape[1] else samples
+        return signals_of(self.system.compiled).corrected(samples, p) if samples.z.shape[1] else samples
 
 
 def chosen(where: NDArray[np.bool_], yes: Slopes, no: Slopes) -> Slopes:

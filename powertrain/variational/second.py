@@ -20,17 +20,16 @@ import numpy as np
 
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
-from powertrain.signals import Samples
 from powertrain.variational.corners import Corner, Corners
 from powertrain.variational.crossing import Crossed, Crossing, Matrix, Meets, Side, beside, moved, side_of
 from powertrain.variational.curvature import Curvature, Tangents, tangents
 from powertrain.variational.functional import Functional
 from powertrain.variational.instants import NotDifferentiable
-from powertrain.variational.partials import Block, Slopes
+from powertrain.variational.partials import Block
 from powertrain.variational.record import Record, record
 from powertrain.variational.saltation import row_of
 from powertrain.variational.sweeps import Model, Passage, Read, by_place, passage
-from powertrain.variational.transitions import batches, stage_tangents
+from powertrain.variational.transitions import Batch, stage_tangents, transitions
 from powertrain.variational.unknowns import Unknowns
 
 _STATIONARY = 1e-3
@@ -40,23 +39,13 @@ _ROUND_OFF = 1e-12
 
 
 @dataclass(frozen=True)
-class _Batch:
-    """Some steps: the effects of their stages at their ends, the derivatives at the stages, and the samples."""
-
-    here: slice
-    effects: Block
-    slopes: Slopes
-    samples: Samples
-
-
-@dataclass(frozen=True)
 class _Way:
     """A run with its tangents: of q, of s at the boundaries before steps (after the events there), and of s before events."""
 
     passage: Passage
     corners: dict[int, list[Corner]]
     phi: Block
-    batches: list[_Batch]
+    batches: list[Batch]
     q: Matrix
     s: Block
     before: list[Matrix]
@@ -66,8 +55,8 @@ class SecondOrder:
     """Second derivatives for one model, one choice of unknowns and one objective. Serves one thread."""
 
     def __init__(self, model: Model) -> None:
-        self.model, system, integrand = model, model.system, model.of.integrand
-        rates = system.dae.xdot if integrand is None else ca.vertcat(system.dae.xdot, integrand)
+        self.model, system = model, model.system
+        rates = model.flow.expressions
         self.rates = Curvature(system, rates)
         self.readings = Curvature(system, model.of.expressions)
         self.crossing = Crossing(model.saltation)
@@ -110,7 +99,8 @@ class SecondOrder:
         through = passage(model, result, wanted, of, np.array([c.time for c in corners]))
         run, q = through.run, wanted.plain
         events = by_place(through.boundaries)
-        phi, psi, kept = self._linear(run, q)
+        kept = list(model.flow.linear(run.steps, run.p))
+        phi, psi = transitions(model.flow, run.steps, kept)
         s, at, before = through.begin, np.empty((len(phi) + 1, *through.begin.shape)), []
         for i in range(len(phi) + 1):
             for jump in (through.jumps[k] for k in events.get(i, ())):
@@ -118,23 +108,11 @@ class SecondOrder:
                 s = jump.s @ s + (jump.left + jump.right) @ q
             at[i] = s
             if i < len(phi):
-                s = phi[i] @ s + psi[i]
+                s = phi[i] @ s + psi[i] @ q
         places: dict[int, list[Corner]] = {}
         for corner in corners:
             places.setdefault(run.steps.before(corner.time), []).append(corner)
         return _Way(through, places, phi, kept, q, at, before)
-
-    def _linear(self, run: Record, q: Matrix) -> tuple[Block, Block, list[_Batch]]:
-        """Phi of all steps, Psi for all unknowns, and the data for the steps' second derivatives."""
-        flow, count = self.model.flow, len(run.steps.times)
-        phi, psi, kept = np.empty((count, flow.size, flow.size)), np.zeros((count, flow.size, q.shape[1])), []
-        for here, samples in batches(run.steps):
-            slopes = flow.partials(samples, run.p)
-            effects = flow.effects(run.steps.durations[here], slopes.s)
-            phi[here] = flow.advance(effects, slopes)
-            psi[here, flow.places] = effects @ slopes.q.reshape(*effects.shape[::2], -1) @ q
-            kept.append(_Batch(here, effects, slopes, samples))
-        return phi, psi, kept
 
     def _steps(self, way: _Way, ends: Block) -> Matrix:
         """Contribution of the steps: f'' at every stage, along its tangents, times the effect of the stage on the objective."""

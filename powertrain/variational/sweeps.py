@@ -17,11 +17,11 @@ from powertrain.variational.begin import Start
 from powertrain.variational.functional import Functional
 from powertrain.variational.instants import NotDifferentiable
 from powertrain.variational.objectives import Reading
-from powertrain.variational.partials import Block, Partials, Slopes, System
+from powertrain.variational.partials import Block, Partials, System
 from powertrain.variational.record import STAGES, Record, record
 from powertrain.variational.saltation import Saltation, SaltationMap, row_of
 from powertrain.variational.simultaneous import Parts
-from powertrain.variational.transitions import WEIGHTS, Reverse, VariationalRates, batches, transitions
+from powertrain.variational.transitions import WEIGHTS, Batch, Reverse, VariationalRates, batches, transitions
 from powertrain.variational.unknowns import Unknowns
 
 APART = 0.01
@@ -34,12 +34,11 @@ class Model:
     """The functions for one model, one choice of unknowns and one objective, built once. Serves one thread."""
 
     def __init__(self, result: Result[Any], wanted: Unknowns, of: Functional) -> None:
-        dae = result.compiled.dae
-        self.system = System(dae, wanted.parameters, wanted.segments, len(wanted.inputs))
-        self.bare = System(dae, (), ())
+        self.system = System(result.compiled, wanted.parameters, wanted.segments, len(wanted.inputs))
+        self.bare = System(result.compiled, (), ())
         self.of = of
         self.flow = VariationalRates(self.system, of.integrand)
-        self.saltation = Saltation(result.compiled, self.flow)
+        self.saltation = Saltation(self.flow)
         self.read = Partials(self.system, of.expressions)
         self.start = Start(result, self.system)
 
@@ -51,7 +50,7 @@ class Model:
     @cached_property
     def reverse(self) -> Reverse:
         """The reverse derivative of the flow."""
-        return Reverse(self.system, self.of.integrand)
+        return Reverse(self.flow)
 
 
 @dataclass(frozen=True)
@@ -98,8 +97,7 @@ def _read(model: Model, result: Result[Any], run: Record, reading: Reading) -> R
         side = run.instants.left if reading.side < 0 else run.instants.right
         sample, boundary = row_of(side, reading.instant), -1
     else:
-        at = Samples(*result.trajectory.at([reading.time], with_events=False))
-        sample, boundary = model.saltation.corrected(at, run.p), run.steps.before(reading.time)
+        sample, boundary = result.samples_at([reading.time]), run.steps.before(reading.time)
     slopes = model.read(sample, run.p)
     rates = model.flow.rates(sample, run.p)[:, : model.system.size]
     k = reading.signal
@@ -114,7 +112,7 @@ def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[P
     With ``keep``, also the derivatives of s at all boundaries (before step i: row i), one block after the other.
     """
     run, steps = way.run, way.run.steps
-    phi, psi = transitions(model.flow, steps, run.p)
+    phi, psi = transitions(model.flow, steps, model.flow.linear(steps, run.p))
     psi = psi @ wanted.chain(steps.times + 0.5 * steps.durations, after=True) if wanted.inputs else psi @ wanted.plain
     lefts, rights = (wanted.chain(run.instants.times, after=a) for a in (False, True))
     events, reads = by_place(way.boundaries), by_place([r.boundary for r in way.reads])
@@ -181,7 +179,8 @@ def by_place(places: list[int]) -> dict[int, list[int]]:
 def adjoint(model: Model, wanted: Unknowns, way: Passage) -> Parts:
     """The same by one backward sweep; the second row is the adjoint of the deviations at events with two sides."""
     run, steps = way.run, way.run.steps
-    phi, kept = _linear_steps(model, way)
+    kept = list(model.bare_flow.linear(steps, run.p))
+    phi = transitions(model.bare_flow, steps, kept)[0]
     lefts, rights = (wanted.chain(run.instants.times, after=a) for a in (False, True))
     chains = wanted.chain(np.array([r.reading.time for r in way.reads]), after=True)
     events, reads = by_place(way.boundaries), by_place([r.boundary for r in way.reads])
@@ -222,29 +221,7 @@ def adjoint(model: Model, wanted: Unknowns, way: Passage) -> Parts:
     return gradient
 
 
-@dataclass(frozen=True)
-class _Batch:
-    """Some steps: the effects of their stages at their ends, the derivatives at the stages, and the samples."""
-
-    here: slice
-    effects: Block
-    slopes: Slopes
-    samples: Samples
-
-
-def _linear_steps(model: Model, way: Passage) -> tuple[Block, list[_Batch]]:
-    """Phi of all steps, and the data that the sweep needs later."""
-    steps, size = way.run.steps, model.flow.size
-    phi, kept = np.empty((len(steps.times), size, size)), []
-    for here, samples in batches(steps):
-        slopes = model.bare_flow.partials(samples, way.run.p)
-        found = model.bare_flow.effects(steps.durations[here], slopes.s)
-        phi[here] = model.bare_flow.advance(found, slopes)
-        kept.append(_Batch(here, found, slopes, samples))
-    return phi, kept
-
-
-def _from_steps(model: Model, wanted: Unknowns, run: Record, ends: Block, kept: Sequence[_Batch]) -> Array:
+def _from_steps(model: Model, wanted: Unknowns, run: Record, ends: Block, kept: Sequence[Batch]) -> Array:
     """The direct effect of q within the steps, by the adjoint stages of every step."""
     found = np.zeros(len(wanted.names))
     if not model.system.free.numel():

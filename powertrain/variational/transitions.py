@@ -8,7 +8,8 @@ one batch. E. Hairer, G. Wanner: Solving Ordinary Differential Equations II, 199
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -28,20 +29,29 @@ _BATCH = 2000
 """Steps per batch: their matrices fit roughly into the processor's cache."""
 
 
+@dataclass(frozen=True)
+class Batch:
+    """Some steps: the effects of their stages at their ends, the derivatives at the stages, and the samples."""
+
+    here: slice
+    effects: Block
+    slopes: Slopes
+    samples: Samples
+
+
 class VariationalRates:
     """Rates of s and of the objective's integral, with their derivatives. Serves one thread."""
 
     def __init__(self, system: System, integrand: Symbol | None) -> None:
-        self.system, self.integrals = system, int(integrand is not None)
-        self.system, dae = system, system.dae
-        rates = dae.xdot if integrand is None else ca.vertcat(dae.xdot, integrand)
+        self.system, self.integrals, dae = system, int(integrand is not None), system.dae
+        self.expressions = rates = dae.xdot if integrand is None else ca.vertcat(dae.xdot, integrand)
         self.size = system.size + self.integrals
         self.places = np.r_[: system.states, system.size : self.size]
         """The rows of f that are not zero."""
         self.core = np.flatnonzero(_influential(ca.vertcat(rates, dae.residual), dae.x))
         """The states on which rates depend."""
         self.partials = Partials(system, rates)
-        self._values = Many(system.inputs, rates)
+        self._values = Many(system.dae.arguments, rates)
 
     def rates(self, samples: Samples, p: Array) -> Block:
         """The rates alone, one row per sample."""
@@ -69,12 +79,11 @@ class VariationalRates:
         found[:, others, :, others] = durations[:, None] * WEIGHTS
         return found.reshape(count, size, STAGES * size)
 
-    def advance(self, effects: Block, slopes: Slopes) -> Block:
-        """Phi of steps."""
-        phi = np.zeros((len(effects), self.size, self.size))
-        phi[:] = np.eye(self.size)
-        phi[:, self.places, : self.system.size] += effects @ slopes.s.reshape(*effects.shape[::2], -1)
-        return phi
+    def linear(self, steps: Steps, p: Array) -> Iterator[Batch]:
+        """The steps in batches, with the derivatives of the rates."""
+        for here, samples in batches(steps):
+            slopes = self.partials(samples, p)
+            yield Batch(here, self.effects(steps.durations[here], slopes.s), slopes, samples)
 
 
 def _influential(rates: Symbol, states: Symbol) -> list[bool]:
@@ -98,15 +107,15 @@ def collocation(durations: Array, a: Block) -> Block:
     return np.asarray(matrix)
 
 
-def transitions(flow: VariationalRates, steps: Steps, p: Array) -> tuple[Block, Block]:
-    """Phi and Psi of every step."""
+def transitions(flow: VariationalRates, steps: Steps, linear: Iterable[Batch]) -> tuple[Block, Block]:
+    """Phi and Psi of every step, from the linear equations of all batches."""
     count, size = len(steps.times), flow.size
     phi, psi = np.empty((count, size, size)), np.zeros((count, size, flow.system.free.numel()))
-    for here, samples in batches(steps):
-        slopes = flow.partials(samples, p)
-        found = flow.effects(steps.durations[here], slopes.s)
-        phi[here] = flow.advance(found, slopes)
-        psi[here, flow.places] = found @ slopes.q.reshape(*found.shape[::2], -1)
+    phi[:] = np.eye(size)
+    for batch in linear:
+        by_s, by_q = (v.reshape(*batch.effects.shape[::2], -1) for v in (batch.slopes.s, batch.slopes.q))
+        phi[batch.here, flow.places, : flow.system.size] += batch.effects @ by_s
+        psi[batch.here, flow.places] = batch.effects @ by_q
     return phi, psi
 
 
@@ -128,12 +137,11 @@ def stage_tangents(flow: VariationalRates, durations: Array, slopes: Slopes, s: 
 class Reverse:
     """w^T df/dq for all parameters and segments at the cost of a few evaluations of f. Serves one thread."""
 
-    def __init__(self, system: System, integrand: Symbol | None) -> None:
-        self.system, dae = system, system.dae
-        rates = dae.xdot if integrand is None else ca.vertcat(dae.xdot, integrand)
-        rows = ca.vertcat(rates, dae.residual)
+    def __init__(self, flow: VariationalRates) -> None:
+        self.system, dae = flow.system, flow.system.dae
+        rows = ca.vertcat(flow.expressions, dae.residual)
         seed = Symbol.sym("seed", rows.numel())
-        product = ca.jtimes(rows, system.free, seed, True)
+        product = ca.jtimes(rows, self.system.free, seed, True)
         inputs = (dae.t, dae.x, dae.z, ca.vertcat(dae.m, seed), dae.p)
         self.columns = Many(inputs, ca.densify(product))
 

@@ -147,16 +147,9 @@ def unknowns(result: Result[Any], wrt: str | Sequence[str] | None) -> Unknowns:
 def _starts(result: Result[Any]) -> Mapping[str, float]:
     """The variables whose start value is a condition of its own, or that nothing else determines."""
     used = {c.label: c.value for c in result.report.used} if result.report is not None else {}
-    first = {d.name: d for d in result.compiled.flat.discretes}
     held = result.trajectory.held[0] if len(result.trajectory.held) else result.trajectory.final_held
-    m = [s.name() for s in _scalars(result.compiled)]
-    found = {n: float(held[m.index(d.symbol.name())]) for n, d in first.items() if d.symbol.name() in m}
+    found = {name: float(held[place]) for name, place in result.compiled.discretes.items()}
     return {name: value for name, value in used.items() if name in result.compiled.signals} | found
-
-
-def _scalars(compiled: Compiled) -> list[Any]:
-    m = compiled.dae.m
-    return [m[i] for i in range(m.numel())]
 
 
 def _refuse(name: str, compiled: Compiled, starts: Mapping[str, float]) -> None:

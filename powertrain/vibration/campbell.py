@@ -13,7 +13,7 @@ from powertrain.analysis.linearization import Selector
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import row
 from powertrain.language.component import Component
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.vibration.eigenmodes import MEANINGS, properties, shapes_of, vibrations
 from powertrain.vibration.energies import energies_of
 from powertrain.vibration.operating_line import Line, operating_line
@@ -78,7 +78,7 @@ def campbell(
     """
     import xarray as xr
 
-    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    plant = plant_of(plant)
     line = operating_line(plant, over, at, parameters)
     wanted = shapes_of(plant, shapes)
     found = [vibrations(plant, wanted, point) for point in line.points]

@@ -14,7 +14,7 @@ from powertrain.analysis.operating_point import OperatingPoint, Point, operating
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import listed
 from powertrain.language.component import Component
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.vibration.eigenvectors import eigenvectors
 from powertrain.vibration.energies import energies_of
 
@@ -97,7 +97,7 @@ def eigenmodes(
     """
     import xarray as xr
 
-    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    plant = plant_of(plant)
     found = vibrations(plant, shapes_of(plant, shapes), operating_point(plant, at, parameters))
     if not len(found.values):
         raise ParameterError(

@@ -30,9 +30,7 @@ class Energies:
         kept = [k for k, hessian in enumerate(hessians) if hessian.nnz()]
         self.components = [terms.parts[k].path or terms.parts[k].kind for k in kept]
         slopes = [ca.jacobian(dae.residual, v) for v in (dae.z, dae.x)]
-        self._function = ca.Function(
-            "powertrain_energies", [dae.t, dae.x, dae.z, dae.m, dae.p], [*slopes, *(hessians[k] for k in kept)]
-        )
+        self._function = ca.Function("powertrain_energies", dae.arguments, [*slopes, *(hessians[k] for k in kept)])
         self._sizes = dae.x.numel(), dae.z.numel()
 
     def shares(self, point: OperatingPoint, vectors: NDArray[Any]) -> NDArray[np.float64]:

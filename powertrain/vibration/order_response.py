@@ -12,7 +12,7 @@ from powertrain.analysis.linearization import Selector, linear_at
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.arguments import by_name, listed, number
 from powertrain.language.component import Component
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.signals import signals_of
 from powertrain.vibration.operating_line import Line, OperatingLine, operating_line
 
@@ -78,7 +78,7 @@ def order_response(
     """
     import xarray as xr
 
-    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    plant = plant_of(plant)
     line = operating_line(plant, over, at, parameters)
     if line.unit != "rad/s" or (line.values <= 0.0).any():
         raise ParameterError(f"over: {line.name} must be a positive speed in rad/s")

@@ -14,9 +14,9 @@ import numpy as np
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as argument_names
 from powertrain.result import Result
+from powertrain.saved import Array, Saved
 from powertrain.signals import fits_pattern
 from powertrain.viewer.recording import RunLike, a_run
-from powertrain.viewer.saved import Array, Saved
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.audit import EnergyAudit, energy_audit
-from powertrain.analysis.energy_terms import EnergyTerms
+from powertrain.analysis.energy_terms import EnergyTerms, with_parts
 from powertrain.errors import ParameterError
 from powertrain.events import change
 from powertrain.figures.layout import Layout, layout
@@ -20,9 +20,9 @@ from powertrain.language.connectors import Connector
 from powertrain.language.fields import Parameter
 from powertrain.language.replacing import replace
 from powertrain.result import Result
+from powertrain.saved import Saved
 from powertrain.viewer.decimation import Array, Places, kept_samples
 from powertrain.viewer.operating_map import OperatingMap
-from powertrain.viewer.saved import Saved
 
 ERROR = 2e-3
 """Largest distance of a drawn curve from the samples, relative to the range of the signal."""
@@ -118,15 +118,13 @@ def _of_signals(run: Result[Any] | Saved, name: str) -> Recording:
 
 def _of_result(result: Result[Any], audit: EnergyAudit, name: str) -> Recording:
     terms = EnergyTerms(result.compiled)
-    values = terms.values(result.samples, np.array(list(result.parameters.values()), float))
-    losses = values.loss.copy()
-    for i in reversed(range(len(terms.parts))):  # of a component with its parts, which come after it
-        losses[:, i] += losses[:, list(terms.parts[i].parts)].sum(axis=1)
+    values = terms.values(result.samples, result.p)
+    losses = with_parts(terms.parts, values.loss.T)
     paths = [part.path for part in terms.parts]
     curves = {
         f"power({n})": _curve(result.time, y, "W", INTO) for n, y in zip(terms.ports, values.power.T, strict=True)
     }
-    curves |= {f"loss({n})": _curve(result.time, y, "W", LOST) for n, y in zip(paths, losses.T, strict=True) if n}
+    curves |= {f"loss({n})": _curve(result.time, y, "W", LOST) for n, y in zip(paths, losses, strict=True) if n}
     table = audit.components
     rows = zip(table.index, table["type"], table["sources"], table["lost"], table["stored"], strict=True)
     plain = _of_signals(result, name or type(result.model).__name__)

@@ -55,7 +55,7 @@ def test_every_state_is_a_signal() -> None:
 @pytest.mark.parametrize("model", [Geared(), Counter()], ids=repr)
 def test_a_run_goes_on_from_its_end(model: pt.Component) -> None:
     plant = pt.compile(model)
-    names = [*plant.compiled.states, *(d.name for d in plant.compiled.flat.discretes)]
+    names = [*plant.compiled.states, *plant.compiled.discretes]
     whole, half = (plant.simulate(stop, rtol=1e-9) for stop in (2.0, 1.0))
     rest = plant.simulate(2.0, start=1.0, starts={name: float(half[name][-1]) for name in names}, rtol=1e-9)
     for name in names:

@@ -44,7 +44,7 @@ def test_rejected_steps_show_the_order_of_the_error(order: float) -> None:
     """Of an error c h^k, the third attempt has 0.9^k of what is allowed, however small k is; the second assumes five."""
 
     def error(h: float) -> float:
-        return 1.5 * (h / 0.1) ** order
+        return float(1.5 * (h / 0.1) ** order)
 
     second = 0.1 * reduction(0.1, error(0.1), None)
     assert second == pytest.approx(0.1 * 0.9 * 1.5**-0.2, rel=1e-12)
