@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.corrector import Near
-from powertrain.equilibrium.laws import Iterates, LawValues, Mask, SteadyLaws
+from powertrain.equilibrium.laws import Motion, SteadyLaws
+from powertrain.equilibrium.points import Index, Iterates, Mask
 from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import solved
-
-Index = NDArray[np.intp]
 
 SHORT_STEP = 0.1
 """Step [s] after which laws that hold each other share torques by compliance: too short for motions that nothing holds."""
@@ -46,7 +44,7 @@ class EulerStep:
     unsure: Array
 
 
-def euler_step(laws: SteadyLaws, value: LawValues, step: float) -> EulerStep:
+def euler_step(laws: SteadyLaws, value: Motion, step: float) -> EulerStep:
     """A step of implicit Euler of ``step`` seconds.
 
     Where the equations do not determine the unknowns, it is the least-squares step of least length: elimination would let round-off
@@ -74,7 +72,7 @@ def _solutions(matrix: Array, right: Array, degenerate: Index) -> Array:
     return found
 
 
-def _euler(laws: SteadyLaws, value: LawValues, step: float) -> Array:
+def _euler(laws: SteadyLaws, value: Motion, step: float) -> Array:
     matrix = value.rows_[:, :, : laws.unknowns].copy()
     matrix[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / step
     return np.asarray(matrix)
@@ -108,7 +106,7 @@ def _condition_bound(matrix: Array) -> Array:
         return np.asarray(2.0 / np.abs(np.linalg.det(matrix)) * ((matrix**2).sum(axis=(1, 2)) / n) ** (n / 2))
 
 
-def mobilities(value: LawValues, step: EulerStep) -> tuple[Mask, Array, Array]:
+def mobilities(value: Motion, step: EulerStep) -> tuple[Mask, Array, Array]:
     """Laws whose motion is given, the compliances of the others, and the change of all speeds with all torques.
 
     A motion is given if the law's own torque does not move it. A free unknown may absorb the effect of a torque, however: if the load that
@@ -135,12 +133,12 @@ def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
     count = len(grid)
     start = np.repeat(laws.balance.start[None], count, 0)
     at = Iterates(grid, start, np.zeros((count, laws.balance.modes.numel())), np.zeros((count, laws.count)))
-    value = laws.values(at, lossless=True)
+    value = laws.motion(at)
     step = euler_step(laws, value, SHORT_STEP)
     degenerate = _degenerate(_euler(laws, value, SHORT_STEP)) & np.isfinite(step.move).all(axis=1)
     if degenerate.any():  # at rest a ratio moves nothing: start where speeds are as prescribed
         at.y[degenerate] += step.move[degenerate]
-        value = laws.values(at, lossless=True)
+        value = laws.motion(at)
         step = euler_step(laws, value, SHORT_STEP)
     given, reach, slope = mobilities(value, step)
     return Beginnings(at.y, Near(given, COMPLIANCE * reach), _sliding(~given & ~laws.contact, reach, slope, step.along))

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.equilibrium.laws import Iterates, LawValues, Mask, SteadyLaws
+from powertrain.equilibrium.laws import SteadyLaws
+from powertrain.equilibrium.points import Iterates, Mask
+from powertrain.equilibrium.rules import Following
 from powertrain.modes.friction import BACKWARD, FORWARD, STUCK
 from powertrain.modes.tolerances import LOCKED, NEUTRAL, STILL
 from powertrain.numerics.batch import Rows
@@ -64,16 +66,12 @@ def corrected(
                 laws, begun.some(some), there.some(some), side[active][some], lossless, DAMPED, HALVINGS
             )
             here.y[some[found]], here.tau[some[found]], fine[some[found]] = end.y[found], end.tau[found], True
-        value = laws.values(here, lossless)
-        drive = _share(laws, here, there, side[active], lossless, value)
-        y[active], tau[active] = here.y, here.tau
-        new = laws.next_modes(here, value, there.given, side[active], drive if firm else None)
+        after = _shared(laws, here, there, side[active], lossless, firm)
+        y[active], tau[active], new = here.y, here.tau, after.modes
         if lossless:  # the direction of these laws makes no difference
-            here.modes[:, laws.tied_modes] = new[:, laws.tied_modes] = np.where(
-                value.speed[:, laws.tied] < 0.0, BACKWARD, FORWARD
-            )
+            here.modes[:, laws.tied_modes] = new[:, laws.tied_modes]
         same = (new == here.modes).all(axis=1)
-        done[active] = same & fine & laws.balanced(here, value)
+        done[active] = same & fine & after.balanced
         go = ~same & np.isfinite(here.y).all(axis=1) & np.isfinite(here.tau).all(axis=1)
         go &= (new != before[active]).any(axis=1)  # not cycling
         before[active], active = here.modes, active[go]
@@ -83,30 +81,32 @@ def corrected(
     return Iterates(at.grid, y, modes, tau), done
 
 
-def _share(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool, value: LawValues) -> Array:
-    """The rate of each law against its own compliance; updates ``at`` and ``value`` to the torques that compliance gives stuck laws.
+def _shared(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool, firm: bool) -> Following:
+    """What follows; updates ``at`` to the torques that compliance gives stuck laws.
 
-    Computed only if it matters: if several laws are stuck, or if one is stuck and another slides at rest.
+    This matters only if several laws are stuck, or if one is stuck and another slides at rest. ``firm``: a law that slides at rest against
+    its rate sticks.
     """
-    n, drive, mode = laws.unknowns, np.zeros_like(at.tau), at.modes[:, laws.law_modes]
+    n, mode = laws.unknowns, at.modes[:, laws.law_modes]
+    after = laws.following(at, near.given, side, None, lossless)
     stuck = (mode == np.where(laws.contact, 1.0, STUCK)) & ~near.given
-    slides = laws.may_free & ((mode == FORWARD) | (mode == BACKWARD)) & (np.abs(value.speed) <= laws.zone(value, at))
+    slides = laws.may_free & ((mode == FORWARD) | (mode == BACKWARD)) & after.still
     several = (stuck.sum(axis=1) > 1) | (stuck.any(axis=1) & slides.any(axis=1))
     some = np.flatnonzero(several & np.isfinite(at.y).all(axis=1))
     if not some.size:
-        return drive
-    here, there, near_value = at.some(some), near.some(some), value.some(some)
+        return after
+    here, there, motion = at.some(some), near.some(some), laws.motion(at.some(some))
     entries, left = laws.equations(fixed(laws, here, there, side[some], lossless), here.z)
     left[:, n:] -= stuck[some] * there.yields * here.tau
     step = laws.equations.solver(entries)(-left)
     tau = here.tau + step[:, n:]
-    creep = near_value.speed + np.einsum("pij,pj->pi", near_value.speed_, step)
-    drive[some] = creep - there.yields * tau
+    creep = motion.speed + np.einsum("pij,pj->pi", motion.speed_, step)
+    drive = creep - there.yields * tau if firm else None
     shared = Iterates(here.grid, here.y, here.modes, tau)
     end, _ = _solutions(laws, shared, there, side[some], lossless, PROXIMAL, 0)
     at.y[some], at.tau[some] = end.y, end.tau
-    value.put(some, laws.values(end, lossless))
-    return drive
+    after.put(some, laws.following(end, there.given, side[some], drive, lossless))
+    return after
 
 
 def _solutions(

@@ -26,6 +26,25 @@ class Look:
 
 
 @dataclass(frozen=True)
+class Iterates:
+    """Iterates, one per row: grid values, unknowns, modes (of frictions, switches, contacts), torques (minus forces)."""
+
+    grid: Array
+    y: Array
+    modes: Array
+    tau: Array
+
+    @property
+    def z(self) -> Array:
+        """Unknowns and torques."""
+        return np.concatenate([self.y, self.tau], axis=1)
+
+    def some(self, which: Index | Mask) -> Iterates:
+        """Some of them."""
+        return Iterates(self.grid[which], self.y[which], self.modes[which], self.tau[which])
+
+
+@dataclass(frozen=True)
 class SteadyPoint:
     """An operating point, with the values from which its neighbours are solved."""
 

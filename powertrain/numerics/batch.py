@@ -152,6 +152,10 @@ class Columns:
         """One row per output for one row per varying scalar."""
         return self.of_needed(rows[self.needed])
 
+    def of_points(self, parts: Sequence[NDArray[Any]]) -> Rows:
+        """The same for arrays with one row per point, side by side."""
+        return self.of_needed(picked(parts, self.needed))
+
     def of_needed(self, rows: Rows) -> Rows:
         """The same for only those rows that are needed."""
         lanes = 0 if self._compile else _MANY if rows.shape[1] > _MANY // 4 else _FEW
@@ -161,6 +165,14 @@ class Columns:
             )
             self._tapes[lanes].set_common(self._values)
         return self._tapes[lanes](rows)
+
+
+def picked(parts: Sequence[NDArray[Any]], which: NDArray[np.intp]) -> Rows:
+    """Some columns of arrays that have one row per point, counted through all arrays, as rows."""
+    columns, found = [values for part in parts for values in part.T], np.empty((which.size, len(parts[0])))
+    for row, k in zip(found, which, strict=True):
+        row[:] = columns[k]
+    return found
 
 
 def column_tape(
