@@ -131,8 +131,8 @@ def mobilities(value: Motion, step: EulerStep) -> tuple[Mask, Array, Array]:
 def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
     """The beginnings for the points of ``grid``, one per row."""
     count = len(grid)
-    start = np.repeat(laws.balance.start[None], count, 0)
-    at = Iterates(grid, start, np.zeros((count, laws.balance.modes.numel())), np.zeros((count, laws.count)))
+    start = np.repeat(laws.balance.start[:, None], count, 1).T
+    at = Iterates(grid, start, np.zeros((laws.balance.modes.numel(), count)).T, np.zeros((laws.count, count)).T)
     value = laws.motion(at)
     step = euler_step(laws, value, SHORT_STEP)
     degenerate = _degenerate(_euler(laws, value, SHORT_STEP)) & np.isfinite(step.move).all(axis=1)

@@ -71,7 +71,7 @@ class SteadyLaws:
 
     def kinds(self, at: Iterates, given: Mask, side: Array, lossless: bool = False) -> Array:
         """The equation of each law in its mode, as a number of ``equations``; ``given`` and ``side`` as in ``following``."""
-        mode = at.modes[:, self.law_modes]
+        mode = at.modes.T[self.law_modes].T
         mode = np.where(given & (mode == STUCK), side, mode)
         held = np.where(self.contact, mode == 1.0, mode == STUCK) & ~given
         upper = self.contact | (mode == FORWARD) | (mode == FREE)

@@ -19,7 +19,7 @@ from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected, undetermined
 from powertrain.equilibrium.laws import SteadyLaws
-from powertrain.equilibrium.points import Index, Iterates, Mask, SolvedPoints, SteadyPoint
+from powertrain.equilibrium.points import Index, Iterates, Mask, SolvedPoints, SteadyPoint, taken
 from powertrain.equilibrium.relaxation import relaxed
 from powertrain.modes.friction import BACKWARD, STUCK
 from powertrain.modes.tolerances import SAME
@@ -61,7 +61,7 @@ class Solutions:
         """The points of ``grid``, one per row; ``side`` as in ``SteadyLaws.following``, one row per point."""
         laws, count = self.laws, len(grid)
         number = np.zeros(count, np.intp)
-        differing = np.zeros((count, laws.balance.modes.numel()), bool)
+        differing = np.zeros((laws.balance.modes.numel(), count), bool).T
         start = beginnings(laws, grid)
         best, beyond, begun = self._nothing(start.near), self._nothing(start.near), list[Array]()
         for speed in SPEEDS if start.sliding.any() else SPEEDS[:1]:
@@ -82,17 +82,18 @@ class Solutions:
         number[best.done & (number == 0)] = 1
         known = np.flatnonzero(best.done)
         at = Iterates(grid, best.y, best.modes, best.tau).some(known)
-        near = Near(best.given, best.yields).some(known)
-        number[known[undetermined(laws, at, near, side[known])]] = 2
-        after, rest = laws.following(at, near.given, side[known]), np.zeros_like(best.given)
+        near, sides = Near(best.given, best.yields).some(known), taken(side, known)
+        number[known[undetermined(laws, at, near, sides)]] = 2
+        after, rest = laws.following(at, near.given, sides), np.zeros_like(best.given)
         rest[known] = near.given & after.still & after.open
         return Best(best, number, rest, differing)
 
     def _nothing(self, near: Near) -> SolvedPoints:
         laws, count = self.laws, len(near.given)
         sizes = laws.unknowns, laws.balance.modes.numel(), laws.count
-        y, modes, tau = (np.zeros((count, n)) for n in sizes)
-        return SolvedPoints(np.zeros(count, bool), y, modes, tau, near.given.copy(), near.yields.copy())
+        y, modes, tau = (np.zeros((n, count)).T for n in sizes)
+        given, yields = near.given.copy(order="K"), near.yields.copy(order="K")
+        return SolvedPoints(np.zeros(count, bool), y, modes, tau, given, yields)
 
     def _from(self, first: Array, grid: Array, side: Array, near: Near, begun: list[Array]) -> SolvedPoints:
         """The solutions from one start with the modes implied by its speeds; none at points where another start had these modes."""
@@ -107,16 +108,15 @@ class Solutions:
         new = np.flatnonzero(~seen)
         begun.append(modes)
         found.modes[:] = modes
-        some = Near(found.given[new], found.yields[new])
-        start = Iterates(grid[new], found.y[new], modes[new], found.tau[new])
-        end, found.done[new] = corrected(laws, start, some, side[new], changes=CHANGES, firm=True)
+        start, some = Iterates(grid, found.y, modes, found.tau).some(new), near.some(new)
+        end, found.done[new] = corrected(laws, start, some, taken(side, new), changes=CHANGES, firm=True)
         found.y[new], found.modes[new], found.tau[new] = end.y, end.modes, end.tau
         return found
 
     def _leave(self, found: SolvedPoints, beyond: SolvedPoints, grid: Array) -> None:
         """Move solutions beyond a limit of the model from ``found`` to ``beyond``."""
-        out = found.done.copy()
-        out[out] = ~self.within(grid[out], found.some(out))
+        out, done = found.done.copy(), np.flatnonzero(found.done)
+        out[done] = ~self.within(taken(grid, done), found.some(done))
         beyond.take(out, found)
         found.done[out] = False
 

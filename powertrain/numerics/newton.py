@@ -103,7 +103,8 @@ def newton(
     active = np.flatnonzero(np.isfinite(z).all(axis=1))
     known: tuple[Array, Array] | None = None
     for _ in range(most):
-        here = columns.take(active, axis=1).T
+        whole = active.size == len(z)
+        here = z if whole else columns.take(active, axis=1).T
         matrix, value = equations(active, here) if known is None else known
         if not value.any():
             fine[active] = True
@@ -115,7 +116,10 @@ def newton(
         fine[active] = last
         go = np.isfinite(size) & ~last
         if not halvings:
-            z[active] += step * unit
+            if whole:
+                z += step * unit
+            else:
+                z[active] += step * unit
             active = active[go]
         else:
             z[active[last]] += (step * unit)[last]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes
 import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -148,13 +148,15 @@ class VectorTape:
 
     def __call__(self, rows: Array) -> Array:
         """One row per output for one row per varying scalar."""
-        count = rows.shape[1]
+        return self.of_rows(rows, rows.shape[1])
+
+    def of_rows(self, rows: Iterable[Array], count: int) -> Array:
+        """The same for separate rows of ``count`` values."""
         if count < WIDTH:
-            return self(np.pad(rows, ((0, 0), (0, WIDTH - count))))[:, :count]
-        given, found = np.ascontiguousarray(rows), np.empty((self._outputs, count))
-        self._evaluate(
-            count, *(a.ctypes.data + a.strides[0] * np.arange(len(a), dtype=np.uintp) for a in (given, found))
-        )
+            return self.of_rows([np.pad(row, (0, WIDTH - count)) for row in rows], WIDTH)[:, :count]
+        given, found = [np.ascontiguousarray(row) for row in rows], np.empty((self._outputs, count))
+        places = found.ctypes.data + found.strides[0] * np.arange(len(found), dtype=np.uintp)
+        self._evaluate(count, np.array([row.ctypes.data for row in given], np.uintp), places)
         return found
 
     def _evaluate(self, count: int, given: NDArray[np.uintp], found: NDArray[np.uintp]) -> None:
