@@ -9,7 +9,7 @@ import numpy as np
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.corrector import Near
 from powertrain.equilibrium.laws import Motion, SteadyLaws
-from powertrain.equilibrium.points import Index, Iterates, Mask
+from powertrain.equilibrium.points import Index, Iterates, Mask, taken
 from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import solved
@@ -64,9 +64,7 @@ def euler_step(laws: SteadyLaws, value: Motion, step: float) -> EulerStep:
 
 def _solutions(matrix: Array, right: Array, degenerate: Index) -> Array:
     """The solution (point, unknown, side) for every right-hand side; the shortest least-squares solution at ``degenerate`` points."""
-    points, n, sides = right.shape
-    found = solved(np.repeat(matrix, sides, 0), right.transpose(0, 2, 1).reshape(points * sides, n))
-    found = found.reshape(points, sides, n).transpose(0, 2, 1)
+    found = solved(matrix, right)
     size = _row_sizes(matrix[degenerate])
     found[degenerate] = np.linalg.pinv(matrix[degenerate] / size, rcond=1.0 / SINGULAR) @ (right[degenerate] / size)
     return found
@@ -133,19 +131,40 @@ def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
     count = len(grid)
     start = np.repeat(laws.balance.start[:, None], count, 1).T
     at = Iterates(grid, start, np.zeros((laws.balance.modes.numel(), count)).T, np.zeros((laws.count, count)).T)
-    value = laws.motion(at)
-    step = euler_step(laws, value, SHORT_STEP)
-    degenerate = _degenerate(_euler(laws, value, SHORT_STEP)) & np.isfinite(step.move).all(axis=1)
+    motion = laws.motion(at)
+    first, place = _distinct(motion)
+    degenerate = _degenerate(_euler(laws, motion.some(first), SHORT_STEP))
     if degenerate.any():  # at rest a ratio moves nothing: start where speeds are as prescribed
-        at.y[degenerate] += step.move[degenerate]
-        value = laws.motion(at)
-        step = euler_step(laws, value, SHORT_STEP)
-    given, reach, slope = mobilities(value, step)
-    return Beginnings(at.y, Near(given, COMPLIANCE * reach), _sliding(~given & ~laws.contact, reach, slope, step.along))
+        there = np.flatnonzero(degenerate[place])
+        move = euler_step(laws, motion.some(there), SHORT_STEP).move
+        good = np.isfinite(move).all(axis=1)
+        at.y[there[good]] += move[good]
+        motion = laws.motion(at)
+        first, place = _distinct(motion)
+    some = motion.some(first)
+    step = euler_step(laws, some, SHORT_STEP)
+    given, reach, slope = mobilities(some, step)
+    sliding = _sliding(~given & ~laws.contact, reach, slope, step.along)
+    near = Near(taken(given, place), taken(COMPLIANCE * reach, place))
+    return Beginnings(at.y, near, taken(sliding, place))
+
+
+def _distinct(motion: Motion) -> tuple[Index, Index]:
+    """Points with different slopes, and the place of every point among them: loads and torques on a grid often change no slope."""
+    slopes = np.concatenate([motion.rows_, motion.speed_], axis=1).T.reshape(-1, len(motion.rows))
+    with np.errstate(all="ignore"):
+        mark = np.random.default_rng(0).normal(size=len(slopes)) @ slopes
+    _, first, place = np.unique(mark, return_index=True, return_inverse=True)
+    if (slopes == slopes.take(first, axis=1).take(place, axis=1)).all():
+        return first, place
+    every = np.arange(len(mark))
+    return every, every
 
 
 def _sliding(movable: Mask, reach: Array, slope: Array, along: Array) -> Array:
     """The leading singular vector of the mobilities, each law scaled by its own mobility."""
+    if not movable.any():
+        return np.zeros(along.shape[:2])
     size = np.where(movable, np.sqrt(reach), np.inf)
     even = slope / (size[:, :, None] * size[:, None, :])
     good = np.isfinite(even).all(axis=(1, 2)) & movable.any(axis=1)

@@ -9,7 +9,7 @@ import numpy as np
 
 from powertrain.equilibrium.balance import Balance
 from powertrain.equilibrium.equations import HELD, LEAST, LOWER, NOTHING, UPPER, Equations
-from powertrain.equilibrium.points import Iterates, Mask
+from powertrain.equilibrium.points import Index, Iterates, Mask
 from powertrain.equilibrium.rules import Following, SteadyRules
 from powertrain.modes.friction import FORWARD, FREE, STUCK
 from powertrain.numerics.buffers import Array
@@ -23,6 +23,10 @@ class Motion:
     speed: Array
     rows_: Array
     speed_: Array
+
+    def some(self, which: Index) -> Motion:
+        """Those of some points."""
+        return Motion(self.rows[which], self.speed[which], self.rows_[which], self.speed_[which])
 
 
 class SteadyLaws:
@@ -75,9 +79,10 @@ class SteadyLaws:
         mode = np.where(given & (mode == STUCK), side, mode)
         held = np.where(self.contact, mode == 1.0, mode == STUCK) & ~given
         upper = self.contact | (mode == FORWARD) | (mode == FREE)
-        follows = np.broadcast_to(self.tied & lossless, mode.shape)
-        kinds = [held, follows, given & (mode == STUCK), upper]
-        return np.select(kinds, [HELD, NOTHING, LEAST, UPPER], float(LOWER))
+        kinds = np.where(upper, float(UPPER), float(LOWER))
+        kinds = np.where(given & (mode == STUCK), LEAST, kinds)
+        kinds = np.where(self.tied & lossless, NOTHING, kinds)
+        return np.where(held, HELD, kinds)
 
 
 def _of_torques(b: Balance) -> Balance:

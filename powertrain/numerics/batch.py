@@ -155,7 +155,7 @@ class Columns:
 
     def __call__(self, rows: Rows) -> Rows:
         """One row per output for one row per varying scalar."""
-        return self.of_needed(rows[self.needed], rows.shape[1])
+        return self.of_needed([rows[k] for k in self.needed], rows.shape[1])
 
     def of_points(self, parts: Sequence[NDArray[Any]]) -> Rows:
         """The same for arrays with one row per point, side by side."""

@@ -38,18 +38,20 @@ def relative(z: Array) -> Array:
 def solved(matrix: Array, right: Array) -> Array:
     """The solutions of many small systems with rows scaled to one; the shortest one for a singular matrix, nan for missing values.
 
-    One matrix serves any number of right-hand sides.
+    One matrix serves any number of systems. ``right`` has one row per system, or one matrix with a column for each right-hand side.
     """
+    if right.ndim == 2:
+        return solved(matrix, right[:, :, None])[:, :, 0]
     matrix = np.broadcast_to(matrix, (len(right), *matrix.shape[1:]))
-    good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
+    good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
     if not good.all():
         matrix, right = matrix.copy(), right.copy()
         matrix[~good], right[~good] = np.eye(matrix.shape[1]), 0.0
     size = np.abs(matrix).max(axis=2, keepdims=True, initial=0.0)
     size[size == 0.0] = 1.0
-    whole, given = matrix / size, right / size[..., 0]
+    whole, given = matrix / size, right / size
     try:
-        found = np.linalg.solve(whole, given[..., None])[..., 0]
+        found = np.linalg.solve(whole, given)
     except np.linalg.LinAlgError:
         found = np.array([_shortest(a, b) for a, b in zip(whole, given, strict=True)]).reshape(given.shape)
     found[~good] = np.nan
