@@ -131,17 +131,18 @@ def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
     count = len(grid)
     start = np.repeat(laws.balance.start[:, None], count, 1).T
     at = Iterates(grid, start, np.zeros((laws.balance.modes.numel(), count)).T, np.zeros((laws.count, count)).T)
-    motion = laws.motion(at)
-    first, place = _distinct(motion)
-    degenerate = _degenerate(_euler(laws, motion.some(first), SHORT_STEP))
+    entries, value = laws.held(at)
+    first, place = _distinct(entries)
+    some = laws.motion_of(taken(entries, first), taken(value, first))
+    degenerate = _degenerate(_euler(laws, some, SHORT_STEP))
     if degenerate.any():  # at rest a ratio moves nothing: start where speeds are as prescribed
         there = np.flatnonzero(degenerate[place])
-        move = euler_step(laws, motion.some(there), SHORT_STEP).move
+        move = euler_step(laws, laws.motion_of(taken(entries, there), taken(value, there)), SHORT_STEP).move
         good = np.isfinite(move).all(axis=1)
         at.y[there[good]] += move[good]
-        motion = laws.motion(at)
-        first, place = _distinct(motion)
-    some = motion.some(first)
+        entries, value = laws.held(at)
+        first, place = _distinct(entries)
+        some = laws.motion_of(taken(entries, first), taken(value, first))
     step = euler_step(laws, some, SHORT_STEP)
     given, reach, slope = mobilities(some, step)
     sliding = _sliding(~given & ~laws.contact, reach, slope, step.along)
@@ -149,13 +150,12 @@ def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
     return Beginnings(at.y, near, taken(sliding, place))
 
 
-def _distinct(motion: Motion) -> tuple[Index, Index]:
+def _distinct(entries: Array) -> tuple[Index, Index]:
     """Points with different slopes, and the place of every point among them: loads and torques on a grid often change no slope."""
-    slopes = np.concatenate([motion.rows_, motion.speed_], axis=1).T.reshape(-1, len(motion.rows))
     with np.errstate(all="ignore"):
-        mark = np.random.default_rng(0).normal(size=len(slopes)) @ slopes
+        mark = entries @ np.random.default_rng(0).normal(size=entries.shape[1])
     _, first, place = np.unique(mark, return_index=True, return_inverse=True)
-    if (slopes == slopes.take(first, axis=1).take(place, axis=1)).all():
+    if (entries == taken(taken(entries, first), place)).all():
         return first, place
     every = np.arange(len(mark))
     return every, every

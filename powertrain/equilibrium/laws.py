@@ -9,7 +9,7 @@ import numpy as np
 
 from powertrain.equilibrium.balance import Balance
 from powertrain.equilibrium.equations import HELD, LEAST, LOWER, NOTHING, UPPER, Equations
-from powertrain.equilibrium.points import Index, Iterates, Mask
+from powertrain.equilibrium.points import Iterates, Mask
 from powertrain.equilibrium.rules import Following, SteadyRules
 from powertrain.modes.friction import FORWARD, FREE, STUCK
 from powertrain.numerics.buffers import Array
@@ -23,10 +23,6 @@ class Motion:
     speed: Array
     rows_: Array
     speed_: Array
-
-    def some(self, which: Index) -> Motion:
-        """Those of some points."""
-        return Motion(self.rows[which], self.speed[which], self.rows_[which], self.speed_[which])
 
 
 class SteadyLaws:
@@ -66,11 +62,16 @@ class SteadyLaws:
 
     def motion(self, at: Iterates) -> Motion:
         """Rows and speeds at the points, and their slopes."""
-        n, none = self.unknowns, np.zeros_like(at.tau)
-        entries, value = self.equations(
-            self.equations.given(at.grid, at.modes, np.full_like(at.tau, HELD), none, np.inf), at.z
-        )
-        matrix = self.equations.pattern.dense(entries)
+        return self.motion_of(*self.held(at))
+
+    def held(self, at: Iterates) -> tuple[Array, Array]:
+        """The equations with all laws stuck: entries of the matrix and values, one row per point."""
+        kinds, none = np.full_like(at.tau, HELD), np.zeros_like(at.tau)
+        return self.equations(self.equations.given(at.grid, at.modes, kinds, none, np.inf), at.z)
+
+    def motion_of(self, entries: Array, value: Array) -> Motion:
+        """The motion of which these are the equations."""
+        n, matrix = self.unknowns, self.equations.pattern.dense(entries)
         return Motion(value[:, :n], value[:, n:], matrix[:, :n], matrix[:, n:])
 
     def kinds(self, at: Iterates, given: Mask, side: Array, lossless: bool = False) -> Array:

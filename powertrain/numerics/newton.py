@@ -112,24 +112,24 @@ def newton(
             fine[active] = True
             break
         solve, unit = factors(matrix), sizes(here)
-        step = solve(-value) / unit
-        size = np.abs(step).max(axis=1, initial=0.0)
+        step = solve(-value)
+        size = np.abs(step / unit).max(axis=1, initial=0.0)
         last = size <= still
         fine[active] = last
         go = np.isfinite(size) & ~last
         if not halvings:
             if whole:
-                z += step * unit
+                z += step
             else:
-                z[active] += step * unit
+                z[active] += step
             active = active[go]
         else:
-            z[active[last]] += (step * unit)[last]
+            z[active[last]] += step[last]
             some = np.flatnonzero(go)
             if not some.size:
                 break
             systems = active[some]
-            full = _FullSteps(systems, matrix[some], z[systems], step[some] * unit[some], unit[some], size[some])
+            full = _FullSteps(systems, matrix[some], z[systems], step[some], unit[some], size[some])
             again = (lambda _, solve=solve: solve) if len(matrix) == 1 else factors
             active, z_after, known = _helped(equations, again, full, halvings, together)
             z[active] = z_after
