@@ -11,7 +11,7 @@ import pytest
 
 from powertrain.compiler.hybrid import Friction
 from powertrain.equilibrium.balance import Balance
-from powertrain.equilibrium.beginnings import EulerStep, _condition_bound, _degenerate, mobilities
+from powertrain.equilibrium.beginnings import EulerStep, _condition_bound, _degenerate, _distinct, mobilities
 from powertrain.equilibrium.corrector import Near, corrected, fixed, undetermined
 from powertrain.equilibrium.laws import Motion, SteadyLaws
 from powertrain.equilibrium.linearized import Linearized
@@ -89,6 +89,16 @@ def test_a_motion_that_others_move_and_that_moves_others_is_not_given() -> None:
     given, reach, _ = mobilities(value, step([0.0, 0.0]))
     assert not given.any()
     np.testing.assert_allclose(reach, [[3.0, 2.0]])
+
+
+def test_points_with_equal_slopes_are_found() -> None:
+    """Also if a slope has no value: then every point is on its own."""
+    rows = np.array([[1.0, 2.0], [3.0, 4.0], [1.0, 2.0], [1.0, 2.0 + 1e-15]])
+    first, place = _distinct(rows)
+    assert first.size == 3
+    np.testing.assert_array_equal(rows[first][place], rows)
+    rows[1, 0] = np.nan
+    assert _distinct(rows)[1].tolist() == [0, 1, 2, 3]
 
 
 @pytest.mark.parametrize(("gain", "locked"), [(0.5, False), (0.99, False), (1.0 - 1e-11, True), (-1.0 + 1e-11, True)])

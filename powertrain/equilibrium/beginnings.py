@@ -53,9 +53,7 @@ def euler_step(laws: SteadyLaws, value: Motion, step: float) -> EulerStep:
     n = laws.unknowns
     matrix = _euler(laws, value, step)
     right = -np.concatenate([value.rows[:, :, None], value.rows_[:, :, n:]], axis=2)
-    some = np.flatnonzero(
-        _degenerate(matrix) & np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
-    )
+    some = np.flatnonzero(_degenerate(matrix) & np.isfinite(matrix).all(axis=(1, 2)))
     first = _solutions(matrix, right, some)
     correction = _solutions(matrix, right - matrix @ first, some)
     found = first + correction

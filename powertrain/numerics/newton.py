@@ -43,10 +43,11 @@ def solved(matrix: Array, right: Array) -> Array:
     if right.ndim == 2:
         return solved(matrix, right[:, :, None])[:, :, 0]
     matrix = np.broadcast_to(matrix, (len(right), *matrix.shape[1:]))
-    good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
+    sound = np.isfinite(matrix).all(axis=(1, 2))
+    good = sound[:, None, None] & np.isfinite(right).all(axis=1, keepdims=True)
     if not good.all():
-        matrix, right = matrix.copy(), right.copy()
-        matrix[~good], right[~good] = np.eye(matrix.shape[1]), 0.0
+        matrix, right = matrix.copy(), np.where(good, right, 0.0)
+        matrix[~sound] = np.eye(matrix.shape[1])
     size = np.abs(matrix).max(axis=2, keepdims=True, initial=0.0)
     size[size == 0.0] = 1.0
     whole, given = matrix / size, right / size
@@ -54,8 +55,7 @@ def solved(matrix: Array, right: Array) -> Array:
         found = np.linalg.solve(whole, given)
     except np.linalg.LinAlgError:
         found = np.array([_shortest(a, b) for a, b in zip(whole, given, strict=True)]).reshape(given.shape)
-    found[~good] = np.nan
-    return np.asarray(found)
+    return np.asarray(found if good.all() else np.where(good, found, np.nan))
 
 
 def _shortest(matrix: Array, right: Array) -> Array:
