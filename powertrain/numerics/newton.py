@@ -43,7 +43,7 @@ def solved(matrix: Array, right: Array) -> Array:
     if right.ndim == 2:
         return solved(matrix, right[:, :, None])[:, :, 0]
     matrix = np.broadcast_to(matrix, (len(right), *matrix.shape[1:]))
-    sound = np.isfinite(matrix).all(axis=(1, 2))
+    sound: Mask = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))
     good = sound[:, None, None] & np.isfinite(right).all(axis=1, keepdims=True)
     if not good.all():
         matrix, right = matrix.copy(), np.where(good, right, 0.0)
