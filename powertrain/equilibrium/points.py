@@ -81,9 +81,9 @@ class SolvedPoints:
 
     def take(self, which: Mask, other: SolvedPoints) -> None:
         """Copy some of the other solutions."""
-        index = np.flatnonzero(which)
         for f in fields(self):
-            getattr(self, f.name)[index] = taken(getattr(other, f.name), index)
+            mine = getattr(self, f.name)
+            np.copyto(mine, getattr(other, f.name), where=which.reshape(-1, *[1] * (mine.ndim - 1)))
 
     def put(self, p: int | Index, found: SteadyPoint | SolvedPoints) -> None:
         """Copy one solution, or some."""
