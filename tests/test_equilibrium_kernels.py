@@ -9,22 +9,27 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from powertrain.compiler.hybrid import Friction
 from powertrain.equilibrium.balance import Balance
-from powertrain.equilibrium.beginnings import EulerStep, _condition_bound, _degenerate, mobilities
+from powertrain.equilibrium.beginnings import EulerStep, _condition_bound, _degenerate, _distinct, mobilities
 from powertrain.equilibrium.corrector import Near, corrected, fixed, undetermined
-from powertrain.equilibrium.laws import Iterates, LawValues, SteadyLaws
-from powertrain.equilibrium.points import SolvedPoints
+from powertrain.equilibrium.laws import Motion, SteadyLaws
+from powertrain.equilibrium.linearized import Linearized
+from powertrain.equilibrium.points import Iterates, SolvedPoints
 from powertrain.equilibrium.relaxation import relaxed
+from powertrain.equilibrium.rules import Following
 from powertrain.equilibrium.solutions import Solutions
 from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
 
 Matrix = np.ndarray[Any, Any]
 
 
-def by_hand(n: int, count: int, rows: Any, speed: Any, lower: Any, upper: Any) -> SteadyLaws:
+def by_hand(n: int, count: int, rows: Any, speed: Any, lower: Any, upper: Any, may_free: bool = False) -> SteadyLaws:
     """The laws of ``n`` unknowns whose rates are the rows, and of ``count`` frictions; all are functions of (y, tau)."""
     y, tau, modes, none = ca.SX.sym("y", n), ca.SX.sym("tau", count), ca.SX.sym("m", count), ca.SX(0, 1)
-    dae = SimpleNamespace(frictions=[SimpleNamespace(may_free=False)] * count, switches=[], contacts=[])
+    o = ca.SX(0)
+    frictions = [Friction(f"law {k}", "", k, o, o, o, o, o, o, may_free=may_free) for k in range(count)]
+    dae = SimpleNamespace(frictions=frictions, switches=[], contacts=[])
     laws = [ca.SX(ca.densify(ca.SX(e(y, tau)))) for e in (rows, speed, lower, upper)]
     names, rate_of = tuple(f"y{i}" for i in range(n)), np.arange(n)
     given: list[Any] = [dae, none, y, names, np.zeros(n), modes, none, tau, laws[0], rate_of, *laws[1:], none]
@@ -54,7 +59,7 @@ def test_mobilities() -> None:
     """How much a torque moves its own law: its entry of G; what cancels does not move it, and counts as one."""
     G = np.array([[2.0, -0.5, 0.0], [-0.5, 0.25, 0.0], [1.0, 0.0, 0.0]])
     laws, at = sliding(np.zeros((3, 3)))
-    value = laws.values(at)
+    value = laws.motion(at)
     value.speed_[0, :, 1:] = -G
     value.speed_[0, 2, 0] = 1.0
     given, reach, slope = mobilities(value, step([0.0, 0.0, 0.0]))
@@ -69,7 +74,7 @@ def test_mobilities() -> None:
 def test_a_mobility_that_is_round_off_is_none() -> None:
     """The only term of a mobility tells nothing of its size: the round-off of the step does."""
     laws, at = sliding(np.zeros((1, 1)))
-    value = laws.values(at)
+    value = laws.motion(at)
     value.speed_[0] = [1.0, 0.0]
     assert mobilities(value, step([5e-18], unsure=5e-18))[0].all()
     assert not mobilities(value, step([5e-18], unsure=5e-33))[0].any()
@@ -78,12 +83,22 @@ def test_a_mobility_that_is_round_off_is_none() -> None:
 def test_a_motion_that_others_move_and_that_moves_others_is_not_given() -> None:
     """A free unknown takes what the first torque does to its own law: with the second one both are determined, and it yields to that."""
     laws, at = sliding(np.zeros((2, 2)))
-    value = laws.values(at)
+    value = laws.motion(at)
     value.speed_[0] = 0.0
     value.speed_[0, :, 1:] = -np.array([[0.0, 3.0], [0.5, 2.0]])
     given, reach, _ = mobilities(value, step([0.0, 0.0]))
     assert not given.any()
     np.testing.assert_allclose(reach, [[3.0, 2.0]])
+
+
+def test_points_with_equal_slopes_are_found() -> None:
+    """Also if a slope has no value: then every point is on its own."""
+    rows = np.array([[1.0, 2.0], [3.0, 4.0], [1.0, 2.0], [1.0, 2.0 + 1e-15]])
+    first, place = _distinct(rows)
+    assert first.size == 3
+    np.testing.assert_array_equal(rows[first][place], rows)
+    rows[1, 0] = np.nan
+    assert _distinct(rows)[1].tolist() == [0, 1, 2, 3]
 
 
 @pytest.mark.parametrize(("gain", "locked"), [(0.5, False), (0.99, False), (1.0 - 1e-11, True), (-1.0 + 1e-11, True)])
@@ -114,32 +129,34 @@ def test_any_motion_that_nothing_holds_counts(damping: tuple[float, float]) -> N
     assert undetermined(laws, at, near, none).tolist() == [min(damping) < 1e-6]
 
 
-def one_law(speed: float, width: float = 2.0, residual: float = 0.0) -> tuple[SteadyLaws, LawValues, Iterates]:
+def one_law(speed: float, width: float = 2.0, residual: float = 0.0) -> tuple[SteadyLaws, Iterates]:
     """A law whose speed is the difference of two of one rad/s, with limits on both sides of its torque of zero."""
+    laws = by_hand(
+        2,
+        1,
+        rows=lambda y, tau: ca.vertcat(3.0 * y[0] - 2.0 * y[1] - 1.0 - 3.0 * speed + residual, 0.0),
+        speed=lambda y, tau: y[0] - y[1],
+        lower=lambda y, tau: -width / 2,
+        upper=lambda y, tau: width / 2,
+        may_free=True,
+    )
     none = np.zeros((1, 0))
-    values = LawValues(
-        np.full((1, 1), residual), np.array([[speed]]), np.full((1, 1), -width / 2), np.full((1, 1), width / 2), none,
-        np.array([[[3.0, -2.0, 0.0]]]), np.array([[[1.0, -1.0, 0.0]]]), np.zeros((1, 1, 3)), np.zeros((1, 1, 3)),
-        np.zeros((1, 0, 3)),
-    )  # fmt: skip
-    laws = SteadyLaws.__new__(SteadyLaws)
-    laws.unknowns, laws.law_modes, laws.switch_modes = 2, np.array([0]), np.zeros(0, np.intp)
-    laws.may_free, laws.contact = np.ones(1, bool), np.zeros(1, bool)
-    laws.peaks = lambda at: np.ones((len(at.y), 1))  # type: ignore[method-assign]
-    return laws, values, Iterates(none, np.array([[1.0 + speed, 1.0]]), np.zeros((1, 1)), np.zeros((1, 1)))
+    return laws, Iterates(none, np.array([[1.0 + speed, 1.0]]), np.zeros((1, 1)), np.zeros((1, 1)))
+
+
+def following(laws: SteadyLaws, at: Iterates) -> Following:
+    return laws.following(at, np.zeros((1, 1), bool), np.ones((1, 1)))
 
 
 @pytest.mark.parametrize(("width", "mode"), [(5e-11, FREE), (5e-9, STUCK)])
 def test_a_law_is_free_where_its_limits_are_one(width: float, mode: float) -> None:
-    laws, values, at = one_law(0.0, width)
-    assert laws.next_modes(at, values, np.zeros((1, 1), bool), np.ones((1, 1)), None)[0, 0] == mode
+    assert following(*one_law(0.0, width)).modes[0, 0] == mode
 
 
 @pytest.mark.parametrize(("residual", "balanced"), [(5e-7, True), (-5e-7, True), (1e-6, False), (-1e-6, False)])
 def test_equations_are_balanced_by_their_terms(residual: float, balanced: bool) -> None:
     """Of 3 + 2 + 1."""
-    laws, values, at = one_law(0.0, residual=residual)
-    assert laws.balanced(at, values).tolist() == [balanced]
+    assert following(*one_law(0.0, residual=residual)).balanced.tolist() == [balanced]
 
 
 @pytest.mark.parametrize(("small", "degenerate"), [(1e-12, False), (4e-15, True), (0.0, True)])
@@ -151,9 +168,9 @@ def test_equations_that_determine_unknowns_by_round_off_alone(small: float, dege
 
 @pytest.mark.parametrize(("speed", "mode"), [(0.0, STUCK), (2e-10, STUCK), (1e-7, FORWARD), (-1e-7, BACKWARD)])
 def test_rest_is_a_share_of_the_terms(speed: float, mode: float) -> None:
-    laws, values, at = one_law(speed)
-    assert laws.zone(values, at)[0, 0] == pytest.approx(3e-9, rel=1e-6)
-    assert laws.next_modes(at, values, np.zeros((1, 1), bool), np.ones((1, 1)), None)[0, 0] == mode
+    laws, at = one_law(speed)
+    assert Linearized(laws)(at, lossless=False).zone[0, 0] == pytest.approx(3e-9, rel=1e-6)
+    assert following(laws, at).modes[0, 0] == mode
 
 
 @pytest.mark.parametrize(("speed", "differ"), [(5.0, True), (0.0, False)])
@@ -230,16 +247,14 @@ def test_a_motion_is_followed_in_steps_that_grow() -> None:
     """y' = 1 - y: every implicit Euler step is exact, so that each is taken and the lengths grow threefold from 1e-4 to 1e7 s."""
     calls, none = 0, np.zeros((1, 0))
 
-    def values(at: Iterates) -> LawValues:
+    def motion(at: Iterates) -> Motion:
         nonlocal calls
         calls += 1
-        slopes = [np.zeros((1, 0, 1))] * 4
-        return LawValues(1.0 - at.y, none, none, none, none, np.full((1, 1, 1), -1.0), *slopes)
+        return Motion(1.0 - at.y, none, np.full((1, 1, 1), -1.0), np.zeros((1, 0, 1)))
 
     laws = SimpleNamespace(
-        unknowns=1, rates=np.array([0]), rate_of=np.array([0]), values=values,
-        next_modes=lambda at, value, given, side, drive: at.modes,
-    )  # fmt: skip
+        unknowns=1, rates=np.array([0]), rate_of=np.array([0]), motion=motion, following=lambda at, given, side: at
+    )
     end = relaxed(laws, Iterates(none, np.full((1, 1), -300.0), none, none), none.astype(bool), none)  # type: ignore[arg-type]
     assert end.y[0, 0] == pytest.approx(1.0, abs=1e-9)
     assert calls == 2 * (1 + int(np.log(1e11) / np.log(3.0)))

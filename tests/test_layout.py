@@ -55,7 +55,7 @@ ORDER = [
     "analysis: linear_model operating_point reduction perturbation linearization energy_terms quadrature audit",
     "analysis: identity archive cases dispatch sweep sweeping sampling surrogate",
     "equilibrium: fraction points balance placed turning blocks system choices search",
-    "equilibrium: equations laws corrector between relaxation beginnings continuation solutions operating",
+    "equilibrium: equations rules laws linearized corrector between relaxation beginnings continuation solutions operating",
     "steadystate: axes intervals neighbours rowwise results",
     "steadystate: progress dataset steady_map",
     "steadystate: steady gradient function",

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.corrector import Near
-from powertrain.equilibrium.laws import Iterates, LawValues, Mask, SteadyLaws
+from powertrain.equilibrium.laws import Motion, SteadyLaws
+from powertrain.equilibrium.points import Index, Iterates, Mask, taken
 from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import solved
-
-Index = NDArray[np.intp]
 
 SHORT_STEP = 0.1
 """Step [s] after which laws that hold each other share torques by compliance: too short for motions that nothing holds."""
@@ -46,7 +44,7 @@ class EulerStep:
     unsure: Array
 
 
-def euler_step(laws: SteadyLaws, value: LawValues, step: float) -> EulerStep:
+def euler_step(laws: SteadyLaws, value: Motion, step: float) -> EulerStep:
     """A step of implicit Euler of ``step`` seconds.
 
     Where the equations do not determine the unknowns, it is the least-squares step of least length: elimination would let round-off
@@ -55,9 +53,7 @@ def euler_step(laws: SteadyLaws, value: LawValues, step: float) -> EulerStep:
     n = laws.unknowns
     matrix = _euler(laws, value, step)
     right = -np.concatenate([value.rows[:, :, None], value.rows_[:, :, n:]], axis=2)
-    some = np.flatnonzero(
-        _degenerate(matrix) & np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
-    )
+    some = np.flatnonzero(_degenerate(matrix) & np.isfinite(matrix).all(axis=(1, 2)))
     first = _solutions(matrix, right, some)
     correction = _solutions(matrix, right - matrix @ first, some)
     found = first + correction
@@ -66,15 +62,13 @@ def euler_step(laws: SteadyLaws, value: LawValues, step: float) -> EulerStep:
 
 def _solutions(matrix: Array, right: Array, degenerate: Index) -> Array:
     """The solution (point, unknown, side) for every right-hand side; the shortest least-squares solution at ``degenerate`` points."""
-    points, n, sides = right.shape
-    found = solved(np.repeat(matrix, sides, 0), right.transpose(0, 2, 1).reshape(points * sides, n))
-    found = found.reshape(points, sides, n).transpose(0, 2, 1)
+    found = solved(matrix, right)
     size = _row_sizes(matrix[degenerate])
     found[degenerate] = np.linalg.pinv(matrix[degenerate] / size, rcond=1.0 / SINGULAR) @ (right[degenerate] / size)
     return found
 
 
-def _euler(laws: SteadyLaws, value: LawValues, step: float) -> Array:
+def _euler(laws: SteadyLaws, value: Motion, step: float) -> Array:
     matrix = value.rows_[:, :, : laws.unknowns].copy()
     matrix[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / step
     return np.asarray(matrix)
@@ -108,7 +102,7 @@ def _condition_bound(matrix: Array) -> Array:
         return np.asarray(2.0 / np.abs(np.linalg.det(matrix)) * ((matrix**2).sum(axis=(1, 2)) / n) ** (n / 2))
 
 
-def mobilities(value: LawValues, step: EulerStep) -> tuple[Mask, Array, Array]:
+def mobilities(value: Motion, step: EulerStep) -> tuple[Mask, Array, Array]:
     """Laws whose motion is given, the compliances of the others, and the change of all speeds with all torques.
 
     A motion is given if the law's own torque does not move it. A free unknown may absorb the effect of a torque, however: if the load that
@@ -133,21 +127,42 @@ def mobilities(value: LawValues, step: EulerStep) -> tuple[Mask, Array, Array]:
 def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
     """The beginnings for the points of ``grid``, one per row."""
     count = len(grid)
-    start = np.repeat(laws.balance.start[None], count, 0)
-    at = Iterates(grid, start, np.zeros((count, laws.balance.modes.numel())), np.zeros((count, laws.count)))
-    value = laws.values(at, lossless=True)
-    step = euler_step(laws, value, SHORT_STEP)
-    degenerate = _degenerate(_euler(laws, value, SHORT_STEP)) & np.isfinite(step.move).all(axis=1)
+    start = np.repeat(laws.balance.start[:, None], count, 1).T
+    at = Iterates(grid, start, np.zeros((laws.balance.modes.numel(), count)).T, np.zeros((laws.count, count)).T)
+    entries, value = laws.held(at)
+    first, place = _distinct(entries)
+    some = laws.motion_of(taken(entries, first), taken(value, first))
+    degenerate = _degenerate(_euler(laws, some, SHORT_STEP))
     if degenerate.any():  # at rest a ratio moves nothing: start where speeds are as prescribed
-        at.y[degenerate] += step.move[degenerate]
-        value = laws.values(at, lossless=True)
-        step = euler_step(laws, value, SHORT_STEP)
-    given, reach, slope = mobilities(value, step)
-    return Beginnings(at.y, Near(given, COMPLIANCE * reach), _sliding(~given & ~laws.contact, reach, slope, step.along))
+        there = np.flatnonzero(degenerate[place])
+        move = euler_step(laws, laws.motion_of(taken(entries, there), taken(value, there)), SHORT_STEP).move
+        good = np.isfinite(move).all(axis=1)
+        at.y[there[good]] += move[good]
+        entries, value = laws.held(at)
+        first, place = _distinct(entries)
+        some = laws.motion_of(taken(entries, first), taken(value, first))
+    step = euler_step(laws, some, SHORT_STEP)
+    given, reach, slope = mobilities(some, step)
+    sliding = _sliding(~given & ~laws.contact, reach, slope, step.along)
+    near = Near(taken(given, place), taken(COMPLIANCE * reach, place))
+    return Beginnings(at.y, near, taken(sliding, place))
+
+
+def _distinct(entries: Array) -> tuple[Index, Index]:
+    """Points with different slopes, and the place of every point among them: loads and torques on a grid often change no slope."""
+    with np.errstate(all="ignore"):
+        mark = entries @ np.random.default_rng(0).normal(size=entries.shape[1])
+    _, first, place = np.unique(mark, return_index=True, return_inverse=True)
+    if (entries == taken(taken(entries, first), place)).all():
+        return first, place
+    every = np.arange(len(mark))
+    return every, every
 
 
 def _sliding(movable: Mask, reach: Array, slope: Array, along: Array) -> Array:
     """The leading singular vector of the mobilities, each law scaled by its own mobility."""
+    if not movable.any():
+        return np.zeros(along.shape[:2])
     size = np.where(movable, np.sqrt(reach), np.inf)
     even = slope / (size[:, :, None] * size[:, None, :])
     good = np.isfinite(even).all(axis=(1, 2)) & movable.any(axis=1)

@@ -13,8 +13,8 @@ import numpy as np
 
 from powertrain.equilibrium.balance import Balance
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected
-from powertrain.equilibrium.laws import Iterates, Mask, SteadyLaws
-from powertrain.equilibrium.points import SolvedPoints
+from powertrain.equilibrium.laws import SteadyLaws
+from powertrain.equilibrium.points import Iterates, Mask, SolvedPoints
 from powertrain.numerics.buffers import Array
 
 _OPEN = 2.0

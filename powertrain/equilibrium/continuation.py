@@ -23,8 +23,9 @@ import numpy as np
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected, fixed
-from powertrain.equilibrium.laws import Iterates, SteadyLaws
-from powertrain.equilibrium.points import SteadyPoint
+from powertrain.equilibrium.laws import SteadyLaws
+from powertrain.equilibrium.linearized import Linearized
+from powertrain.equilibrium.points import Iterates, SteadyPoint
 from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws, Mask, Point
 from powertrain.modes.friction import FORWARD, STUCK
 from powertrain.modes.tolerances import NO_WIDTH, REST, STILL
@@ -71,17 +72,17 @@ class _StepLaws:
     def __init__(self, laws: SteadyLaws) -> None:
         self.laws, self.count, self.frictions = laws, laws.count, laws.frictions
         self.index, self.switches = laws.law_modes.tolist(), laws.switch_modes.tolist()
-        self.may_free = laws.may_free
+        self.may_free, self.linearized = laws.may_free, Linearized(laws)
 
     def at(self, point: Point, tau: Array) -> _Step:
         """The laws near ``tau``; nan if an equation has no value there."""
         assert isinstance(point, _Trial)
         laws, n = self.laws, point.x.size
         one = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
-        many = laws.values(one, point.lossless)
+        many = self.linearized(one, point.lossless)
         step = euler_step(laws, many, point.step)
         givens, reaches, rate_slopes = mobilities(many, step)
-        zone, v = laws.zone(many, one)[0], type(many)(*(getattr(many, name)[0] for name in many.__dataclass_fields__))
+        v = type(many)(**{name: getattr(many, name)[0] for name in many.__dataclass_fields__})
         move, along, given, reach = step.move[0], step.along[0], givens[0], reaches[0]
 
         def after(value: Array, slope: Array) -> tuple[Array, Array]:
@@ -91,10 +92,10 @@ class _StepLaws:
         (lower, lower_slope), (upper, upper_slope) = after(v.lower, v.lower_), after(v.upper, v.upper_)
         g, g_slope = after(v.g, v.g_)
         yields = COMPLIANCE * reach
-        rate = np.where(given & (np.abs(rate) <= zone), 0.0, rate)
+        rate = np.where(given & (np.abs(rate) <= v.zone), 0.0, rate)
         slopes = rate_slopes[0], lower_slope, upper_slope, g_slope
         peak = np.ones(laws.count)  # the point of breaking loose is not an operating point
-        return _Step(v.speed, rate, lower, upper, peak, reach, yields, g, *slopes, move, along, given, zone)
+        return _Step(v.speed, rate, lower, upper, peak, reach, yields, g, *slopes, move, along, given, v.zone)
 
     def at_rest(self, point: Point, near: LinearLaws, zone: float) -> Mask:
         """The laws whose direction is unknown."""
@@ -116,11 +117,12 @@ class Continuation:
     def solve(
         self, grid: Array, start: Array, side: Array, within: Callable[[SteadyPoint], bool]
     ) -> SteadyPoint | None:
-        """A solution for values of the grid from a start of the unknowns; ``side`` as in ``SteadyLaws.next_modes``.
+        """A solution for values of the grid from a start of the unknowns; ``side`` as in ``SteadyLaws.following``.
 
         If Newton's method leads to a root beyond the limits of the model, such as a battery's low voltage, continuation steps follow.
         """
         laws, every = self.laws, np.ones(self.laws.count, bool)
+        self._steps.linearized.set_common(laws.common)
         modes = np.zeros(laws.balance.modes.numel())
         first = _Trial(0.0, start, np.zeros(0), modes, grid, FIRST_STEP, True, every)
         for attempt in self._held, self._settled:
@@ -140,8 +142,7 @@ class Continuation:
         """The solution of the semismooth Newton method with all laws initially stuck."""
         near = self._near(point.p)
         here = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
-        value = self.laws.values(here, point.lossless)
-        modes = self.laws.next_modes(here, value, near.given[None], side[None], None)[0]
+        modes = self.laws.following(here, near.given[None], side[None], lossless=point.lossless).modes[0].copy()
         modes[self.laws.tied_modes] = FORWARD
         return self._corrected(replace(point, m=modes), tau, side)
 
@@ -176,7 +177,7 @@ class Continuation:
             )
             if fine[0]:
                 return SteadyPoint(end.y[0], end.modes[0], end.tau[0], near.given, near.yields)
-            value = laws.values(here, point.lossless)
+            value = self._steps.linearized(here, point.lossless)
             m[laws.switch_modes] = value.g[0] > 0.0
             turned = np.sign(value.speed[0]) * np.sign(step.speed) < 0
             stuck = np.where(laws.contact, m[laws.law_modes] == 1.0, m[laws.law_modes] == STUCK)

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.equilibrium.laws import Iterates, LawValues, Mask, SteadyLaws
+from powertrain.equilibrium.laws import SteadyLaws
+from powertrain.equilibrium.points import Iterates, Mask, taken
+from powertrain.equilibrium.rules import Following
 from powertrain.modes.friction import BACKWARD, FORWARD, STUCK
 from powertrain.modes.tolerances import LOCKED, NEUTRAL, STILL
-from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import HALVINGS, newton, relative
 
@@ -35,7 +36,7 @@ class Near:
 
     def some(self, which: NDArray[np.intp]) -> Near:
         """The values of some of the points."""
-        return Near(self.given[which], self.yields[which])
+        return Near(taken(self.given, which), taken(self.yields, which))
 
 
 def corrected(
@@ -51,62 +52,67 @@ def corrected(
 
     ``near`` and ``side`` have one row per point.
     """
-    done, y, modes, tau = np.zeros(len(at.y), bool), at.y.copy(), at.modes.copy(), at.tau.copy()
-    active, before = np.arange(len(y)), np.full(modes.shape, np.nan)
+    active, here, before, done = np.arange(len(at.y)), at, None, np.zeros(len(at.y), bool)
+    y, modes, tau = at.y, at.modes, at.tau
     for _ in range(changes):
-        here = Iterates(at.grid[active], y[active], modes[active], tau[active])
-        there = Near(near.given[active], near.yields[active])
-        begun = here
-        here, fine = _solutions(laws, begun, there, side[active], lossless, CORRECTIONS, 0)
+        begun, n = here, len(active)
+        here, fine = _solutions(laws, begun, near, side, lossless, CORRECTIONS, 0)
         if not fine.all():
             some = np.flatnonzero(~fine)
             end, found = _solutions(
-                laws, begun.some(some), there.some(some), side[active][some], lossless, DAMPED, HALVINGS
+                laws, begun.some(some), near.some(some), taken(side, some), lossless, DAMPED, HALVINGS
             )
             here.y[some[found]], here.tau[some[found]], fine[some[found]] = end.y[found], end.tau[found], True
-        value = laws.values(here, lossless)
-        drive = _share(laws, here, there, side[active], lossless, value)
-        y[active], tau[active] = here.y, here.tau
-        new = laws.next_modes(here, value, there.given, side[active], drive if firm else None)
+        after = _shared(laws, here, near, side, lossless, firm)
+        now, new = here.modes, after.modes
         if lossless:  # the direction of these laws makes no difference
-            here.modes[:, laws.tied_modes] = new[:, laws.tied_modes] = np.where(
-                value.speed[:, laws.tied] < 0.0, BACKWARD, FORWARD
-            )
-        same = (new == here.modes).all(axis=1)
-        done[active] = same & fine & laws.balanced(here, value)
+            now = now.copy(order="K")
+            now[:, laws.tied_modes] = new[:, laws.tied_modes]
+        same = (new == now).all(axis=1)
+        done[active] = same & fine & after.balanced
         go = ~same & np.isfinite(here.y).all(axis=1) & np.isfinite(here.tau).all(axis=1)
-        go &= (new != before[active]).any(axis=1)  # not cycling
-        before[active], active = here.modes, active[go]
-        modes[active] = new[go] if changes > 1 else modes[active]
-        if not active.size:
+        if before is not None:
+            go &= (new != before).any(axis=1)  # not cycling
+        left = np.flatnonzero(go)
+        following = np.where(go[:, None], new, begun.modes) if changes > 1 else begun.modes
+        if n == len(y):
+            y, modes, tau = here.y, following, here.tau
+        else:
+            y[active], modes[active], tau[active] = here.y, following, here.tau
+        if not left.size:
             break
+        active, before, near, side = active[left], taken(now, left), near.some(left), taken(side, left)
+        here = Iterates(begun.grid, here.y, new, here.tau).some(left)
     return Iterates(at.grid, y, modes, tau), done
 
 
-def _share(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool, value: LawValues) -> Array:
-    """The rate of each law against its own compliance; updates ``at`` and ``value`` to the torques that compliance gives stuck laws.
+def _shared(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool, firm: bool) -> Following:
+    """What follows; updates ``at`` to the torques that compliance gives stuck laws.
 
-    Computed only if it matters: if several laws are stuck, or if one is stuck and another slides at rest.
+    This matters only if several laws are stuck, or if one is stuck and another slides at rest. ``firm``: a law that slides at rest against
+    its rate sticks.
     """
-    n, drive, mode = laws.unknowns, np.zeros_like(at.tau), at.modes[:, laws.law_modes]
+    n, mode = laws.unknowns, at.modes[:, laws.law_modes]
+    after = laws.following(at, near.given, side, None, lossless)
     stuck = (mode == np.where(laws.contact, 1.0, STUCK)) & ~near.given
-    slides = laws.may_free & ((mode == FORWARD) | (mode == BACKWARD)) & (np.abs(value.speed) <= laws.zone(value, at))
+    slides = laws.may_free & ((mode == FORWARD) | (mode == BACKWARD)) & after.still
     several = (stuck.sum(axis=1) > 1) | (stuck.any(axis=1) & slides.any(axis=1))
     some = np.flatnonzero(several & np.isfinite(at.y).all(axis=1))
     if not some.size:
-        return drive
-    here, there, near_value = at.some(some), near.some(some), value.some(some)
-    entries, left = laws.equations(fixed(laws, here, there, side[some], lossless), here.z)
+        return after
+    side, here, there = taken(side, some), at.some(some), near.some(some)
+    motion = laws.motion(here)
+    entries, left = laws.equations(fixed(laws, here, there, side, lossless), here.z)
     left[:, n:] -= stuck[some] * there.yields * here.tau
     step = laws.equations.solver(entries)(-left)
     tau = here.tau + step[:, n:]
-    creep = near_value.speed + np.einsum("pij,pj->pi", near_value.speed_, step)
-    drive[some] = creep - there.yields * tau
+    creep = motion.speed + np.einsum("pij,pj->pi", motion.speed_, step)
+    drive = creep - there.yields * tau if firm else None
     shared = Iterates(here.grid, here.y, here.modes, tau)
-    end, _ = _solutions(laws, shared, there, side[some], lossless, PROXIMAL, 0)
+    end, _ = _solutions(laws, shared, there, side, lossless, PROXIMAL, 0)
     at.y[some], at.tau[some] = end.y, end.tau
-    value.put(some, laws.values(end, lossless))
-    return drive
+    after.put(some, laws.following(end, there.given, side, drive, lossless))
+    return after
 
 
 def _solutions(
@@ -118,7 +124,7 @@ def _solutions(
     given, every = fixed(laws, at, near, side, lossless), np.arange(len(at.y))
 
     def equations(which: NDArray[np.intp], z: Array) -> tuple[Array, Array]:
-        return laws.equations(given if np.array_equal(which, every) else given.take(which, axis=1), z)
+        return laws.equations(given if np.array_equal(which, every) else [row.take(which) for row in given], z)
 
     def sizes(z: Array) -> Array:
         size = relative(z)
@@ -157,7 +163,7 @@ def undetermined(laws: SteadyLaws, at: Iterates, near: Near, side: Array) -> Mas
 
 def fixed(
     laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool = False, length: float = LAST_STEP
-) -> Rows:
+) -> list[Array]:
     """Everything constant while unknowns and torques are solved for: the first argument of ``laws.equations``."""
     kinds = laws.kinds(at, near.given, side, lossless)
     return laws.equations.given(at.grid, at.modes, kinds, near.yields, length)

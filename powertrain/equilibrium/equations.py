@@ -16,7 +16,7 @@ import numpy as np
 
 from powertrain.equilibrium.balance import Balance
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.batch import Columns, Rows
+from powertrain.numerics.batch import Columns, picked
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.elimination import Pattern
 from powertrain.numerics.newton import Solver
@@ -58,15 +58,14 @@ class Equations:
         """Parameters and inputs that are the same for all points."""
         self._columns.set_common(values)
 
-    def given(self, grid: Array, modes: Array, kinds: Array, yields: Array, length: float) -> Rows:
-        """Everything constant while z changes, one column per point; the arguments have one row per point, except the step length h."""
-        whole = np.hstack([grid, modes, kinds, yields, np.full((len(grid), 1), length)])
-        return np.array(whole.T[self._given], order="C")
+    def given(self, grid: Array, modes: Array, kinds: Array, yields: Array, length: float) -> list[Array]:
+        """Everything constant while z changes, one row per quantity; the arguments have one row per point, except the step length h."""
+        return picked([grid, modes, kinds, yields, np.full((len(grid), 1), length)], self._given)
 
-    def __call__(self, given: Rows, z: Array) -> tuple[Array, Array]:
+    def __call__(self, given: list[Array], z: Array) -> tuple[Array, Array]:
         """The entries of the matrix for ``solver``, and the values, one row per point, of ``given`` for the same points."""
         with np.errstate(all="ignore"):
-            found = self._columns.of_needed(np.vstack([given, z.T[self._moving]]))
+            found = self._columns.of_needed([*given, *picked([z], self._moving)], len(z))
         return found[: self._size].T, found[self._size :].T
 
     def solver(self, entries: Array) -> Solver:

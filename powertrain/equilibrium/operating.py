@@ -79,9 +79,9 @@ class Solver:
             points = self._by_groups(grid, side) if together is None else self._together(together, grid, side)
             if together is not None:
                 self._limit(grid, points)
-            known = np.vstack([grid, points.u, points.modes])
-            points.status[~(np.abs(self._speeds(known)) <= INFINITE).all(axis=0)] = IMMOVABLE
-            locked = ~(np.abs(self._torques(known)[::3]) <= INFINITE)
+            known = [grid.T, points.u.T, points.modes.T]
+            points.status[~(np.abs(self._speeds.of_points(known)) <= INFINITE).all(axis=0)] = IMMOVABLE
+            locked = ~(np.abs(self._torques.of_points(known)[::3]) <= INFINITE)
             points.status[(points.status == OK) & locked.any(axis=0)] = NONE
         points.involved[: len(locked), points.status == NONE] |= locked[:, points.status == NONE]
         points.involved[:, (points.status == OK) | (points.status == IMMOVABLE)] = False
@@ -155,7 +155,7 @@ class Solver:
         if self._guards is None or not len(grid):
             return np.ones(len(grid), bool)
         u = self._unknowns(self.problem.balance, found)
-        return np.asarray((self._guards(np.vstack([grid.T, u, found.modes.T])) >= 0.0).all(axis=0))
+        return np.asarray((self._guards.of_points([grid, u.T, found.modes]) >= 0.0).all(axis=0))
 
     def _limit(self, grid: Rows, points: Points) -> None:
         """Laws at rest share a torque by compliance; what exceeds the static limit of one law is passed on to the others."""
@@ -163,10 +163,10 @@ class Solver:
         modes, candidates = points.modes[:count], ~points.rest[:count] & (points.status == OK)
         slides = (modes == FORWARD) | (modes == BACKWARD)
         if (held := self._shared[:, None] & candidates & slides).any():
-            still = np.abs(self._speeds(np.vstack([grid, points.u, points.modes]))[:count]) <= ZONE
+            still = np.abs(self._speeds.of_points([grid.T, points.u.T, points.modes.T])[:count]) <= ZONE
             modes[held & still] = STUCK
         for _ in range(count):
-            found = self._torques(np.vstack([grid, points.u, points.modes]))
+            found = self._torques.of_points([grid.T, points.u.T, points.modes.T])
             torque, lower, upper = found[::3], found[1::3], found[2::3]
             known = balance_tolerance(np.abs(torque).max(axis=0, initial=0.0))
             stuck = candidates & (modes == STUCK)
@@ -178,5 +178,5 @@ class Solver:
     def values(self, grid: Rows, points: Points) -> tuple[Rows, Mask]:
         """The requested values, and which guards are violated."""
         with np.errstate(all="ignore"):
-            found = self._values(np.vstack([grid, points.u, points.modes]))
+            found = self._values.of_points([grid.T, points.u.T, points.modes.T])
         return found[: self.wanted], ~(found[self.wanted :] >= 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,15 @@ from powertrain.numerics.buffers import Array
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
+T = TypeVar("T", bound=np.generic)
+
 OK, STUCK_POINT, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED = range(8)
+
+
+def taken(values: NDArray[T], which: Index | Mask) -> NDArray[T]:
+    """Some rows; the columns of the result are contiguous, as those of all arrays with one row per point should be, for speed."""
+    index = np.flatnonzero(which) if which.dtype == bool else which
+    return values.T.take(index, axis=-1).T
 
 
 @dataclass(frozen=True)
@@ -23,6 +32,25 @@ class Look:
 
     side: int | None = None
     first: bool = False
+
+
+@dataclass(frozen=True)
+class Iterates:
+    """Iterates, one per row: grid values, unknowns, modes (of frictions, switches, contacts), torques (minus forces)."""
+
+    grid: Array
+    y: Array
+    modes: Array
+    tau: Array
+
+    @property
+    def z(self) -> Array:
+        """Unknowns and torques."""
+        return np.concatenate([self.y, self.tau], axis=1)
+
+    def some(self, which: Index | Mask) -> Iterates:
+        """Some of them."""
+        return Iterates(*(taken(getattr(self, f.name), which) for f in fields(self)))
 
 
 @dataclass(frozen=True)
@@ -49,12 +77,13 @@ class SolvedPoints:
 
     def some(self, which: Index | Mask) -> SolvedPoints:
         """A subset of them."""
-        return SolvedPoints(*(getattr(self, f.name)[which] for f in fields(self)))
+        return SolvedPoints(*(taken(getattr(self, f.name), which) for f in fields(self)))
 
     def take(self, which: Mask, other: SolvedPoints) -> None:
         """Copy some of the other solutions."""
         for f in fields(self):
-            getattr(self, f.name)[which] = getattr(other, f.name)[which]
+            mine = getattr(self, f.name)
+            np.copyto(mine, getattr(other, f.name), where=which.reshape(-1, *[1] * (mine.ndim - 1)))
 
     def put(self, p: int | Index, found: SteadyPoint | SolvedPoints) -> None:
         """Copy one solution, or some."""

@@ -14,7 +14,8 @@ from __future__ import annotations
 import numpy as np
 
 from powertrain.equilibrium.corrector import LAST_STEP
-from powertrain.equilibrium.laws import Iterates, Mask, SteadyLaws
+from powertrain.equilibrium.laws import SteadyLaws
+from powertrain.equilibrium.points import Iterates, Mask
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import solved
 
@@ -31,13 +32,13 @@ def relaxed(laws: SteadyLaws, at: Iterates, given: Mask, side: Array) -> Iterate
     length, active = np.full(len(y), FIRST), np.arange(len(y))
     for _ in range(STEPS):
         here = Iterates(at.grid[active], y[active], modes[active], at.tau[active])
-        value = laws.values(here)
-        modes[active] = laws.next_modes(here, value, given[active], side[active], None)
-        matrix = value.rows_[:, :, :n].copy()
+        motion = laws.motion(here)
+        modes[active] = laws.following(here, given[active], side[active]).modes
+        matrix = motion.rows_[:, :, :n].copy()
         matrix[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / length[active, None]
-        step = solved(matrix, -value.rows)
+        step = solved(matrix, -motion.rows)
         there = Iterates(here.grid, here.y + step, modes[active], here.tau)
-        defect = laws.values(there).rows
+        defect = laws.motion(there).rows
         defect[:, laws.rates] -= step[:, laws.rate_of[laws.rates]] / length[active, None]
         scale = 1.0 + np.abs(here.y)
         size, left = (np.abs(v / scale).max(axis=1, initial=0.0) for v in (step, solved(matrix, -defect)))

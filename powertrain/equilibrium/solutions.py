@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +18,12 @@ from scipy.spatial import KDTree
 from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation
 from powertrain.equilibrium.corrector import CHANGES, Near, corrected, undetermined
-from powertrain.equilibrium.laws import Iterates, Mask, SteadyLaws
-from powertrain.equilibrium.points import SolvedPoints, SteadyPoint
+from powertrain.equilibrium.laws import SteadyLaws
+from powertrain.equilibrium.points import Index, Iterates, Mask, SolvedPoints, SteadyPoint, taken
 from powertrain.equilibrium.relaxation import relaxed
 from powertrain.modes.friction import BACKWARD, STUCK
-from powertrain.modes.tolerances import NO_WIDTH, SAME
+from powertrain.modes.tolerances import SAME
 from powertrain.numerics.buffers import Array
-
-Index = NDArray[np.intp]
 
 SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
 """Sliding speeds of laws at the starts, in rad/s or m/s."""
@@ -52,13 +50,18 @@ class Solutions:
     """
 
     def __init__(self, laws: SteadyLaws, within: Callable[[Array, SolvedPoints], Mask]) -> None:
-        self.laws, self.within, self.continuation = laws, within, Continuation(laws)
+        self.laws, self.within = laws, within
+
+    @cached_property
+    def _continuation(self) -> Continuation:
+        """For the points at which Newton's method fails; most maps have none."""
+        return Continuation(self.laws)
 
     def solve(self, grid: Array, side: Array) -> Best:
-        """The points of ``grid``, one per row; ``side`` as in ``SteadyLaws.next_modes``, one row per point."""
+        """The points of ``grid``, one per row; ``side`` as in ``SteadyLaws.following``, one row per point."""
         laws, count = self.laws, len(grid)
         number = np.zeros(count, np.intp)
-        differing = np.zeros((count, laws.balance.modes.numel()), bool)
+        differing = np.zeros((laws.balance.modes.numel(), count), bool).T
         start = beginnings(laws, grid)
         best, beyond, begun = self._nothing(start.near), self._nothing(start.near), list[Array]()
         for speed in SPEEDS if start.sliding.any() else SPEEDS[:1]:
@@ -79,18 +82,18 @@ class Solutions:
         number[best.done & (number == 0)] = 1
         known = np.flatnonzero(best.done)
         at = Iterates(grid, best.y, best.modes, best.tau).some(known)
-        value, near = laws.values(at), Near(best.given, best.yields).some(known)
-        number[known[undetermined(laws, at, near, side[known])]] = 2
-        still = np.abs(value.speed) <= laws.zone(value, at)
-        rest = np.zeros_like(best.given)
-        rest[known] = near.given & still & (value.upper - value.lower > NO_WIDTH)
+        near, sides = Near(best.given, best.yields).some(known), taken(side, known)
+        number[known[undetermined(laws, at, near, sides)]] = 2
+        after, rest = laws.following(at, near.given, sides), np.zeros_like(best.given)
+        rest[known] = near.given & after.still & after.open
         return Best(best, number, rest, differing)
 
     def _nothing(self, near: Near) -> SolvedPoints:
         laws, count = self.laws, len(near.given)
         sizes = laws.unknowns, laws.balance.modes.numel(), laws.count
-        y, modes, tau = (np.zeros((count, n)) for n in sizes)
-        return SolvedPoints(np.zeros(count, bool), y, modes, tau, near.given.copy(), near.yields.copy())
+        y, modes, tau = (np.zeros((n, count)).T for n in sizes)
+        given, yields = near.given.copy(order="K"), near.yields.copy(order="K")
+        return SolvedPoints(np.zeros(count, bool), y, modes, tau, given, yields)
 
     def _from(self, first: Array, grid: Array, side: Array, near: Near, begun: list[Array]) -> SolvedPoints:
         """The solutions from one start with the modes implied by its speeds; none at points where another start had these modes."""
@@ -98,23 +101,22 @@ class Solutions:
         found = self._nothing(near)
         found.y += first
         at = Iterates(grid, found.y, found.modes, found.tau)
-        modes = laws.next_modes(at, laws.values(at), found.given, side, None)
+        modes = laws.following(at, found.given, side).modes
         seen = np.zeros(count, bool)
         for other in begun:
             seen |= (modes == other).all(axis=1)
         new = np.flatnonzero(~seen)
         begun.append(modes)
         found.modes[:] = modes
-        some = Near(found.given[new], found.yields[new])
-        start = Iterates(grid[new], found.y[new], modes[new], found.tau[new])
-        end, found.done[new] = corrected(laws, start, some, side[new], changes=CHANGES, firm=True)
+        start, some = Iterates(grid, found.y, modes, found.tau).some(new), near.some(new)
+        end, found.done[new] = corrected(laws, start, some, taken(side, new), changes=CHANGES, firm=True)
         found.y[new], found.modes[new], found.tau[new] = end.y, end.modes, end.tau
         return found
 
     def _leave(self, found: SolvedPoints, beyond: SolvedPoints, grid: Array) -> None:
         """Move solutions beyond a limit of the model from ``found`` to ``beyond``."""
-        out = found.done.copy()
-        out[out] = ~self.within(grid[out], found.some(out))
+        out, done = found.done.copy(), np.flatnonzero(found.done)
+        out[done] = ~self.within(taken(grid, done), found.some(done))
         beyond.take(out, found)
         found.done[out] = False
 
@@ -153,7 +155,7 @@ class Solutions:
                 continue
             p = int(left[0])
             within = partial(self._one_within, grid[p])
-            one = self.continuation.solve(grid[p], self.laws.balance.start, side[p], within)
+            one = self._continuation.solve(grid[p], self.laws.balance.start, side[p], within)
             if one is None:
                 failed[p] = True
             else:
@@ -178,8 +180,7 @@ class Solutions:
     def _differ(self, grid: Array, one: SolvedPoints, other: SolvedPoints) -> Mask:
         """Whether two solutions differ in unknowns, or in the torque of a sliding law."""
         at = Iterates(grid, one.y, one.modes, one.tau)
-        value = self.laws.values(at)
-        slides = np.abs(value.speed) > self.laws.zone(value, at)
+        slides = ~self.laws.following(at, one.given, np.ones_like(one.tau)).still
         y = np.abs(one.y - other.y) > SAME * (1.0 + np.abs(one.y))
         large = 1.0 + np.abs(one.tau).max(axis=1, initial=0.0)
         tau = slides & (np.abs(one.tau - other.tau) > SAME * large[:, None])

@@ -1,7 +1,7 @@
 """The unilateral contact: everything that follows from its record, ``Contact``.
 
 Its equation in each mode (open: no force; closed: no acceleration of the gap) is in ``powertrain.compiler.torques``, its impacts in
-``powertrain.modes.discontinuities``, its rule for many operating points at once in ``powertrain.equilibrium.laws``.
+``powertrain.modes.discontinuities``.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ def pressure_margin(law: Contact) -> ca.SX:
     return law.force + law.hysteresis
 
 
-def gap_margin(law: Contact) -> ca.SX:
+def gap_margin(law: Contact, known: ca.SX | float = EPS) -> ca.SX:
     """Gap of an open contact; including the hysteresis."""
-    return law.gap + EPS
+    return law.gap + known
 
 
 def approaching(law: Contact) -> ca.SX:
@@ -70,3 +70,12 @@ def steady_margins(law: Contact, moved: bool) -> dict[float, ca.SX]:
     """
     closed = pressure_margin(law) if moved else ca.fmin(pressure_margin(law), ZONE - ca.fabs(law.gap))
     return {CLOSED: closed, OPEN: gap_margin(law)}
+
+
+def next_steady_mode(law: Contact, mode: ca.SX, zone: ca.SX) -> ca.SX:
+    """The mode that follows at an iterate of a steady state; ``zone`` is the uncertainty of the gap.
+
+    A closed contact opens if its force would pull, or if its sides are apart.
+    """
+    stays = ca.logic_and(pressure_margin(law) >= 0, law.gap <= zone)
+    return ca.if_else(mode == CLOSED, stays, gap_margin(law, zone) < 0)

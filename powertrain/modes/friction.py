@@ -1,10 +1,10 @@
 """The friction law: everything that follows from its record, ``Friction``.
 
 In turn: its torque in each mode; the margins of its modes; which of them is watched during a step; the mode that follows at an event; and
-the modes that hold at a steady state, where nothing accelerates.
+the modes that hold, and the mode that follows, at a steady state, where nothing accelerates.
 
 The torques of all laws together are solved in ``powertrain.compiler.torques``, the modes of all laws in
-``powertrain.modes.complementarity``, and both for many operating points at once in ``powertrain.equilibrium.laws``. A direction without a
+``powertrain.modes.complementarity``, and both for many operating points at once in ``powertrain.equilibrium``. A direction without a
 torque limit is also a ``Barrier`` (``HybridDae.barriers``).
 """
 
@@ -50,7 +50,7 @@ def stuck_margin(law: Friction) -> ca.SX:
     return ca.fmin(*torque_margins(law))
 
 
-def speed_margin(law: Friction, mode: ca.SX | float, known: float) -> ca.SX:
+def speed_margin(law: Friction, mode: ca.SX | float, known: ca.SX | float) -> ca.SX:
     """A law slides in the direction of its speed."""
     return mode * law.w + known
 
@@ -139,13 +139,22 @@ def next_mode(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> ca.
 def _moved(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
     """The next mode of a law that its torque moves: by its speed, and near rest by its torque if stuck, by its rate if sliding."""
     mode, w = dae.m[law.index], law.w
-    below, above = torque_margins(law)
     zone = ca.SX(1) if law.algebraic else ca.logic_or(ca.fabs(w) <= ZONE, _error(law, mode, jumped))
     still = ca.SX(1) if law.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
     sign = ca.if_else(w > 0, FORWARD, BACKWARD)
-    stuck = ca.if_else(above <= 0, FORWARD, ca.if_else(below <= 0, BACKWARD, STUCK))
-    loose = ca.if_else(_slides_on(dae, law, slack), mode, STUCK)
-    return ca.if_else(mode == STUCK, ca.if_else(still, stuck, sign), ca.if_else(zone, loose, sign))
+    loose = _sliding(mode, _slides_on(dae, law, slack))
+    return ca.if_else(mode == STUCK, ca.if_else(still, _stuck(law), sign), ca.if_else(zone, loose, sign))
+
+
+def _stuck(law: Friction) -> ca.SX:
+    """The next mode of a stuck law at rest: by its torque."""
+    below, above = torque_margins(law)
+    return ca.if_else(above <= 0, FORWARD, ca.if_else(below <= 0, BACKWARD, STUCK))
+
+
+def _sliding(mode: ca.SX, slides: ca.SX) -> ca.SX:
+    """The next mode of a sliding law at rest, given whether it slides on."""
+    return ca.if_else(slides, mode, STUCK)
 
 
 def _slides_on(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
@@ -235,6 +244,22 @@ def _steady_sliding(law: Friction, mode: float) -> ca.SX:
 
 def _at_rest(law: Friction) -> ca.SX:
     return ZONE - ca.fabs(law.w)
+
+
+def next_steady_mode(law: Friction, mode: ca.SX, zone: ca.SX, drive: ca.SX, side: ca.SX, given: ca.SX) -> ca.SX:
+    """The mode that follows at an iterate of a steady state: as in a run, with the speed in place of the rate.
+
+    The law has the speed, torque and limits of the iterate, and their uncertainties: ``zone`` is that of its speed. A law that slides at
+    zero speed is held by others; if it may be free, it sticks where ``drive``, its rate against its own compliance, is against its mode.
+    Where its motion is ``given``, it rests at the ``side`` from which rest is approached.
+    """
+    rests, sign = ca.fabs(law.w) <= zone, ca.sign(law.w)
+    slides = speed_margin(law, mode, zone) >= 0
+    if law.may_free:
+        slides = ca.logic_and(slides, ca.logic_not(ca.logic_and(rests, mode * drive < 0)))
+    moved = ca.if_else(ca.fabs(mode) == 1, _sliding(mode, slides), ca.if_else(rests, _stuck(law), sign))
+    new = ca.if_else(given, ca.if_else(rests, side, sign), moved)
+    return ca.if_else(width_margin(law) <= 0, FREE, new) if law.may_free else new
 
 
 def steady_rest(law: Friction) -> ca.SX:

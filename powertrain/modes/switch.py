@@ -32,9 +32,18 @@ def next_mode(dae: HybridDae, law: Switch, fires: ca.SX | None) -> ca.SX:
     """The other mode if the margin has failed; ``fires``: whether the instant of the law is now, if that is known."""
     old = dae.m[law.index]
     if fires is None:
-        return ca.if_else(margin(dae, law) <= 0, 1 - old, old)
-    new = ca.if_else(condition_margin(old, in_time(dae, law.g)) <= 0, 1 - old, old)
+        return _kept(old, margin(dae, law))
+    new = _kept(old, condition_margin(old, in_time(dae, law.g)))
     return ca.if_else(fires, ca.jacobian(law.g, dae.t) > 0, new)
+
+
+def next_steady_mode(mode: ca.SX, g: ca.SX, known: ca.SX) -> ca.SX:
+    """The mode that follows at an iterate of a steady state; a condition that is zero, within ``known``, keeps its side."""
+    return _kept(mode, condition_margin(mode, g, known))
+
+
+def _kept(mode: ca.SX, margin: ca.SX) -> ca.SX:
+    return ca.if_else(margin <= 0, 1 - mode, mode)
 
 
 def steady_margins(law: Switch) -> dict[float, ca.SX]:

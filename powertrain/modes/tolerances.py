@@ -5,9 +5,13 @@ Numbers that control a method (pivots, ranks, step sizes) are defined where they
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
+
+Size = TypeVar("Size", ca.SX, NDArray[np.float64])
 
 # Speeds, gaps, conditions
 EPS = 1e-10
@@ -101,10 +105,9 @@ def alone_tolerance(largest: ca.SX) -> ca.SX:
     return LEAST_TORQUE + ALONE * largest
 
 
-def balance_tolerance(largest: NDArray[np.float64]) -> NDArray[np.float64]:
+def balance_tolerance(largest: Size) -> Size:
     """Uncertainty of the torques at an operating point, of which ``largest`` is the largest."""
-    found: NDArray[np.float64] = RESOLVED * (1.0 + largest)
-    return found
+    return RESOLVED * (1.0 + largest)
 
 
 def condition_tolerance(torques: ca.SX, largest: ca.SX) -> ca.SX:

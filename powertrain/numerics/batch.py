@@ -9,7 +9,7 @@ in ``powertrain.numerics.buffers`` is for one point.
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -102,12 +102,17 @@ class Tape:
 
     def __call__(self, rows: Rows) -> Rows:
         """One row per output for one row per varying scalar."""
-        count = rows.shape[1]
+        return self.of_rows(rows, rows.shape[1])
+
+    def of_rows(self, rows: Iterable[Array], count: int) -> Rows:
+        """The same for separate rows of ``count`` values."""
+        rows = list(rows)
         result = np.empty((self.outputs, count))
         given, found, bound = self._block
         for first in range(0, count, self.lanes):
             last = min(first + self.lanes, count)
-            given[:, : last - first], given[:, last - first :] = rows[:, first:last], rows[:, last - 1 : last]
+            for lane, row in zip(given, rows, strict=True):
+                lane[: last - first], lane[last - first :] = row[first:last], row[last - 1]
             bound.call()
             result[:, first:last] = found[:, : last - first]
         return result
@@ -147,17 +152,27 @@ class Columns:
 
     def __call__(self, rows: Rows) -> Rows:
         """One row per output for one row per varying scalar."""
-        return self.of_needed(rows[self.needed])
+        return self.of_needed([rows[k] for k in self.needed], rows.shape[1])
 
-    def of_needed(self, rows: Rows) -> Rows:
-        """The same for only those rows that are needed."""
-        lanes = 0 if self._compile else _MANY if rows.shape[1] > _MANY // 4 else _FEW
+    def of_points(self, parts: Sequence[NDArray[Any]]) -> Rows:
+        """The same for arrays with one row per point, side by side."""
+        return self.of_needed(picked(parts, self.needed), len(parts[0]))
+
+    def of_needed(self, rows: Iterable[Array], count: int) -> Rows:
+        """The same for only those rows that are needed, of ``count`` points."""
+        lanes = 0 if self._compile else _MANY if count > _MANY // 4 else _FEW
         if lanes not in self._tapes:
             self._tapes[lanes] = column_tape(
                 self._name, self._arguments, self._common, self._outputs, lanes or _MANY, self._compile
             )
             self._tapes[lanes].set_common(self._values)
-        return self._tapes[lanes](rows)
+        return self._tapes[lanes].of_rows(rows, count)
+
+
+def picked(parts: Sequence[NDArray[Any]], which: NDArray[np.intp]) -> list[Array]:
+    """Some columns of arrays that have one row per point, counted through all arrays; not copied if they are contiguous."""
+    columns = [values for part in parts for values in part.T]
+    return [np.ascontiguousarray(columns[k], np.float64) for k in which]
 
 
 def column_tape(

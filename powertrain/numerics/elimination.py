@@ -36,16 +36,17 @@ class Pattern:
                 return solved(self.dense(entries), right)
             found = np.full(right.shape[::-1], np.nan).T
             left = self._eliminate(entries.T, right.T, found.T)
-            found[left] = solved(self.dense(entries[left]), right[left])
+            if left.size:
+                found[left] = solved(self.dense(entries[left]), right[left])
             return found
 
         return solve
 
     def dense(self, entries: Array) -> Array:
-        """The matrices as dense arrays."""
-        full = np.zeros((len(entries), self.size, self.size))
-        full[:, self.rows, self.columns] = entries
-        return full
+        """The matrices as dense arrays; the same entry of all matrices is contiguous."""
+        full = np.zeros((self.size, self.size, len(entries)))
+        full[self.rows, self.columns] = entries.T
+        return full.transpose(2, 0, 1)
 
     def _eliminate(self, entries: Array, right: Array, found: Array) -> Index:
         """Solve systems, one per column, into ``found``; return those that remain."""

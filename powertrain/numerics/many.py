@@ -51,7 +51,7 @@ class Many:
             return found
         self._many.set_common(common)
         varying = [a.reshape(len(found), -1)[:, k] for a, k in self._needed(points)]
-        found[:, self._places] = self._many.of_needed(np.array(varying).reshape(-1, len(found))).T
+        found[:, self._places] = self._many.of_needed(varying, len(found)).T
         return found
 
     def _needed(self, points: Sequence[Array]) -> Iterator[tuple[Array, int]]:

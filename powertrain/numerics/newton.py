@@ -38,22 +38,24 @@ def relative(z: Array) -> Array:
 def solved(matrix: Array, right: Array) -> Array:
     """The solutions of many small systems with rows scaled to one; the shortest one for a singular matrix, nan for missing values.
 
-    One matrix serves any number of right-hand sides.
+    One matrix serves any number of systems. ``right`` has one row per system, or one matrix with a column for each right-hand side.
     """
+    if right.ndim == 2:
+        return solved(matrix, right[:, :, None])[:, :, 0]
     matrix = np.broadcast_to(matrix, (len(right), *matrix.shape[1:]))
-    good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
+    sound: Mask = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))
+    good = sound[:, None, None] & np.isfinite(right).all(axis=1, keepdims=True)
     if not good.all():
-        matrix, right = matrix.copy(), right.copy()
-        matrix[~good], right[~good] = np.eye(matrix.shape[1]), 0.0
+        matrix, right = matrix.copy(), np.where(good, right, 0.0)
+        matrix[~sound] = np.eye(matrix.shape[1])
     size = np.abs(matrix).max(axis=2, keepdims=True, initial=0.0)
     size[size == 0.0] = 1.0
-    whole, given = matrix / size, right / size[..., 0]
+    whole, given = matrix / size, right / size
     try:
-        found = np.linalg.solve(whole, given[..., None])[..., 0]
+        found = np.linalg.solve(whole, given)
     except np.linalg.LinAlgError:
         found = np.array([_shortest(a, b) for a, b in zip(whole, given, strict=True)]).reshape(given.shape)
-    found[~good] = np.nan
-    return np.asarray(found)
+    return np.asarray(found if good.all() else np.where(good, found, np.nan))
 
 
 def _shortest(matrix: Array, right: Array) -> Array:
@@ -103,27 +105,31 @@ def newton(
     active = np.flatnonzero(np.isfinite(z).all(axis=1))
     known: tuple[Array, Array] | None = None
     for _ in range(most):
-        here = columns.take(active, axis=1).T
+        whole = active.size == len(z)
+        here = z if whole else columns.take(active, axis=1).T
         matrix, value = equations(active, here) if known is None else known
         if not value.any():
             fine[active] = True
             break
         solve, unit = factors(matrix), sizes(here)
-        step = solve(-value) / unit
-        size = np.abs(step).max(axis=1, initial=0.0)
+        step = solve(-value)
+        size = np.abs(step / unit).max(axis=1, initial=0.0)
         last = size <= still
         fine[active] = last
         go = np.isfinite(size) & ~last
         if not halvings:
-            z[active] += step * unit
+            if whole:
+                z += step
+            else:
+                z[active] += step
             active = active[go]
         else:
-            z[active[last]] += (step * unit)[last]
+            z[active[last]] += step[last]
             some = np.flatnonzero(go)
             if not some.size:
                 break
             systems = active[some]
-            full = _FullSteps(systems, matrix[some], z[systems], step[some] * unit[some], unit[some], size[some])
+            full = _FullSteps(systems, matrix[some], z[systems], step[some], unit[some], size[some])
             again = (lambda _, solve=solve: solve) if len(matrix) == 1 else factors
             active, z_after, known = _helped(equations, again, full, halvings, together)
             z[active] = z_after

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes
 import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -29,6 +29,8 @@ WIDTH = 4
 _ENTRIES = range(WIDTH)
 _SHARED = 1 << 15
 """From this number of points on, a second thread takes half of them."""
+_COPIED = 512
+"""Up to this number of points, copying a row takes less time than asking for its address."""
 _WRITTEN = {
     ca.OP_ASSIGN: "{0}",
     ca.OP_ADD: "{0} + {1}",
@@ -131,14 +133,21 @@ class VectorTape:
 
     def __call__(self, rows: Array) -> Array:
         """One row per output for one row per varying scalar."""
-        count = rows.shape[1]
-        if count < WIDTH:
-            return self(np.pad(rows, ((0, 0), (0, WIDTH - count))))[:, :count]
-        given, found = np.ascontiguousarray(rows), np.empty((self._outputs, count))
-        self._evaluate(
-            count, *(a.ctypes.data + a.strides[0] * np.arange(len(a), dtype=np.uintp) for a in (given, found))
-        )
-        return found
+        return self.of_rows(rows, rows.shape[1])
+
+    def of_rows(self, rows: Iterable[Array], count: int) -> Array:
+        """The same for separate rows of ``count`` values."""
+        rows, width = list(rows), max(count, WIDTH)
+        found = np.empty((self._outputs, width))
+        if count < _COPIED:
+            given = np.zeros((len(rows), width))
+            for values, row in zip(given, rows, strict=True):
+                values[:count] = row
+            self._evaluate(width, _places(given), _places(found))
+        else:
+            kept = [np.ascontiguousarray(row) for row in rows]
+            self._evaluate(width, np.array([row.ctypes.data for row in kept], np.uintp), _places(found))
+        return found[:, :count]
 
     def _evaluate(self, count: int, given: NDArray[np.uintp], found: NDArray[np.uintp]) -> None:
         if count < _SHARED:
@@ -153,6 +162,11 @@ class VectorTape:
         """Evaluate the points from the first to before the last."""
         begin, end = (a + np.uintp(8 * first) for a in (given, found))
         self._call(last - first, begin.ctypes.data, self._common.ctypes.data, end.ctypes.data)
+
+
+def _places(rows: Array) -> NDArray[np.uintp]:
+    """The addresses of the rows of a contiguous array."""
+    return np.asarray(rows.ctypes.data + rows.strides[0] * np.arange(len(rows), dtype=np.uintp))
 
 
 def vector_tape(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]) -> VectorTape | None:

@@ -2,7 +2,8 @@
 
 Every combination of modes gets an expression tape specialised to it. The tape gives the requested values, and a flag that is set where
 these modes, and no others, hold. It runs ahead until the flag fails; then the next combination takes over. Where neighbours differ, one
-tape of all combinations is used. Only points that no known combination fits are left to the solver.
+tape of all combinations is used. Only points that no known combination fits are left to the solver, and those in modes with too many
+other combinations to exclude.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ WIDTHS = (128, 1024, 4096)
 _TAPES = 64
 _SHORT_RUN, _SHORT_RUNS = 32, 4
 _ALTERNATIVES = 64
+_LARGEST = 16384
+"""Points that the solver takes together where combinations cannot be known."""
 Key = tuple[float, ...]
 Careful = Callable[[int, int], Array | None]
 """Solves the points from the first to before the last one by one, stores them, and returns the modes of the last good one."""
@@ -53,7 +56,7 @@ class Walker:
         self._next: dict[Key, Key] = {}
         self._all: tuple[int, Tape | VectorTape] | None = None
         self._called = 0
-        self.unchecked = False
+        self._refused: set[Key] = set()
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
@@ -70,7 +73,7 @@ class Walker:
         done: Callable[[int], None],
     ) -> None:
         """Fill the first ``count`` points of ``results``; points beyond them, up to the largest width, are overwritten with no meaning."""
-        i, level, current, short, mixed = 0, 0, next(iter(self.keys), None), 0, False
+        i, level, current, short, mixed, block = 0, 0, next(iter(self.keys), None), 0, False, LANES
         while i < count:
             if mixed or short >= _SHORT_RUNS:
                 last, runs = self._mixed(i, count, arguments, results, careful)
@@ -89,13 +92,13 @@ class Walker:
                 level = 0
             short = short + 1 if fits < _SHORT_RUN else 0
             if fits:
-                i = min(i + fits, count)
+                i, block = min(i + fits, count), LANES
             else:
-                last = min(i + LANES, count)
+                last = min(i + block, count)
                 modes = careful(i, last)
-                if modes is not None:
-                    current = self.enter(modes) or current
-                i = last
+                found = None if modes is None else self.enter(modes)
+                block = LANES if modes is None or found is not None else min(2 * block, _LARGEST)
+                i, current = last, found or current
             done(i)
 
     def _mixed(
@@ -159,17 +162,21 @@ class Walker:
         return column_tape("steady_walk", problem.grid, problem.common, list(ca.cse(expressions)), width, compile)
 
     def enter(self, modes: Array) -> Key | None:
-        """The combination for some modes; switches without influence are set to zero."""
+        """The combination for some modes; switches without influence are set to zero. None if there are too many, or too many rivals."""
         laws = tuple(float(m) for k, m in enumerate(modes) if k not in self._switches)
         given = {k: float(m) for k, m in enumerate(modes) if k not in self._switches}
         if laws not in self._relevant:
             self._relevant[laws] = self._influential(given)
         relevant = set(self._relevant[laws]) | set(given)
         key = tuple(float(m) if k in relevant else 0.0 for k, m in enumerate(modes))
-        if key not in self.keys:
-            if len(self.keys) >= _TAPES:
-                return None
-            self.keys.append(key)
+        if key in self.keys:
+            return key
+        if len(self.keys) >= _TAPES or key in self._refused:
+            return None
+        if any(prod(len(self.choices[k].modes) for k in members) > _ALTERNATIVES for members in self._members(key)):
+            self._refused.add(key)
+            return None
+        self.keys.append(key)
         return key
 
     def _influential(self, given: dict[int, float]) -> list[int]:
@@ -195,13 +202,13 @@ class Walker:
         return self._parts[key]
 
     def _specialised(self, key: Key) -> tuple[list[Symbol], list[Symbol], list[list[Symbol]]]:
-        switches = self._relevant[tuple(m for k, m in enumerate(key) if k not in self._switches)]
+        switches = self._switches_of(key)
         modes, nodes = self.problem.modes, [k for k in range(len(key)) if k not in self._switches] + switches
         given = dict(enumerate(key))
         margins = [self.choices[k].margins[key[k]] for k in nodes if key[k] in self.choices[k].modes]
         exact = with_modes([*self._wanted, *margins, *self._guards], modes, given)
         rivals = []
-        for other in self._alternatives(key, switches):
+        for other in self._alternatives(key):
             found = with_modes([self.choices[k].margins[m] for k, m in other.items()], modes, given | other)
             rivals.append([rival - 2 * EPS for rival in found])
         return exact[: len(self._wanted)], different(exact[len(self._wanted) :]), rivals
@@ -214,23 +221,29 @@ class Walker:
             fits = fits * (1 - all_hold(rival))
         return [*wanted, fits]
 
-    def _alternatives(self, key: Key, switches: list[int]) -> list[dict[int, float]]:
+    def _switches_of(self, key: Key) -> list[int]:
+        """The switches that have an influence in a combination."""
+        return self._relevant[tuple(m for k, m in enumerate(key) if k not in self._switches)]
+
+    def _alternatives(self, key: Key) -> list[dict[int, float]]:
         """Other combinations of the laws that depend on each other."""
         found: list[dict[int, float]] = []
-        given = {k: m for k, m in enumerate(key) if k not in self._switches}
-        for group in self.groups:
-            if not group.coupled:
-                continue
-            members = [k for k in group.laws if k in switches or k not in self._switches]
-            if all(k in self._switches for k in members):
-                members = self._coupled(members, given)
-            if prod(len(self.choices[k].modes) for k in members) > _ALTERNATIVES:
-                self.unchecked = True
-                continue
+        for members in self._members(key):
             for combination in product(*(self.choices[k].modes for k in members)):
                 other = dict(zip(members, combination, strict=True))
                 if any(key[k] != m for k, m in other.items()):
                     found.append(other)
+        return found
+
+    def _members(self, key: Key) -> list[list[int]]:
+        """Groups of laws that depend on each other."""
+        switches, found = self._switches_of(key), list[list[int]]()
+        given = {k: m for k, m in enumerate(key) if k not in self._switches}
+        for group in self.groups:
+            if group.coupled:
+                members = [k for k in group.laws if k in switches or k not in self._switches]
+                only_switches = all(k in self._switches for k in members)
+                found.append(self._coupled(members, given) if only_switches else members)
         return found
 
     def _coupled(self, members: list[int], given: dict[int, float]) -> list[int]:

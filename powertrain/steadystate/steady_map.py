@@ -56,8 +56,8 @@ class SteadyMap:
         ``keep``: with modes and unknowns of every point, so every point is solved on its own.
         """
         self.solver.set_common(common)
-        if grid.size >= _FAST and not keep and (walked := self._walked(grid, common, look, progress)) is not None:
-            return walked
+        if grid.size >= _FAST and not keep and self.walker is not None:
+            return self._walked(self.walker, grid, common, look, progress)
         results = MapResults(self.solver, len(self.quantities), grid.size, look)
         results.solved = [] if keep else None
         bar = Bar(progress, grid.size)
@@ -69,11 +69,10 @@ class SteadyMap:
         bar.close()
         return grid, results
 
-    def _walked(self, grid: Grid, common: Array, look: Look, progress: bool | None) -> tuple[Grid, MapResults] | None:
-        """The map from point to point; None for implicit models, and for laws with too many combinations of modes to exclude all others."""
-        walker = self.walker
-        if walker is None or walker.unchecked:
-            return None
+    def _walked(
+        self, walker: Walker, grid: Grid, common: Array, look: Look, progress: bool | None
+    ) -> tuple[Grid, MapResults]:
+        """The map of an explicit model from point to point."""
         ordered, bar = self._slowest_first(grid), Bar(progress, grid.size)
         results = MapResults(self.solver, len(self.quantities), ordered.size, look)
         walker.set_common(common)
@@ -83,7 +82,7 @@ class SteadyMap:
         if not finite:
             self._look_again(results, ordered)
         bar.close()
-        return None if walker.unchecked else (ordered, results)
+        return ordered, results
 
     def _slowest_first(self, grid: Grid) -> Grid:
         """The grid with the dimensions first along which modes change most."""

@@ -43,6 +43,20 @@ def test_many_small_systems() -> None:
     np.testing.assert_array_equal(matrices, before)
 
 
+@pytest.mark.parametrize("singular", [False, True])
+def test_a_right_hand_side_without_a_value_leaves_the_others(singular: bool) -> None:
+    """Also where a singular matrix sends all systems to be solved one by one."""
+    matrices, right = RNG(1).normal(size=(4, 3, 3)), RNG(2).normal(size=(4, 3, 2))
+    if singular:
+        matrices[3, 0] = matrices[3, 1]
+    matrices[2, 0, 0], right[1, 2, 0] = np.nan, np.inf
+    found = solved(matrices, right)
+    np.testing.assert_allclose(matrices[0] @ found[0], right[0], rtol=1e-9)
+    np.testing.assert_allclose(matrices[1] @ found[1, :, 1], right[1, :, 1], rtol=1e-9)
+    assert np.isnan(found[1, :, 0]).all()
+    assert np.isnan(found[2]).all()
+
+
 def test_large_rows_are_no_better_pivots() -> None:
     """x + 1e20 y = 1e20 and x + y = 2: unless rows count alike, x is lost."""
     found = solved(np.array([[[1.0, 1e20], [1.0, 1.0]]]), np.array([[1e20, 2.0]]))

@@ -1,0 +1,87 @@
+"""The modes that follow at iterates of operating points, law by law."""
+
+from __future__ import annotations
+
+import casadi as ca
+import pytest
+
+from powertrain.compiler.hybrid import Contact, Friction
+from powertrain.modes import contact, friction, switch
+from powertrain.modes.contact import CLOSED, OPEN
+from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
+
+ZONE = 1e-9
+
+
+def brake(w: float, torque: float, lower: float = -5.0, upper: float = 5.0, peak: float = 1.0) -> Friction:
+    w_, torque_, low, high, top = (ca.SX(x) for x in (w, torque, lower, upper, peak))
+    return Friction("brake", "", 0, w_, torque_, low, high, top, ca.SX(0), known=ca.SX(1e-7))
+
+
+def after(law: Friction, mode: float, drive: float = 0.0, side: float = 1.0, given: bool = False) -> float:
+    numbers = (ca.SX(x) for x in (mode, ZONE, drive, side, float(given)))
+    return float(friction.next_steady_mode(law, *numbers))
+
+
+@pytest.mark.parametrize(
+    ("mode", "w", "torque", "follows"),
+    [
+        (STUCK, 0.0, 4.0, STUCK),
+        (STUCK, 0.0, 6.0, FORWARD),
+        (STUCK, 0.0, -6.0, BACKWARD),
+        (STUCK, 0.0, 5.0 + 5e-8, STUCK),
+        (STUCK, 3.0, -6.0, FORWARD),
+        (STUCK, -3.0, 0.0, BACKWARD),
+        (FORWARD, 3.0, 5.0, FORWARD),
+        (FORWARD, -3.0, 5.0, STUCK),
+        (FORWARD, -5e-10, 5.0, FORWARD),
+        (BACKWARD, 3.0, -5.0, STUCK),
+        (FREE, 0.0, 6.0, FORWARD),
+        (FREE, -3.0, 0.0, BACKWARD),
+    ],
+)
+def test_friction(mode: float, w: float, torque: float, follows: float) -> None:
+    assert after(brake(w, torque), mode) == follows
+
+
+def test_a_stuck_law_breaks_loose_at_its_peak() -> None:
+    assert after(brake(0.0, 6.0, peak=1.5), STUCK) == STUCK
+    assert after(brake(0.0, 7.6, peak=1.5), STUCK) == FORWARD
+
+
+def test_a_law_without_width_is_free() -> None:
+    assert after(brake(3.0, 0.0, 0.0, 0.0), FORWARD) == FREE
+
+
+@pytest.mark.parametrize(("w", "drive", "follows"), [(0.0, -1.0, STUCK), (0.0, 1.0, FORWARD), (1.0, -1.0, FORWARD)])
+def test_a_law_that_slides_at_rest_against_its_rate_sticks(w: float, drive: float, follows: float) -> None:
+    assert after(brake(w, 5.0), FORWARD, drive) == follows
+
+
+@pytest.mark.parametrize(("w", "side", "follows"), [(0.0, 1.0, 1.0), (0.0, -1.0, -1.0), (2.0, -1.0, 1.0)])
+def test_a_given_motion_rests_at_its_side(w: float, side: float, follows: float) -> None:
+    assert after(brake(w, 0.0), STUCK, 0.0, side, given=True) == follows
+
+
+@pytest.mark.parametrize(
+    ("mode", "gap", "force", "follows"),
+    [
+        (CLOSED, 0.0, 3.0, CLOSED),
+        (CLOSED, 0.0, -3.0, OPEN),
+        (CLOSED, 1e-3, 3.0, OPEN),
+        (OPEN, 1e-3, 0.0, OPEN),
+        (OPEN, -1e-10, 0.0, OPEN),
+        (OPEN, -1e-3, 0.0, CLOSED),
+    ],
+)
+def test_contact(mode: float, gap: float, force: float, follows: float) -> None:
+    zero = ca.SX(0)
+    law = Contact("stop", "", 0, ca.SX(gap), zero, zero, ca.SX(force), zero)
+    assert float(contact.next_steady_mode(law, ca.SX(mode), ca.SX(ZONE))) == follows
+
+
+@pytest.mark.parametrize(
+    ("mode", "g", "follows"), [(1.0, -1.0, 0.0), (0.0, 1.0, 1.0), (0.0, 0.0, 0.0), (1.0, 0.0, 1.0)]
+)
+def test_a_condition_at_zero_keeps_its_side(mode: float, g: float, follows: float) -> None:
+    assert float(switch.next_steady_mode(ca.SX(mode), ca.SX(g), ca.SX(ZONE))) == follows
