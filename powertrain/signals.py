@@ -192,20 +192,23 @@ class Signals:
     def resolve(self, expressions: Sequence[Symbol]) -> list[Symbol]:
         """Expressions of the model's variables as expressions of (t, x, z, m, p). ParameterError where that fails."""
         with building:
-            whole = column(list(expressions))
-            bindings = self.flat.bindings
-            for _ in range(20):
-                if not any(key(s) in bindings for s in free_symbols(whole)):
-                    break
-                old, new = zip(*bindings.values(), strict=True)
-                (whole,) = ca.substitute([whole], [column(old)], [column(new)])
-            found = self._resolve(_scalars(whole))
+            found = self._resolve(_scalars(self.bound(expressions)))
             inside = {key(s) for group in self.inputs for s in _scalars(group)}
             for s in free_symbols(column(found)):
                 if key(s) not in inside:
                     said = f"{s.name()} is no signal of the model after its reduction"
                     raise ParameterError(f"{said}; declare it as a variable of a component")
             return found
+
+    def bound(self, expressions: Sequence[Symbol]) -> Symbol:
+        """Expressions of the model's variables with the values of the parameters that enclosing components set."""
+        whole, bindings = column(list(expressions)), self.flat.bindings
+        for _ in range(20):
+            if not any(key(s) in bindings for s in free_symbols(whole)):
+                break
+            old, new = zip(*bindings.values(), strict=True)
+            (whole,) = ca.substitute([whole], [column(old)], [column(new)])
+        return whole
 
     def compute(self, names: Sequence[str], samples: Samples, p: Array) -> dict[str, Array]:
         """The named signals, and perhaps others that cost nothing more."""
