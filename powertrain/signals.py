@@ -210,17 +210,21 @@ class Signals:
     def resolve(self, expressions: Sequence[Symbol]) -> list[Symbol]:
         """Expressions of the model's variables as expressions of (t, x, z, m, p). ParameterError where that fails."""
         with building:
-            whole = column(list(expressions))
-            if self.source.bindings:
-                bound, values = zip(*self.source.bindings, strict=True)
-                whole = ca.substitute(whole, column(bound), column(values))
-            found = self._resolve(scalars(whole))
+            found = self._resolve(scalars(self.bound(expressions)))
             inside = {key(s) for group in self.inputs for s in scalars(group)}
             for s in free_symbols(column(found)):
                 if key(s) not in inside:
                     said = f"{s.name()} is no signal of the model after its reduction"
                     raise ParameterError(f"{said}; declare it as a variable of a component")
             return found
+
+    def bound(self, expressions: Sequence[Symbol]) -> Symbol:
+        """Expressions of the model's variables with the values of the parameters that enclosing components set."""
+        whole = column(list(expressions))
+        if not self.source.bindings:
+            return whole
+        bound, values = zip(*self.source.bindings, strict=True)
+        return ca.substitute(whole, column(bound), column(values))
 
     def compute(self, names: Sequence[str], samples: Samples, p: Array) -> dict[str, Array]:
         """The named signals, and perhaps others that cost nothing more."""

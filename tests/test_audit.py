@@ -14,6 +14,7 @@ from powertrain.analysis.audit import energy_audit
 from powertrain.components import blocks
 from powertrain.components import rotational as rot
 from powertrain.components import translational as trans
+from powertrain.components.differentials import PlanetaryGear
 from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, OneFlangeAndSupport, TwoFlanges
 
 
@@ -179,6 +180,69 @@ def test_an_impact_is_a_loss_of_the_contact() -> None:
     assert audit.jumps["time"].to_numpy() == pytest.approx([0.25])
     assert audit.jumps["energy"].to_numpy() == pytest.approx([-lost])
     assert "at impacts and resets" in repr(audit)
+
+
+class Press(pt.Component):
+    """A motor of constant speed drives a ram against its stop through two ways of a planetary gear; the third has a flywheel."""
+
+    motor: rot.ConstantSpeed = rot.ConstantSpeed(w_fixed=5.0)
+    gear: PlanetaryGear = PlanetaryGear(ratio=2.0)
+    flywheel: rot.Inertia = rot.Inertia(J=1.0)
+    rack: rot.IdealRollingWheel = rot.IdealRollingWheel(radius=1.0)
+    ram: trans.MassWithStopAndFriction = trans.MassWithStopAndFriction(
+        m=1.5, F_prop=0.0, F_Coulomb=0.0, F_Stribeck=0.0, fexp=2.0, smin=-10.0, smax=0.1
+    )
+
+    def equations(self) -> Equations:
+        yield connect(self.motor.flange, self.gear.sun)
+        yield connect(self.gear.carrier, self.flywheel.flange_a)
+        yield connect(self.gear.ring, self.rack.flangeR)
+        yield connect(self.rack.flangeT, self.ram.flange_a)
+
+
+@pytest.mark.parametrize(("speed", "flywheel"), [(5.0, 3.0), (-5.0, -1.0)])
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_a_motor_takes_part_in_the_impact_of_its_press(speed: float, flywheel: float, restitution: float) -> None:
+    """The ram has v = (3 w - speed)/2; what the flywheel loses, J dw = (2/3) J dv, reaches the motor as an impulse (2/9) J dv."""
+    ram = trans.MassWithStopAndFriction(
+        m=1.5, F_prop=0.0, F_Coulomb=0.0, F_Stribeck=0.0, fexp=2.0, smin=-10.0, smax=0.1, restitution=restitution
+    )
+    result = pt.simulate(Press(ram=ram, motor=rot.ConstantSpeed(w_fixed=speed)), 0.15, starts={"flywheel.w": flywheel})
+    audit, v = energy_audit(result), (3 * flywheel - speed) / 2
+    lost = (1 - restitution**2) / 2 * (1.5 + 4 / 9) * v**2
+    supplied = -2 / 9 * (1 + restitution) * v * speed
+    assert audit.components["lost"]["ram"] == pytest.approx(lost)
+    assert audit.components["sources"]["motor"] == pytest.approx(supplied)
+    assert audit.components["impulses"]["motor"] == pytest.approx(-supplied)
+    assert audit.jumps["supplied"].to_numpy() == pytest.approx([supplied])
+    assert audit.jumps["energy"].to_numpy() == pytest.approx([supplied - lost])
+    assert audit.closure < 1e-9
+    assert not len(audit.violations), audit
+
+
+class Dragged(pt.Component):
+    """A motor of constant speed drives a wheel through a freewheel; a brake of a moment takes 3 rad/s from it, which come back at once."""
+
+    motor: rot.ConstantSpeed = rot.ConstantSpeed(w_fixed=5.0)
+    freewheel: rot.Freewheel = rot.Freewheel()
+    wheel: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> Equations:
+        yield connect(self.motor.flange, self.freewheel.flange_a)
+        yield connect(self.freewheel.flange_b, self.wheel.flange_a)
+        yield pt.when(pt.time > 0.1, pt.reinit(self.freewheel.w_rel, -3.0))
+
+    def initial(self) -> Equations:
+        yield self.wheel.w == 5.0
+
+
+def test_a_motor_supplies_what_a_freewheel_takes_at_once() -> None:
+    """The impulse of 3 N.m.s at 5 rad/s is 15 J: lost at the reset, (5^2 - 2^2)/2 J, and in the freewheel, 3 (0 + 3)/2 J."""
+    audit = energy_audit(pt.simulate(Dragged(), 0.2))
+    assert audit.components["sources"]["motor"] == pytest.approx(15.0)
+    assert audit.components["lost"][""] == pytest.approx(15.0)
+    assert audit.closure < 1e-9
+    assert not len(audit.violations), audit
 
 
 class Bounce(pt.Component):

@@ -52,7 +52,7 @@ ORDER = [
     "engine: continuity zeno failure prepared options loop simulator",
     "signals present nonfinite events export saved initialization.conditions initialization.initial result running plant environment",
     "native: code driver",
-    "analysis: linear_model operating_point reduction perturbation linearization energy_terms quadrature audit",
+    "analysis: linear_model operating_point reduction perturbation linearization energy_terms quadrature jumps audit",
     "analysis: identity archive cases dispatch sweep sweeping sampling surrogate",
     "equilibrium: fraction points balance placed turning blocks system choices search",
     "equilibrium: equations rules laws linearized corrector between relaxation beginnings continuation solutions operating",

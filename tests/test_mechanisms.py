@@ -16,6 +16,7 @@ from mechanisms import mechanism, random_starts
 from test_fuzz import bounded
 
 import powertrain as pt
+from powertrain.compiler.hybrid import Friction
 from powertrain.engine.trajectory import Instant
 from powertrain.modes.resolve import ModeResolver
 
@@ -24,6 +25,8 @@ STOP = 1.0
 FINE: dict[str, Any] = {"rtol": 1e-7}
 NOTHING = 1e-9
 """Energy in J that is round-off."""
+KEPT = 2 * FINE["rtol"]
+"""Share of the stored energy that is nothing: a speed may be off by ``rtol``, its energy by twice that, also where nothing is exchanged."""
 NOISE = 1e-6
 """Share of energies that is nothing."""
 STILL = 1e-5
@@ -47,9 +50,18 @@ class Laws:
         self.function = ca.Function("laws", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(values)])
 
     def changes(self, instant: Instant) -> dict[str, tuple[str, str]]:
-        """The laws that are seen to change at an instant, and what they do before and after it."""
+        """The laws that are seen to change at an instant, and what they do before and after it.
+
+        When a law turns that transmits nothing is no event; other laws only happen to have theirs at such times.
+        """
         before, after = (self._seen(instant, right) for right in (False, True))
-        return {law.name: (old, now) for law, old, now in zip(self.laws, before, after, strict=True) if old != now}
+        seen = zip(self.laws, before, after, strict=True)
+        return {law.name: (old, now) for law, old, now in seen if old != now and not self._free(instant, law)}
+
+    @staticmethod
+    def _free(instant: Instant, law: Friction) -> bool:
+        """Whether a law transmits nothing on both sides of an instant."""
+        return bool(instant.held_left[law.index] == instant.held_right[law.index] == 2.0)
 
     def _seen(self, instant: Instant, right: bool) -> list[str]:
         """The direction of motion: what is about to rest comes from where its rate does not point."""
@@ -101,7 +113,8 @@ def examined(seed: int, careless: bool = False) -> bool:
         return False
     plant, coarse, fine = found
     audit = pt.energy_audit(fine)
-    assert audit.residual < 1e-5 * audit.turnover + NOTHING, (seed, audit)
+    stored = audit.energy[""].abs().max()
+    assert audit.residual < 1e-5 * audit.turnover + KEPT * stored + NOTHING, (seed, audit)
     assert not (audit.violations.amount.abs() > NOISE * (1.0 + audit.turnover)).any(), (seed, audit)
     for result in (coarse, fine):
         assert np.isfinite(result.to_dataframe().to_numpy()).all(), seed
@@ -142,6 +155,13 @@ def test_many_mechanisms(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(100))
 def test_careless_mechanisms(seed: int) -> None:
     examined(seed, careless=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [80592, 80599, 81110])
+def test_what_may_be_taken_for_an_error(seed: int) -> None:
+    """A gear that idles with 21 J and exchanges nothing; a shaft that turns while its brake is open; a motor behind an impact."""
+    assert examined(seed)
 
 
 def test_modes_that_repeat_are_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:

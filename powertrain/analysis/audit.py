@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.energy_terms import EnergyTerms, EnergyValues, with_parts
+from powertrain.analysis.jumps import jumps
 from powertrain.analysis.quadrature import NODES, Pieces
-from powertrain.engine.trajectory import Instant, Trajectory
+from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import ParameterError
 from powertrain.language import htmltext
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
-from powertrain.signals import Samples, of_instants
+from powertrain.signals import Samples
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -76,16 +77,6 @@ class _Sums:
         return sums
 
 
-@dataclass(frozen=True)
-class _Jump:
-    """A change at one instant: the energy of each part, and the parts that declare the contacts and resets."""
-
-    time: float
-    cause: str
-    change: Array
-    owners: tuple[int, ...]
-
-
 class EnergyAudit:
     """The energy balance of one simulation.
 
@@ -104,7 +95,7 @@ class EnergyAudit:
         self.model = type(result.model).__name__
         self._parts, self._ports, self._own = terms.parts, terms.ports, terms.own
         self._sums = _integrate(terms, trajectory, p)
-        self._jumps = _jumps(terms, trajectory, p)
+        self._jumps = jumps(terms, result.compiled.dae, trajectory, p)
         self._samples = Samples(*trajectory.at(np.unique(result.time), with_events=True))
         self.time: Array = self._samples.t
         self._at = partial(terms.values, p=p)
@@ -156,17 +147,24 @@ class EnergyAudit:
     def jumps(self) -> pd.DataFrame:
         """Every instant at which stored energy changes: time (s), cause, the components that declare it, and the change in joules.
 
+        ``supplied`` is what sources of motion give with impulses of their own, in joules.
         If neither a contact nor a reset is the cause, ``components`` is empty and the change is part of the residual.
         """
         import pandas as pd
 
         rows = [
-            (j.time, j.cause, ", ".join(self._parts[i].path for i in j.owners), float(j.change.sum()))
+            (
+                j.time,
+                j.cause,
+                ", ".join(self._parts[i].path for i in j.owners),
+                float(j.change.sum()),
+                float(j.supplied.sum()),
+            )
             for j in self._jumps
             if j.owners or np.abs(j.change).sum() > 1e-9 * self._scale
         ]
-        table = pd.DataFrame(rows, columns=["time", "cause", "components", "energy"])
-        table.attrs["units"] = {"time": "s", "energy": "J"}
+        table = pd.DataFrame(rows, columns=["time", "cause", "components", "energy", "supplied"])
+        table.attrs["units"] = {"time": "s", "energy": "J", "supplied": "J"}
         return table
 
     @cached_property
@@ -206,9 +204,9 @@ class EnergyAudit:
     def violations(self) -> pd.DataFrame:
         """What no component may do, each with its worst instant: component, time (s), violation, amount, unit.
 
-        A negative loss() creates energy, and so does an impact or a reset after which more energy is stored. Stored energy that jumps at an
-        event without either has no source. Power that does not balance means that energy() or loss() disagrees with the equations
-        (``hidden``). Violations within rounding are not listed.
+        A negative loss() creates energy, and so does an impact or a reset after which more energy is stored than sources supply. Stored
+        energy that jumps at an event without either has no source. Power that does not balance means that energy() or loss() disagrees
+        with the equations (``hidden``). Violations within rounding are not listed.
         """
         import pandas as pd
 
@@ -221,7 +219,7 @@ class EnergyAudit:
         for jump in self._jumps:
             for i in () if jump.owners else np.flatnonzero(np.abs(jump.change) > jumped):
                 rows.append((paths[i], jump.time, f"stored energy jumps ({jump.cause})", jump.change[i], "J"))
-            given, owners = jump.change.sum(), [i for i in jump.owners if not self._parts[i].boundary]
+            given, owners = jump.given, [i for i in jump.owners if not self._parts[i].boundary]
             if given > jumped.max() and owners:
                 rows.append(
                     (", ".join(paths[i] for i in owners), jump.time, f"gives energy ({jump.cause})", given, "J")
@@ -259,15 +257,16 @@ class EnergyAudit:
     def _balance(self) -> dict[str, Array]:
         """The columns of every component's own balance."""
         sums, n = self._sums, len(self._parts)
-        lost, impulses = sums.loss.copy(), np.zeros(n)
+        lost, impulses, supplied = sums.loss.copy(), np.zeros(n), np.zeros(n)
         for jump in self._jumps:
             if jump.owners:
-                share = -jump.change.sum() / len(jump.owners)
-                impulses += jump.change
+                share = -jump.given / len(jump.owners)
+                supplied += jump.supplied
+                impulses += jump.change - jump.supplied
                 impulses[list(jump.owners)] += share
                 lost[list(jump.owners)] += share
         boundary = np.array([part.boundary for part in self._parts])
-        sources = np.where(boundary, sums.supply, 0.0)
+        sources = np.where(boundary, sums.supply, 0.0) + supplied
         residual = self._own @ sums.power + sources + impulses - lost - self._stored
         return {"sources": sources, "impulses": impulses, "lost": lost, "stored": self._stored, "residual": residual}
 
@@ -297,7 +296,7 @@ class EnergyAudit:
     def __repr__(self) -> str:
         balance = self._balance()
         span = f"{self.time[0]:g} .. {self.time[-1]:g} s" if len(self.time) else "no time"
-        at_once = -sum(float(jump.change.sum()) for jump in self._jumps if jump.owners)
+        at_once = -sum(jump.given for jump in self._jumps if jump.owners)
         lines = [
             f"EnergyAudit of {self.model}, {span}",
             f"  supplied  {balance['sources'].sum():12.6g} J",
@@ -366,28 +365,3 @@ def _exceed(largest: Array, instants: Array, values: Matrix, t: Array) -> None:
     found = np.take_along_axis(values, row[None], axis=0)[0]
     higher = found > largest
     largest[higher], instants[higher] = found[higher], t[row][higher]
-
-
-def _jumps(terms: EnergyTerms, trajectory: Trajectory, p: Array) -> tuple[_Jump, ...]:
-    """The changes of stored energy at the instants of events, and the components that declare what happened."""
-    instants = [i for i in trajectory.instants if i.time > trajectory.start]
-    if not instants:
-        return ()
-    energy = terms.values(of_instants(trajectory, instants), p).energy
-    place = {part.path: k for k, part in enumerate(terms.parts)}
-    found = []
-    for i, instant in enumerate(instants):
-        owners = {place[path] for name, _ in instant.extra if (path := name.rpartition(".")[0]) in place}
-        names = [name for name, _ in instant.extra] or [
-            law for index, law, _ in trajectory.laws if _differs(instant, index)
-        ]
-        found.append(
-            _Jump(
-                instant.time, ", ".join(dict.fromkeys(names)), energy[2 * i + 1] - energy[2 * i], tuple(sorted(owners))
-            )
-        )
-    return tuple(found)
-
-
-def _differs(instant: Instant, index: int) -> bool:
-    return bool(instant.held_left[index] != instant.held_right[index])

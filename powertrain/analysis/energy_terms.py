@@ -7,6 +7,7 @@ stored in it or, in a boundary (source, ground), taken out of the model.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -18,7 +19,7 @@ from powertrain.compiler.texts import guarded
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.component import Component
 from powertrain.language.connectors import Connector, Signal
-from powertrain.language.symbols import Symbol, column, free_symbols
+from powertrain.language.symbols import Symbol, column, free_symbols, scalars
 from powertrain.numerics.batch import Lanes
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.tape import COMPARISONS, operations
@@ -53,13 +54,17 @@ class EnergyValues:
 
 @dataclass(frozen=True)
 class WrittenTerms:
-    """The power through ports, losses and stored energies of a model, as expressions of (t, x, z, m, p)."""
+    """The power through ports, losses and stored energies of a model, as expressions of (t, x, z, m, p).
+
+    ``said`` is the power as connectors declare it, in the variables of the model.
+    """
 
     parts: list[Part]
     ports: list[str]
     power: list[Symbol]
     loss: list[Symbol]
     energy: list[Symbol]
+    said: list[Symbol]
 
 
 def written_terms(compiled: Compiled) -> WrittenTerms:
@@ -68,7 +73,7 @@ def written_terms(compiled: Compiled) -> WrittenTerms:
     power = [p for t in texts for p in t.power.values()]
     written = _resolved(signals_of(compiled), [*power, *(t.loss for t in texts), *(t.energy for t in texts)], texts)
     n, k = len(power), len(power) + len(texts)
-    return WrittenTerms(parts, ports, written[:n], written[n:k], written[k:])
+    return WrittenTerms(parts, ports, written[:n], written[n:k], written[k:], power)
 
 
 def _resolved(signals: Signals, expressions: list[Symbol], texts: list[_Text]) -> list[Symbol]:
@@ -106,7 +111,13 @@ class EnergyTerms:
                 ca.vec(ca.densify(ca.jacobian(dae.residual, dae.z)).T),
                 _rate(dae.residual, dae.t, dae.x, dae.xdot),
             ]
+        self._said, self._open = terms.said, compiled.open
         self._lanes = Lanes(dae.arguments, ca.cse(ca.vertcat(*rows)))
+
+    @cached_property
+    def opened(self) -> Symbol:
+        """The power through ports for given torques of the laws."""
+        return column(self._open(scalars(self._signals.bound(self._said))))
 
     def instants(self, p: Array) -> list[float]:
         """Instants at which time conditions in losses change: switches that appear only in ``loss()`` are not events of the run."""

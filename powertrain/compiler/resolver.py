@@ -26,7 +26,7 @@ from powertrain.compiler.torques import (
 from powertrain.language.laws import FrictionLaw
 from powertrain.language.recorder import SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
-from powertrain.modes.tolerances import alone_tolerance, condition_tolerance, rounding_tolerance, torque_tolerance
+from powertrain.modes.tolerances import EPS, alone_tolerance, condition_tolerance, rounding_tolerance, torque_tolerance
 
 
 class Resolver:
@@ -74,17 +74,18 @@ class Resolver:
         """Expressions of any variable of the model in terms of (t, x, z, m, p)."""
         if not expressions:
             return []
-        rewritten = self.reduced.rewrite(expressions)
-        found = self.now(rewritten)
+        return self._with_derivatives(self.now(self.reduced.rewrite(expressions)))
+
+    def model_opened(self, expressions: list[Symbol]) -> list[Symbol]:
+        """The same for given torques of the laws."""
+        return self._with_derivatives(self.opened(self.reduced.rewrite(expressions))) if expressions else []
+
+    def _with_derivatives(self, found: list[Symbol]) -> list[Symbol]:
+        """Expressions with values for the derivatives that do not appear in the equations."""
         left = self._not_assigned(found)
         return (
             _substituted(found, column(left), ca.densify(column([self._derived(s) for s in left]))) if left else found
         )
-
-    def model_opened(self, expressions: list[Symbol]) -> list[Symbol]:
-        """The same for given torques of the laws."""
-        found = self.opened(self.reduced.rewrite(expressions)) if expressions else []
-        return [self.model([e])[0] if self._not_assigned([o]) else o for e, o in zip(expressions, found, strict=True)]
 
     def _not_assigned(self, expressions: list[Symbol]) -> list[Symbol]:
         """Derivatives that do not appear in the equations and therefore have no assignment."""
@@ -180,8 +181,28 @@ class Resolver:
         return condition_tolerance(self.meeting(opened), self.largest(self._follows([opened])))
 
     def rounding(self, k: int) -> Symbol:
-        """Uncertainty of the torque of a law due to the rounding of angles and positions."""
-        return rounding_tolerance(self._from_positions(self.laws[k].rate) / self.reach(k))
+        """Uncertainty of the torque of a law due to the rounding of angles and positions, and of its own speed near zero.
+
+        Limits that shrink with the torque leave a law no range in which it rests where a motion dies away: what its speed may be off by
+        within its hysteresis, times the damping of this motion, counts as such a range.
+        """
+        found = rounding_tolerance(self._from_positions(self.laws[k].rate) / self.reach(k))
+        return found + EPS * self._damping(k) / self.reach(k) if self._shrinks(k) else found
+
+    def _shrinks(self, k: int) -> bool:
+        """Whether the limits of a friction law depend on torques."""
+        law = self.laws[k].law
+        return isinstance(law, FrictionLaw) and any(
+            ca.which_depends(ca.vertcat(law.lower, law.upper), column(self.tau), 1, False)
+        )
+
+    def _damping(self, k: int) -> Symbol:
+        """|dv/dw|: how the rate of a law falls with its speed, along the shortest change of the states that changes this speed."""
+        law = self.laws[k]
+        way = ca.jacobian(law.speed, self.x)
+        size = ca.sumsqr(way)
+        slope = ca.fabs(ca.jacobian(law.rate, self.x) @ way.T)
+        return self.close([ca.if_else(size > 0, slope / size, 0)])[0]
 
     def _from_positions(self, opened: Symbol) -> Symbol:
         """The sizes of the contributions of angles and positions, sum_j |d/dx_j x_j|; they grow with the distance travelled."""

@@ -274,7 +274,7 @@ class Run:
         self.idle = 0
         self._restart()
         right = memory.y[self.side].copy()
-        instant = Instant(t, left, right, held_left, held, tuple(resolver.extra))
+        instant = Instant(t, left, right, held_left, held, tuple(resolver.extra), resolver.impulses)
         if not instant.begins(self.start, self.catalogue.rests.values()):
             self.recorder.instants.append(instant)
         for index in changed:

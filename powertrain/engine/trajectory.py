@@ -28,7 +28,10 @@ _FREE = 2.0
 
 
 class Instant(NamedTuple):
-    """Everything that happened at one instant: unknowns and held values on both sides. ``extra``: (name, kind) of impacts and resets."""
+    """Everything that happened at one instant: unknowns and held values on both sides.
+
+    ``extra``: (name, kind) of impacts and resets; ``impulses``: those of all barriers in N.m.s and N.s, if there was an impact.
+    """
 
     time: float
     left: Array
@@ -36,6 +39,7 @@ class Instant(NamedTuple):
     held_left: Array
     held_right: Array
     extra: tuple[tuple[str, str], ...] = ()
+    impulses: tuple[float, ...] = ()
 
     def begins(self, start: float, rests: Collection[int]) -> bool:
         """Whether free laws engage here at the start of the run, which is not an event. ``rests``: indices of the marks of resting laws."""

@@ -25,6 +25,7 @@ class Discontinuities:
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.memory, self.barriers = dae, memory, dae.barriers
+        self.impulses = np.zeros(len(self.barriers))
         inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
         barriers = [
             ca.vertcat(*[getattr(b, part) for b in self.barriers]) for part in ("speed", "restitution", "rests")
@@ -52,9 +53,10 @@ class Discontinuities:
 
             v' = v + G I,   0 <= I,   0 <= v' + e min(v, 0),   I' (v' + e min(v, 0)) = 0.
 
-        Returns the names of barriers with a noticeable impulse. Slow rebounds are suppressed (e = 0). Restitution ignores motion away from
-        a barrier, v > 0: with a rebound elsewhere its impulse might add energy, I (v + v')/2 > 0. A barrier that this throws backward is
-        struck next. J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, CISM 302, Springer 1988, section 12.
+        Returns the names of barriers with a noticeable impulse, and adds all impulses to ``impulses``. Slow rebounds are suppressed
+        (e = 0). Restitution ignores motion away from a barrier, v > 0: with a rebound elsewhere its impulse might add energy,
+        I (v + v')/2 > 0. A barrier that this throws backward is struck next. J. J. Moreau, Unilateral contact and dry friction in finite
+        freedom dynamics, CISM 302, Springer 1988, section 12.
         """
         barriers, m = self.barriers, self.memory.m
         speed, restitution, rests, on_x, on_a = self._impact(*self.memory.instant(side))
@@ -65,6 +67,7 @@ class Discontinuities:
         effect = on_a[np.ix_(touching, touching)]
         impulse = self._impulses(effect, speed + rebound * inwards, [barriers[k] for k in touching])
         self.memory.y[side][: self.dae.x.numel()] += on_x[:, touching] @ impulse
+        self.impulses[touching] += impulse
         after, nothing = speed + effect @ impulse, ZONE + STRUCK * np.abs(speed).max()
         felt = np.diag(effect) * impulse > INTEGRATED
         for k, away, some in zip(touching, after > nothing, felt, strict=True):

@@ -60,6 +60,8 @@ class ModeResolver:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; uses and clears ``memory.fire`` and ``memory.jumped``."""
         memory = self.memory
         self.extra, self._unsolved = [], None
+        if self._discontinuities is not None:
+            self._discontinuities.impulses[:] = 0.0
         left = set[bytes]()
         while len(left) < _ROUNDS:
             if self._found(side) and self._note_rest(side):
@@ -74,6 +76,12 @@ class ModeResolver:
         raise SimulationError(
             f"at t = {memory.time[0]:.9g} s resets follow one another without end: {', '.join(names)}"
         )
+
+    @property
+    def impulses(self) -> tuple[float, ...]:
+        """What each barrier has transmitted at this instant (N.m.s, N.s); empty without an impact."""
+        found = self._discontinuities.impulses if self._discontinuities is not None else np.zeros(0)
+        return tuple(found.tolist()) if found.any() else ()
 
     def _state(self, side: int) -> bytes:
         """What the next round depends on: if it recurs, the rounds repeat without end."""
