@@ -186,13 +186,20 @@ class Complementarity:
         base = laws.at(replace(point, m=m), tau) if places else near
         bend = self._bends(replace(point, m=m), tau, base, places)
         rest = laws.at_rest(point, base, zone)
-        holds = np.where(rest & (point.m[laws.index] == STUCK), base.peak, 1.0)  # a stuck law must exceed its peak
+        holds = np.where(rest & self._holds(point.m), base.peak, 1.0)  # a stuck law must exceed its peak
         wide = _widened(base, bend, holds, np.where(rest, known, 0.0))
         answer = _Problem(laws, *wide, tau, rest, zone).answer(self.switches)
         for law, hold in zip(self.dae.frictions, holds, strict=False):
             if law.rests is not None and hold > 1.0:  # at its peak, but not sliding yet
                 answer.modes[law.rests] = float(abs(answer.modes.get(law.index, 0.0)) == 1.0)
         return answer
+
+    def _holds(self, m: Array) -> Mask:
+        """The laws whose limit is their peak: stuck ones, and those that others hold at rest."""
+        found: Mask = m[self.laws.index] == STUCK
+        for k, law in enumerate(self.dae.frictions):
+            found[k] |= law.rests is not None and m[law.rests] > 0.0
+        return found
 
     def bending(self, near: LinearLaws) -> list[int]:
         """The continuous conditions that depend on torques, as positions in ``switches``."""

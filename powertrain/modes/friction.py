@@ -120,10 +120,8 @@ def next_modes(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> di
     new = next_mode(dae, law, jumped, slack)
     if law.rests is None:
         return {law.index: new}
-    rests = _rests(dae, law)
-    leaves = ca.logic_and(dae.m[law.index] == STUCK, ca.fabs(new) == 1)
-    breaks_away = ca.logic_and(ca.logic_and(leaves, ca.fabs(law.w) <= ZONE), law.peak > 1)
-    return {law.index: new, law.rests: ca.if_else(breaks_away, 1 - rests, rests)}
+    leaves = ca.logic_and(ca.logic_and(dae.m[law.index] == STUCK, ca.fabs(law.w) <= ZONE), law.peak > 1)
+    return {law.index: new, law.rests: ca.if_else(ca.fabs(new) == 1, ca.if_else(leaves, 1, _rests(dae, law)), 0)}
 
 
 def next_mode(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
@@ -149,14 +147,19 @@ def _moved(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
 
 
 def _slides_on(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
-    """Whether a law at rest slides, or stays at its limit, in the direction of its mode."""
+    """Whether a law at rest slides, or stays at its limit, in the direction of its mode.
+
+    It does while its compliance would have it take more than its limit: in the direction of its rate, or, where others hold it, in that of
+    their creep. At its sliding limit it must also have a rate if it can hold more.
+    """
     mode, rests = dae.m[law.index], _rests(dae, law)
-    nothing = ca.logic_and(slack > 0, ca.fabs(law.upper - law.lower) <= law.hysteresis)
-    driven = rate_margin(law, mode, ca.fmax(slack, rests)) > 0  # a held law moves in neither direction
-    slides = ca.logic_or(driven, nothing)
-    if law.share is not None:
-        slides = ca.logic_and(slides, ca.logic_or(ca.logic_not(rests), held_margin(dae, law) > 0))
-    return ca.logic_and(ca.fabs(mode) == 1, slides)
+    if law.share is None:
+        nothing = ca.logic_and(slack > 0, ca.fabs(law.upper - law.lower) <= law.hysteresis)
+        slides = ca.logic_or(rate_margin(law, mode, ca.fmax(slack, rests)) > 0, nothing)
+    else:
+        slides = held_margin(dae, law) > 0
+    loose = ca.logic_or(ca.logic_or(rests, law.peak <= 1), rate_margin(law, mode, -1) > 0)
+    return ca.logic_and(ca.logic_and(ca.fabs(mode) == 1, slides), loose if law.rests is not None else 1)
 
 
 def _prescribed(dae: HybridDae, law: Friction) -> ca.SX:

@@ -62,7 +62,7 @@ class ModeResolver:
         self.extra, self._unsolved = [], None
         left = set[bytes]()
         while len(left) < _ROUNDS:
-            if self._found(side) and self._note_rest(side):
+            if self._found(side) and self._marked(side):
                 return
             if (state := self._state(side)) in left:
                 break
@@ -80,33 +80,20 @@ class ModeResolver:
         memory = self.memory
         return b"".join(a.tobytes() for a in (memory.y[side], memory.m, memory.jumped, memory.fire))
 
-    def _note_rest(self, side: int) -> bool:
-        """Mark the laws at a limit that others hold at rest; False if this changes torques or rates, so modes must be found again.
-
-        A marked law that is no longer held may slide. A law that has come to rest has its peak torque.
-        """
+    def _marked(self, side: int) -> bool:
+        """Mark the laws at a limit that others hold at rest; False if one is no longer held, so that it slides and modes must be found again."""
         m = self.memory.m
-        marked = {place for place in self._rests if m[place]}
+        marked = [place for place in self._rests if m[place]]
         if self._problem is None or not (marked or self._flags[4] > 0.0):
             return True
         m[self._rests] = 0.0
-        same = True
-        for k, peak in resting(self.dae, self._problem, self._point(side)):
-            law = self.dae.frictions[k]
-            if peak > 1.0 and law.rests not in marked:
-                m[law.index], same = 0.0, False
-            else:
-                m[law.rests] = 1.0
-        return same and all(m[place] for place in marked)
+        m[resting(self.dae, self._problem, self._point(side))] = 1.0
+        return bool(m[marked].all())
 
     def _found(self, side: int) -> bool:
-        """Modes starting from the present ones, then from rest, then from the complementarity problem; False after a reset or an impact."""
+        """Modes starting from the present ones, else from the complementarity problem; False after a reset or an impact."""
         happened = self._newton(side)
-        if self._problem is None:
-            return self._complementary(side) if happened is None else happened
-        if happened is None or (happened and self._flags[4] > 0.0):
-            return self._from_rest(side, happened is not None)
-        return happened
+        return self._complementary(side) if happened is None else happened
 
     def _newton(self, side: int, slack: float = 0.0) -> bool | None:
         """Semismooth Newton: the rules of all laws are applied at the same torques.
@@ -131,56 +118,6 @@ class ModeResolver:
             seen.add(key)
             memory.m[:] = memory.held
         return None
-
-    def _from_rest(self, side: int, consistent: bool) -> bool:
-        """Newton's method with all laws at rest stuck, so that their compliance decides how they share a load; then the problem.
-
-        Modes that are ``consistent`` already are kept unless lasting ones are found. False after a reset or an impact.
-        """
-        m, modes = self.memory.m, self.memory.m.copy()
-        self._forget_rest()
-        begun = m.copy()
-        self._stick(side)
-        found = self._newton(side, slack=1.0)
-        if found is False or (found and ((m == modes).all() or self._lasts(side))):
-            return found
-        if found and not consistent:
-            modes, consistent = m.copy(), True
-        m[:] = begun
-        if not consistent:
-            return self._complementary(side)
-        found = self._linearized(side, held=False)[0]
-        if found is None or (found and not self._lasts(side)):
-            m[:] = modes
-            self._solvable(side)
-            self._apply_rules(side)
-        return found is not False
-
-    def _lasts(self, side: int) -> bool:
-        """Whether every law that others hold at a limit would stay there; a law with a peak is stuck first."""
-        assert self._problem is not None
-        m, modes = self.memory.m, self.memory.m.copy()
-        held = resting(self.dae, self._problem, self._point(side))
-        for k, _ in held:
-            m[self.dae.frictions[k].rests] = 1.0
-        self._apply_rules(side)
-        leaves = bool(self._flags[0])
-        m[:] = modes
-        self._apply_rules(side)
-        return not leaves or any(peak > 1.0 for _, peak in held)
-
-    def _stick(self, side: int) -> None:
-        """Set laws at a limit that have come to rest to stuck; a law with a peak stays at its limit, unless it was marked as resting."""
-        m, values = self.memory.m, law_values(self.dae, self.memory, side).tolist()
-        for law, (w, *_, peak) in zip(self.dae.frictions, values, strict=True):
-            if abs(m[law.index]) == 1.0 and abs(w) <= ZONE and peak <= 1.0 and not law.prescribed:
-                m[law.index] = 0.0
-
-    def _forget_rest(self) -> None:
-        """Treat laws that rest at a limit as stuck, until the search decides which of them are at a limit."""
-        for law in self.dae.frictions:
-            if law.rests is not None and self.memory.m[law.rests] > 0.0:
-                self.memory.m[law.rests] = self.memory.m[law.index] = 0.0
 
     @cached_property
     def _problem(self) -> Complementarity | None:
