@@ -214,10 +214,10 @@ def _contains(expression: Symbol, symbols: Symbol) -> bool:
 class LawTorques:
     """The torques ``tau`` of all laws as expressions of states, implicit unknowns and modes.
 
-    ``creep`` is the rate of each law before plus that after the proximal step, from the coefficients for which the torques were solved: their
-    round-off is then that of the torques, whereas the round-off of a rate by itself, divided by the compliance, may be as large as a torque.
-    ``implicit`` are the laws that are nonlinear in the torques (an efficiency that
-    depends on the load): their own ``tau`` remains an unknown, with the equations ``residuals`` = 0.
+    ``creep`` is the rate of each law before the proximal step plus the rate after it, computed from the coefficients for which the torques
+    were solved. It then has the round-off of the torques. The round-off of a rate by itself, divided by the compliance, may be as large as
+    a torque. ``implicit`` are the laws that are nonlinear in the torques (an efficiency that depends on the load): their own ``tau``
+    remains an unknown, with the equations ``residuals`` = 0.
     """
 
     tau: list[Symbol]
@@ -243,13 +243,20 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
     signs = [1 if isinstance(t.law, UnilateralLaw) else -1 for t in laws]  # a friction torque opposes its rate
     yields = [sign * compliance(t, own, column(list(tau))) for t, own, sign in zip(laws, tau, signs, strict=True)]
     soft = {i: ca.if_else(modes[i], yields[i], 0) for i in range(len(laws))}
-    kept = _Rows([modes[i] for i in explicit], [held[i] for i in explicit], [loose[i] for i in explicit], [tau[i] for i in explicit])
+    kept = _Rows(
+        [modes[i] for i in explicit],
+        [held[i] for i in explicit],
+        [loose[i] for i in explicit],
+        [tau[i] for i in explicit],
+    )
     steps = kept.solved([COMPLIANCE * soft[i] for i in explicit])
     first, whole = list(tau), list(tau)
     for i, yielding, value in zip(explicit, *steps, strict=True):
         first[i], whole[i] = yielding, value
-    both = [ca.substitute(column([t.rate for t in laws]), column(list(tau)), column(torques)) for torques in (first, whole)]
-    creep = ca.vertsplit(sum(both)) 
+    both = [
+        ca.substitute(column([t.rate for t in laws]), column(list(tau)), column(torques)) for torques in (first, whole)
+    ]
+    creep = ca.vertsplit(sum(both))
     for i, rates in zip(explicit, kept.rates(*steps), strict=True):
         creep[i] = rates
     everything = [*whole, *creep, *(rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved)]

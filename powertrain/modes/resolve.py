@@ -15,6 +15,7 @@ from powertrain.errors import SimulationError
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.complementarity import Complementarity, Point
 from powertrain.modes.discontinuities import Discontinuities
+from powertrain.modes.friction import STUCK
 from powertrain.modes.jam import jam_message, law_values, not_found_message, several_message
 from powertrain.modes.resting import resting
 from powertrain.modes.tolerances import ZONE
@@ -81,7 +82,7 @@ class ModeResolver:
         return b"".join(a.tobytes() for a in (memory.y[side], memory.m, memory.jumped, memory.fire))
 
     def _marked(self, side: int) -> bool:
-        """Mark the laws at a limit that others hold at rest; False if one is no longer held, so that it slides and modes must be found again."""
+        """Mark the laws at a limit that others hold at rest; False if one is held no longer, and modes must be found again."""
         m = self.memory.m
         marked = [place for place in self._rests if m[place]]
         if self._problem is None or not (marked or self._flags[4] > 0.0):
@@ -150,6 +151,7 @@ class ModeResolver:
         varied = laws | (against & places)
         rubbing = [i for i in sorted(varied) if any(i == f.index for f in self.dae.frictions)]
         touching = sorted(varied - set(rubbing))
+        held = self._with_peaks(side, varied)
         options: list[tuple[float, ...]] = [
             (start[i], 1.0 - start[i]) for i in pieces
         ]  # the pieces before the event come first
@@ -157,11 +159,19 @@ class ModeResolver:
         for modes in islice(product(*options), _MOST_COMBINATIONS):
             m[:] = start
             m[[*pieces, *rubbing, *touching]] = modes
+            m[[rests for _, rests in held]] = [float(m[index] != STUCK) for index, _ in held]
             if self._consistent(side):
                 return True
         if math.prod(map(len, options)) > _MOST_COMBINATIONS:
             raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
         return self._jam(side, laws, 2 ** len(pieces))
+
+    def _with_peaks(self, side: int, places: set[int]) -> list[tuple[int, int]]:
+        """The laws at these places that have a peak, which they keep at their limit unless they move, with the places that mark it."""
+        laws = [
+            (k, f.index, f.rests) for k, f in enumerate(self.dae.frictions) if f.rests is not None and f.index in places
+        ]
+        return [(index, rests) for k, index, rests in laws if law_values(self.dae, self.memory, side)[k, 5] > 1.0]
 
     def _linearized(self, side: int, held: bool) -> tuple[bool | None, set[int]]:
         """Linearise the laws at the last solution and solve for their modes, until these are consistent.
