@@ -14,13 +14,17 @@ from powertrain.compiler.hybrid import HybridDae
 from powertrain.errors import SimulationError
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.complementarity import Complementarity, Point
+from powertrain.modes.contact import CLOSED, OPEN
 from powertrain.modes.discontinuities import Discontinuities
-from powertrain.modes.friction import STUCK
+from powertrain.modes.friction import BACKWARD, FORWARD, STUCK
 from powertrain.modes.jam import jam_message, law_values, not_found_message, several_message
 from powertrain.modes.resting import resting
 from powertrain.modes.tolerances import ZONE
 from powertrain.modes.uniqueness import Uniqueness
 from powertrain.numerics.buffers import Array, Bound, Memory, view
+
+Alternatives = tuple[list[int], list[tuple[float, ...]]]
+"""Places in the held values and the values that they may have together."""
 
 PASSES = 20
 """Passes of the semismooth Newton method before it counts as not converging."""
@@ -147,31 +151,33 @@ class ModeResolver:
     def _tried(self, side: int, start: Array, laws: set[int], against: set[int]) -> bool:
         """Try all modes of ``laws`` (on a ray) and ``against``, in all pieces: if bounds depend on torques, a ray proves nothing."""
         m, pieces = self.memory.m, self.uniqueness.pieces
-        places = {f.index for f in self.dae.frictions} | {c.index for c in self.dae.contacts}
-        varied = laws | (against & places)
-        rubbing = [i for i in sorted(varied) if any(i == f.index for f in self.dae.frictions)]
-        touching = sorted(varied - set(rubbing))
-        held = self._with_peaks(side, varied)
-        options: list[tuple[float, ...]] = [
-            (start[i], 1.0 - start[i]) for i in pieces
-        ]  # the pieces before the event come first
-        options += [(0.0, 1.0, -1.0)] * len(rubbing) + [(0.0, 1.0)] * len(touching)
-        for modes in islice(product(*options), _MOST_COMBINATIONS):
+        tried: list[Alternatives] = [
+            ([i], [(start[i],), (1.0 - start[i],)]) for i in pieces
+        ]  # those before the event come first
+        tried += self._alternatives(side, laws | against)
+        places = [i for group, _ in tried for i in group]
+        for modes in islice(product(*(values for _, values in tried)), _MOST_COMBINATIONS):
             m[:] = start
-            m[[*pieces, *rubbing, *touching]] = modes
-            m[[rests for _, rests in held]] = [float(m[index] != STUCK) for index, _ in held]
+            m[places] = [value for values in modes for value in values]
             if self._consistent(side):
                 return True
-        if math.prod(map(len, options)) > _MOST_COMBINATIONS:
+        if math.prod(len(values) for _, values in tried) > _MOST_COMBINATIONS:
             raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
         return self._jam(side, laws, 2 ** len(pieces))
 
-    def _with_peaks(self, side: int, places: set[int]) -> list[tuple[int, int]]:
-        """The laws at these places that have a peak, which they keep at their limit unless they move, with the places that mark it."""
-        laws = [
-            (k, f.index, f.rests) for k, f in enumerate(self.dae.frictions) if f.rests is not None and f.index in places
-        ]
-        return [(index, rests) for k, index, rests in laws if law_values(self.dae, self.memory, side)[k, 5] > 1.0]
+    def _alternatives(self, side: int, varied: set[int]) -> list[Alternatives]:
+        """The possible modes of these laws; at its limit a law with a peak keeps the peak if it is at rest, but not if it moves."""
+        found: list[Alternatives] = []
+        for k, law in enumerate(self.dae.frictions):
+            if law.index not in varied:
+                continue
+            if law.rests is None:
+                found.append(([law.index], [(STUCK,), (FORWARD,), (BACKWARD,)]))
+                continue
+            has_peak = law_values(self.dae, self.memory, side)[k, 5] > 1.0
+            kept = [(FORWARD, 1.0), (BACKWARD, 1.0)] if has_peak else []
+            found.append(([law.index, law.rests], [(STUCK, 0.0), *kept, (FORWARD, 0.0), (BACKWARD, 0.0)]))
+        return found + [([c.index], [(OPEN,), (CLOSED,)]) for c in self.dae.contacts if c.index in varied]
 
     def _linearized(self, side: int, held: bool) -> tuple[bool | None, set[int]]:
         """Linearise the laws at the last solution and solve for their modes, until these are consistent.
