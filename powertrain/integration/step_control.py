@@ -25,14 +25,15 @@ def allowances(states: int, algebraic: int) -> NDArray[np.float64]:
     return np.array([1.0] * states + [ALGEBRAIC] * algebraic)
 
 
-def verdict(norm: ca.SX, before: ca.SX, stiffness: ca.SX, samples: Sequence[ca.SX]) -> ca.SX:
+def verdict(norm: ca.SX, before: ca.SX, stiffness: ca.SX, samples: Sequence[ca.SX], noise: ca.SX) -> ca.SX:
     """Error norm, 1 if indicators are not resolved, growth of the step size, least indicator, stiffness, minimum of each sample.
 
-    ``before`` is the error norm of the last step, ``samples`` the indicators at 1/4, 1/2, 3/4 and 1 of the step.
+    ``before`` is the error norm of the last step, ``samples`` the indicators at 1/4, 1/2, 3/4 and 1 of the step,
+    ``noise`` their round-off.
     """
     minima = [least(sample) for sample in samples]
     smallest = least(ca.vertcat(*minima))
-    dips, rough = survey(samples)
+    dips, rough = survey(samples, noise)
     unresolved = ca.logic_or(rough > ROUGH, dips)
     return ca.vertcat(norm, unresolved, growth(norm, before, rough), smallest, stiffness, *minima)
 

@@ -21,7 +21,9 @@ def factor(norm: float, before: float, rough: float = 0.0) -> float:
 def info(norm: float, samples: Matrix, before: float = 1e-4, stiffness: float = 2.0) -> Matrix:
     """``samples``: a row for each indicator."""
     columns = [ca.SX(column) for column in samples.T]
-    return np.array(ca.DM(verdict(ca.SX(norm), ca.SX(before), ca.SX(stiffness), columns))).ravel()
+    return np.array(
+        ca.DM(verdict(ca.SX(norm), ca.SX(before), ca.SX(stiffness), columns, ca.SX.zeros(len(samples))))
+    ).ravel()
 
 
 def test_pi_controller() -> None:
