@@ -13,7 +13,7 @@ from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Switch, Whe
 from powertrain.modes import contact, friction, switch, when
 from powertrain.modes.contact import CLOSED, OPEN
 from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
-from powertrain.modes.tolerances import EPS, INTEGRATED, NO_WIDTH, ZONE
+from powertrain.modes.tolerances import CREEP, EPS, INTEGRATED, NO_WIDTH, ZONE
 
 NEVER, ALWAYS = ca.SX(0), ca.SX(1)
 KNOWN, REACH = 0.25, 2.0
@@ -92,6 +92,15 @@ def test_a_free_law_engages_above_twice_the_width(mode: float, width: float, exp
 def test_a_law_at_its_limit_stays_there_for_its_share_of_the_load(share: float, expected: float, rests: float) -> None:
     """At the limit of 1.5, known to 0.25; its share is huge where it moves, and that of its compliance where others hold it."""
     one = law(torque=1.5, rests=1, share=ca.SX(share))
+    assert float(friction.next_modes(model(FORWARD, rests), one, NEVER, NEVER)[0]) == expected
+
+
+@pytest.mark.parametrize(
+    ("rate", "rests", "expected"), [(1.1, 0.0, FORWARD), (0.9, 0.0, STUCK), (-1.1, 0.0, STUCK), (1.1, 1.0, STUCK)]
+)
+def test_a_law_held_in_part_slides_at_a_rate_beyond_creep(rate: float, rests: float, expected: float) -> None:
+    """Its share, without the proximal step, is below the limit; a law that was found held is let go by its share."""
+    one = law(torque=1.5, rate=rate * CREEP * REACH * 1.5, rests=1, share=ca.SX(1.2))
     assert float(friction.next_modes(model(FORWARD, rests), one, NEVER, NEVER)[0]) == expected
 
 
