@@ -164,17 +164,23 @@ def test_what_may_be_taken_for_an_error(seed: int) -> None:
     assert examined(seed)
 
 
-def test_modes_that_repeat_are_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A mass with a static friction peak comes to rest at a stop; stuck it does not hold, sliding it rests: once round is enough."""
-    rounds, note_rest = list[float](), ModeResolver._note_rest
-
-    def counted(resolver: ModeResolver, side: int) -> bool:
-        rounds.append(float(resolver.memory.time[0]))
-        return note_rest(resolver, side)
-
-    monkeypatch.setattr(ModeResolver, "_note_rest", counted)
+def test_a_machine_that_seizes_is_proved_to_jam() -> None:
+    """A self-locking differential between a forced shaft and a mass at a stop: without load it has modes, and no modes beyond."""
     found = runs(76735, False)
     assert isinstance(found, pt.SimulationError)
-    assert "no consistent modes were found" in str(found)
+    assert "in none of the 8 pieces of the bounds are modes consistent (the mechanism jams)" in str(found)
     assert "parts[8].mode" in str(found)
-    assert rounds.count(rounds[-1]) < 10
+
+
+def test_modes_that_repeat_are_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Modes that are found again and again but never marked: once round is enough."""
+    rounds = list[int]()
+
+    def never(resolver: ModeResolver, side: int) -> bool:
+        rounds.append(side)
+        return False
+
+    monkeypatch.setattr(ModeResolver, "_marked", never)
+    with pytest.raises(pt.InitializationError, match="no consistent modes were found"):
+        pt.compile(mechanism(0)).simulate(STOP)
+    assert len(rounds) < 10

@@ -47,7 +47,7 @@ class Resolver:
         laws = [self._open_law(t, own) for t, own in zip(torques, self.tau, strict=True)]
         self.laws = set_apart(laws, self.tau, Motion(x, column(self._open_rates()), column(solved.implicit)))
         found = solve_torques(self.laws, self.tau)
-        self.torque, self._yielding = column(found.tau), column(found.first)
+        self.torque, self._creep = column(found.tau), found.creep
         self.assigned = self.close([self._opened])[0]
         self._implicit_laws, self._implicit = found.residuals, found.implicit
         self._largest: dict[frozenset[int], Symbol] = {}
@@ -240,9 +240,7 @@ class Resolver:
 
     def share(self, k: int) -> Symbol:
         """The torque due to the law's compliance, before and after the proximal step; at a limit it is at least the limit."""
-        rate = self.laws[k].rate
-        yielded = _substituted([rate], column(self.tau), self._yielding)[0] + self.close([rate])[0]
-        return yielded / (COMPLIANCE * self.close([self.open_compliance(k)])[0])
+        return self._creep[k] / (COMPLIANCE * self.close([self.open_compliance(k)])[0])
 
     def open_compliance(self, k: int) -> Symbol:
         """The compliance of a stuck law for given torques."""

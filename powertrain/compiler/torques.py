@@ -214,12 +214,14 @@ def _contains(expression: Symbol, symbols: Symbol) -> bool:
 class LawTorques:
     """The torques ``tau`` of all laws as expressions of states, implicit unknowns and modes.
 
-    ``first`` are the torques before the proximal step. ``implicit`` are the laws that are nonlinear in the torques (an efficiency that
-    depends on the load): their own ``tau`` remains an unknown, with the equations ``residuals`` = 0.
+    ``creep`` is the rate of each law before the proximal step plus the rate after it, computed from the coefficients for which the torques
+    were solved. It then has the round-off of the torques. The round-off of a rate by itself, divided by the compliance, may be as large as
+    a torque. ``implicit`` are the laws that are nonlinear in the torques (an efficiency that depends on the load): their own ``tau``
+    remains an unknown, with the equations ``residuals`` = 0.
     """
 
     tau: list[Symbol]
-    first: list[Symbol]
+    creep: list[Symbol]
     implicit: list[int]
     residuals: list[Symbol]
 
@@ -231,22 +233,35 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
     modes = [t.mode == 0 if isinstance(t.law, FrictionLaw) else t.mode == 1 for t in laws]
     held = [_rate_held(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
     loose = [_loose(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
+    n = len(laws)
+    short, parts = _affine([*held, *loose, *(t.rate for t in laws)], list(tau))
+    held, loose = short[:n], short[n : 2 * n]
+    laws = [replace(t, rate=rate) for t, rate in zip(laws, short[2 * n :], strict=True)]
     rows = [ca.if_else(mode, a, b) for mode, a, b in zip(modes, held, loose, strict=True)]
-    short, parts = _affine([*rows, *(t.rate for t in laws)], list(tau))
-    rows, laws = short[: len(laws)], [replace(t, rate=rate) for t, rate in zip(laws, short[len(laws) :], strict=True)]
     curved = _curved(rows, list(tau))
     explicit = [i for i in range(len(laws)) if i not in curved]
     signs = [1 if isinstance(t.law, UnilateralLaw) else -1 for t in laws]  # a friction torque opposes its rate
     yields = [sign * compliance(t, own, column(list(tau))) for t, own, sign in zip(laws, tau, signs, strict=True)]
     soft = {i: ca.if_else(modes[i], yields[i], 0) for i in range(len(laws))}
-    steps = _solved([rows[i] for i in explicit], [tau[i] for i in explicit], [COMPLIANCE * soft[i] for i in explicit])
+    kept = _Rows(
+        [modes[i] for i in explicit],
+        [held[i] for i in explicit],
+        [loose[i] for i in explicit],
+        [tau[i] for i in explicit],
+    )
+    steps = kept.solved([COMPLIANCE * soft[i] for i in explicit])
     first, whole = list(tau), list(tau)
     for i, yielding, value in zip(explicit, *steps, strict=True):
         first[i], whole[i] = yielding, value
-    everything = [*whole, *first, *(rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved)]
+    both = [
+        ca.substitute(column([t.rate for t in laws]), column(list(tau)), column(torques)) for torques in (first, whole)
+    ]
+    creep = scalars(sum(both))
+    for i, rates in zip(explicit, kept.rates(*steps), strict=True):
+        creep[i] = rates
+    everything = [*whole, *creep, *(rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved)]
     if parts:
         everything = scalars(ca.substitute(column(everything), *parts))
-    n = len(laws)
     return LawTorques(everything[:n], everything[n : 2 * n], curved, everything[2 * n :])
 
 
@@ -339,22 +354,43 @@ def _affine(rows: list[Symbol], symbols: list[Symbol]) -> tuple[list[Symbol], tu
     return scalars(short), (column(names), column(parts))
 
 
-def _solved(rows: list[Symbol], unknowns: list[Symbol], soft: list[Symbol]) -> tuple[list[Symbol], list[Symbol]]:
-    """The unknowns of affine rows before and after one proximal step, row + soft (unknown - q) = 0; each row's own unknown is its pivot."""
+class _Rows:
+    """Affine equations of some torques: ``held`` = 0 in the mode of the law, else ``loose`` = 0; each row's own torque is its pivot."""
+
+    def __init__(self, modes: list[Symbol], held: list[Symbol], loose: list[Symbol], tau: list[Symbol]) -> None:
+        self.modes = modes
+        self.held, self.loose = _coefficients(held, tau), _coefficients(loose, tau)
+
+    def solved(self, soft: list[Symbol]) -> tuple[list[Symbol], list[Symbol]]:
+        """The torques before and after one proximal step, row + soft (torque - q) = 0."""
+        entries: list[Row] = []
+        numbers: list[Numbers] = []
+        right = []
+        for i, (mode, (a, b), (c, d)) in enumerate(zip(self.modes, self.held, self.loose, strict=True)):
+            row = {j: ca.if_else(mode, a.get(j, 0), c.get(j, 0)) for j in sorted(a.keys() | c.keys() | {i})}
+            row[i] += soft[i]
+            entries.append(row)
+            numbers.append({j: 1e9 if i == j else 1.0 for j in row})
+            right.append(-ca.if_else(mode, b, d))
+        factors = eliminate(entries, numbers)
+        first = factors.solve(right)
+        second = factors.solve([b + s * first[i] for i, (b, s) in enumerate(zip(right, soft, strict=True))])
+        return [first[j] for j in range(len(soft))], [second[j] for j in range(len(soft))]
+
+    def rates(self, first: list[Symbol], second: list[Symbol]) -> list[Symbol]:
+        """``held`` for the first torques plus ``held`` for the second."""
+        return [sum((a * (first[j] + second[j]) for j, a in slopes.items()), 2 * value) for slopes, value in self.held]
+
+
+def _coefficients(rows: list[Symbol], tau: list[Symbol]) -> list[tuple[Row, Symbol]]:
+    """The slopes of each affine row, and its value without torques."""
     if not rows:
-        return [], []
-    whole, symbols = column(rows), column(unknowns)
-    jacobian = ca.jacobian(whole, symbols) + ca.diag(column(soft))
-    right = scalars(-ca.substitute(whole, symbols, ca.DM.zeros(len(rows))))
-    entries: list[Row] = [{} for _ in rows]
-    numbers: list[Numbers] = [{} for _ in rows]
-    elements = scalars(jacobian.nz[:])
-    for i, j, entry in zip(*jacobian.sparsity().get_triplet(), elements, strict=True):
-        entries[i][j], numbers[i][j] = entry, 1e9 if i == j else 1.0
-    factors = eliminate(entries, numbers)
-    first = factors.solve(right)
-    second = factors.solve([b + s * first[i] for i, (b, s) in enumerate(zip(right, soft, strict=True))])
-    return [first[j] for j in range(len(rows))], [second[j] for j in range(len(rows))]
+        return []
+    whole, symbols = column(rows), column(tau)
+    slopes, entries = ca.jacobian(whole, symbols), [Row() for _ in rows]
+    for i, j, entry in zip(*slopes.sparsity().get_triplet(), scalars(slopes.nz[:]), strict=True):
+        entries[i][j] = entry
+    return list(zip(entries, scalars(ca.substitute(whole, symbols, ca.DM.zeros(len(rows)))), strict=True))
 
 
 def cancels(slope: Symbol) -> bool:

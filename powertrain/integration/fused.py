@@ -63,6 +63,7 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX)
     n = dae.x.numel()
     rates = ca.densify(ca.vertcat(dae.xdot, dae.residual))
     found = ca.vertcat(*[indicator.value for indicator in indicators(dae)])
+    noise = ca.densify(ca.vertcat(*[indicator.noise for indicator in indicators(dae)]))
     scaled = ca.densify(ca.vertcat(*[indicator.scaled for indicator in indicators(dae)]))
     counted = ca.vertcat(*[ca.logic_or(g.value < g.low, g.value > g.high) for g in dae.guards if g.action == "count"])
     found, counted = ca.densify(found), ca.densify(counted)
@@ -94,7 +95,7 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX)
         rates=lambda t, u: call("rates", lambda: [rates], t, u)[0],
         guards=lambda t, u: call("guards", lambda: [counted], t, u)[0],
         watch=lambda t, u: call("watch", lambda: [found], t, u)[0],
-        reached=lambda t, u: call("reached", lambda: [rates, found], t, u),
+        reached=lambda t, u: call("reached", lambda: [rates, found, noise], t, u),
         located=lambda t, u: call("located", lambda: [scaled], t, u)[0],
         partials=lambda t, u: call("partials", partials, t, u),
         rows=rows,
@@ -108,10 +109,10 @@ def step(model: Common, method: str) -> ca.Function:
     slope, t, h = model.kind.sym("slope", model.y.numel()), model.time[0], model.time[1]
     taken, defect = taken_step(model, method, slope)
     samples = [model.watch(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
-    slope_there, last = model.reached(t + h, taken.end)
+    slope_there, last, noise = model.reached(t + h, taken.end)
     judged = verdict_function(model.indicators)
     norm = error_norm(model, taken, defect)
-    info = judged(norm, taken.stiffness, ca.horzcat(*samples, last))
+    info = judged(norm, taken.stiffness, ca.horzcat(*samples, last), noise)
     outside = model.guards(t + h, taken.end)
     results = [ca.densify(r) for r in (taken.end, slope_there, info, ca.vec(taken.dense), outside)]
     inputs = [model.time, model.y, model.m, model.p, slope, model.tolerance]
@@ -149,11 +150,11 @@ def _norm(squares: ca.SX) -> ca.SX:
 
 
 def verdict_function(indicators: int) -> ca.Function:
-    """(norm, stiffness, one column of indicators for each sample) -> info, see ``verdict``."""
+    """(norm, stiffness, one column of indicators for each sample, noise) -> info, see ``verdict``."""
     norm, stiffness = ca.SX.sym("norm"), ca.SX.sym("stiffness")
-    samples = ca.SX.sym("samples", indicators, len(CHECKS) + 1)
-    info = ca.densify(verdict(norm, stiffness, ca.horzsplit(samples)))
-    return ca.Function(PREFIX + "verdict", [norm, stiffness, samples], ca.cse([info]))
+    samples, noise = ca.SX.sym("samples", indicators, len(CHECKS) + 1), ca.SX.sym("noise", indicators)
+    info = ca.densify(verdict(norm, stiffness, ca.horzsplit(samples), noise))
+    return ca.Function(PREFIX + "verdict", [norm, stiffness, samples, noise], ca.cse([info]))
 
 
 def fresh(model: Common) -> ca.Function:

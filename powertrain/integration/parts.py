@@ -45,20 +45,21 @@ def _advance(model: Common, method: str) -> dict[str, ca.Function]:
 
 
 def _samples(model: Common) -> Compilable:
-    """(points, m, p) -> indicators and rates at these points, one row per point."""
+    """(points, m, p) -> indicators, their noise and rates at these points, one row per point."""
     dae = model.dae
-    found = ca.vertcat(*(indicator.value for indicator in indicators(dae)), dae.xdot, dae.residual)
+    watched = indicators(dae)
+    found = ca.vertcat(*(i.value for i in watched), *(i.noise for i in watched), dae.xdot, dae.residual)
     return abreast(f"{PREFIX}samples", ca.vertcat(dae.t, dae.x, dae.z), [dae.m, dae.p], ca.cse(ca.densify(found)))
 
 
 def _verdict(model: Common) -> ca.Function:
     """(error norm, stiffness, samples) -> (info, slope)."""
     norm, stiffness = ca.SX.sym("norm"), ca.SX.sym("stiffness")
-    samples = ca.SX.sym("samples", WIDTH, model.indicators + model.y.numel())
-    function = verdict_function(model.indicators)
-    info = function(norm, stiffness, samples[:, : model.indicators].T)
+    n = model.indicators
+    samples = ca.SX.sym("samples", WIDTH, 2 * n + model.y.numel())
+    info = verdict_function(n)(norm, stiffness, samples[:, :n].T, samples[-1, n : 2 * n].T)
     inputs = [norm, stiffness, samples]
-    return ca.Function(f"{PREFIX}verdict_of_samples", inputs, [info, samples[-1, model.indicators :].T])
+    return ca.Function(f"{PREFIX}verdict_of_samples", inputs, [info, samples[-1, 2 * n :].T])
 
 
 class Parts:

@@ -30,10 +30,12 @@ def least(values: ca.SX) -> ca.SX:
     return smallest
 
 
-def survey(samples: Sequence[ca.SX]) -> tuple[ca.SX, ca.SX]:
+def survey(samples: Sequence[ca.SX], noise: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Whether parabolas through an indicator's samples dip below zero inside the step, and the largest relative third difference.
 
-    They also count if they come as close to zero as their uncertainty. ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the step.
+    They also count if they come as close to zero as their uncertainty. ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the step,
+    ``noise`` their round-off: a second difference up to 4 times that and a third difference up to 8 times that says nothing, as for torques
+    while nothing moves. What is missed for this dips below zero by at most half the round-off between samples.
     Indicators below zero at a sample are located anyway; another indicator that falls in the same step does not matter, as the dip may come
     first. Error control alone does not see the torques of stuck laws: the states stand still while these torques change.
     """
@@ -42,22 +44,25 @@ def survey(samples: Sequence[ca.SX]) -> tuple[ca.SX, ca.SX]:
         a, b, c, d = (sample[i] for sample in samples)
         bend, next_bend = a - 2 * b + c, b - 2 * c + d
         unsure = _SKEW * ca.fabs(next_bend - bend)
-        first = _dips(b, (c - a) / 2, bend, unsure, (-2.0, 1.0))
-        second = _dips(c, (d - b) / 2, next_bend, unsure, (-1.0, 1.0 + _BEYOND))
+        straight = 4 * noise[i]
+        first = _dips(b, (c - a) / 2, bend, unsure, straight, (-2.0, 1.0))
+        second = _dips(c, (d - b) / 2, next_bend, unsure, straight, (-1.0, 1.0 + _BEYOND))
         lowest = ca.fmin(ca.fmin(a, b), ca.fmin(c, d))
         dips = ca.logic_or(dips, ca.logic_and(lowest > 0, ca.logic_or(first, second)))
         size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
-        rough = ca.fmax(rough, ca.fabs(next_bend - bend) / (size + NOISE))
+        rough = ca.fmax(rough, (ca.fabs(next_bend - bend) - 2 * straight) / (size + NOISE))
     return dips, rough
 
 
-def _dips(value: ca.SX, slope: ca.SX, bend: ca.SX, unsure: ca.SX, between: tuple[float, float]) -> ca.SX:
+def _dips(
+    value: ca.SX, slope: ca.SX, bend: ca.SX, unsure: ca.SX, straight: ca.SX, between: tuple[float, float]
+) -> ca.SX:
     """Whether the minimum of the parabola value + slope q + bend q^2/2 is ``between`` two places and below zero, within ``unsure``.
 
-    The minimum is value - slope^2/(2 bend), at q = -slope/bend. ``inside`` implies bend > 0, or slope = bend = 0 without a minimum.
+    The minimum is value - slope^2/(2 bend), at q = -slope/bend. A parabola that bends by no more than ``straight`` counts as straight.
     Before the samples, where an indicator may just have left zero, the parabola counts as exact.
     """
     low, high = between
-    inside = ca.logic_and(slope <= -low * bend, -slope <= high * bend)
+    inside = ca.logic_and(ca.logic_and(slope <= -low * bend, -slope <= high * bend), bend > straight)
     error = ca.if_else(slope <= bend, unsure + _BLUNT * bend, 0)
     return ca.logic_and(inside, 2 * bend * (value - error) < slope**2)

@@ -25,7 +25,7 @@ class SparseStep:
         self._states, self._n = model.dae.x.numel(), model.y.numel()
         self._point, self._now = zeros(self._n), zeros(1)
         self._rate, self._slope = zeros(self._n), zeros(self._n)
-        self._g, self._outside = zeros(model.indicators), memory.outside
+        self._g, self._noise, self._outside = zeros(model.indicators), zeros(model.indicators), memory.outside
         self._samples, self._norm = zeros(4 * max(model.indicators, 1)), zeros(1)
         self._checks = model.indicators > 0
         self._nominal = model.dae.sizes
@@ -35,19 +35,19 @@ class SparseStep:
     def _bind(self, model: Common) -> None:
         dae, memory = model.dae, self._memory
         now = ca.SX.sym("now")
-        rates, g = model.rates(now, model.y), model.watch(now, model.y)
+        rates, g, noise = model.reached(now, model.y)
         inputs, arrays = [now, model.y, dae.m, dae.p], [self._now, self._point, memory.m, memory.p]
         self._rates = Bound(ca.Function(PREFIX + "rates", inputs, ca.cse([rates])), arrays, [self._rate])
         self._watch = Bound(
-            ca.Function(PREFIX + "watch", inputs, ca.cse([ca.densify(g), ca.densify(model.guards(now, model.y))])),
+            ca.Function(PREFIX + "watch", inputs, ca.cse([g, noise, ca.densify(model.guards(now, model.y))])),
             arrays,
-            [self._g, self._outside],
+            [self._g, self._noise, self._outside],
         )
-        samples = ca.SX.sym("samples", model.indicators, 4)
+        samples, noises = ca.SX.sym("samples", model.indicators, 4), ca.SX.sym("noise", model.indicators)
         norm = ca.SX.sym("norm")
-        info = verdict(norm, ca.SX(0), ca.horzsplit(samples))
-        function = ca.Function(PREFIX + "verdict", [norm, ca.vec(samples)], [ca.densify(info)])
-        self._verdict = Bound(function, [self._norm, self._samples], [memory.info])
+        info = verdict(norm, ca.SX(0), ca.horzsplit(samples), noises)
+        function = ca.Function(PREFIX + "verdict", [norm, ca.vec(samples), noises], [ca.densify(info)])
+        self._verdict = Bound(function, [self._norm, self._samples, self._noise], [memory.info])
         diagonal = ca.Sparsity.diag(self._n)
         jacobian = ca.jacobian(rates, model.y)
         pattern = jacobian.sparsity() + diagonal

@@ -38,14 +38,14 @@ def allowances(states: int, algebraic: int) -> NDArray[np.float64]:
     return np.array([1.0] * states + [ALGEBRAIC] * algebraic)
 
 
-def verdict(norm: ca.SX, stiffness: ca.SX, samples: Sequence[ca.SX]) -> ca.SX:
+def verdict(norm: ca.SX, stiffness: ca.SX, samples: Sequence[ca.SX], noise: ca.SX) -> ca.SX:
     """Error norm, 1 if indicators are not resolved, growth of the step size, least indicator, stiffness, minimum of each sample.
 
-    ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the step.
+    ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the step, ``noise`` is their round-off.
     """
     minima = [least(sample) for sample in samples]
     smallest = least(ca.vertcat(*minima))
-    dips, rough = survey(samples)
+    dips, rough = survey(samples, noise)
     unresolved = ca.logic_or(rough > ROUGH, dips)
     return ca.vertcat(norm, unresolved, growth(norm, rough), smallest, stiffness, *minima)
 

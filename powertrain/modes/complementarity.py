@@ -47,7 +47,10 @@ class Point:
 
 @dataclass(frozen=True)
 class LinearLaws:
-    """Laws at one point for torques near ``tau``: value + slope (tau' - tau) for every quantity, with the implicit unknowns eliminated."""
+    """Laws at one point for torques near ``tau``: value + slope (tau' - tau) for every quantity, with the implicit unknowns eliminated.
+
+    ``peak``: the limits of a law at rest are this multiple of its bounds.
+    """
 
     speed: Array
     rate: Array
@@ -134,7 +137,15 @@ class Laws:
             value += slope[:, :n] @ step
             slopes.append(slope[:, n:] * sign + slope[:, :n] @ moved)
         reach, yields, peak = found[12].ravel(), COMPLIANCE * found[13].ravel(), found[14].ravel()
+        peak = np.where(self._keeps_peak(point.m), peak, 1.0)
         return LinearLaws(speed, rate, lower, upper, peak, reach, yields, g, *slopes[1:])
+
+    def _keeps_peak(self, m: Array) -> Mask:
+        """Stuck laws, and those that others hold at rest at their limit."""
+        marks = [0.0 if f.rests is None else m[f.rests] for f in self.dae.frictions]
+        kept: Mask = np.array([*marks, *[0.0] * (self.count - self.frictions)]) > 0.0
+        kept |= m[self.index] == STUCK
+        return kept
 
     def at_rest(self, point: Point, near: LinearLaws, zone: float) -> Mask:
         """Friction laws whose speed does not decide their mode; contacts that are closed or close without an impact."""
@@ -186,7 +197,7 @@ class Complementarity:
         base = laws.at(replace(point, m=m), tau) if places else near
         bend = self._bends(replace(point, m=m), tau, base, places)
         rest = laws.at_rest(point, base, zone)
-        holds = np.where(rest & (point.m[laws.index] == STUCK), base.peak, 1.0)  # a stuck law must exceed its peak
+        holds = np.where(rest, base.peak, 1.0)
         wide = _widened(base, bend, holds, np.where(rest, known, 0.0))
         answer = _Problem(laws, *wide, tau, rest, zone).answer(self.switches)
         for law, hold in zip(self.dae.frictions, holds, strict=False):

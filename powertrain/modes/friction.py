@@ -15,7 +15,7 @@ import math
 import casadi as ca
 
 from powertrain.compiler.hybrid import Barrier, Friction, HybridDae
-from powertrain.modes.tolerances import EPS, INTEGRATED, NO_WIDTH, SWIFT, ZONE
+from powertrain.modes.tolerances import CREEP, EPS, INTEGRATED, NO_WIDTH, SWIFT, ZONE
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
@@ -66,7 +66,7 @@ def width_margin(law: Friction) -> ca.SX:
 
 
 def held_margin(dae: HybridDae, law: Friction) -> ca.SX:
-    """A law at a limit that others hold at rest stays there while its share of the load exceeds the limit; including the hysteresis."""
+    """A law at a limit stays there while its share of the load exceeds the limit; including the hysteresis."""
     assert law.share is not None
     return dae.m[law.index] * (law.share - law.torque) + law.hysteresis
 
@@ -120,10 +120,8 @@ def next_modes(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> di
     new = next_mode(dae, law, jumped, slack)
     if law.rests is None:
         return {law.index: new}
-    rests = _rests(dae, law)
-    leaves = ca.logic_and(dae.m[law.index] == STUCK, ca.fabs(new) == 1)
-    breaks_away = ca.logic_and(ca.logic_and(leaves, ca.fabs(law.w) <= ZONE), law.peak > 1)
-    return {law.index: new, law.rests: ca.if_else(breaks_away, 1 - rests, rests)}
+    leaves = ca.logic_and(ca.logic_and(dae.m[law.index] == STUCK, ca.fabs(law.w) <= ZONE), law.peak > 1)
+    return {law.index: new, law.rests: ca.logic_and(ca.fabs(new) == 1, ca.logic_or(leaves, _rests(dae, law)))}
 
 
 def next_mode(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
@@ -158,14 +156,30 @@ def _sliding(mode: ca.SX, slides: ca.SX) -> ca.SX:
 
 
 def _slides_on(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
-    """Whether a law at rest slides, or stays at its limit, in the direction of its mode."""
+    """Whether a law at rest slides, or stays at its limit, in the direction of its mode: see ``takes_more``.
+
+    A law with a peak that has come to rest is stuck first, unless it is about to move.
+    """
     mode, rests = dae.m[law.index], _rests(dae, law)
+    slides = ca.logic_and(ca.fabs(mode) == 1, takes_more(dae, law, slack))
+    if law.rests is None:
+        return slides
+    return ca.logic_and(slides, ca.logic_or(ca.logic_or(rests, law.peak <= 1), rate_margin(law, mode, -1) > 0))
+
+
+def takes_more(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
+    """Whether the compliance of a law at a limit would have it take more: v - eps G_ii tau is positive in the direction of its mode.
+
+    This decides both where it moves, with a rate far above that of its compliance, and where others hold it, at a rate that is nothing but
+    their creep. The rate alone decides if the law shares its motion with none, or is nonlinear in the torques.
+    """
+    if (
+        law.share is not None
+    ):  # a rate beyond creep is that of a law which others hold only in part: its share lacks the proximal step
+        moves = dae.m[law.index] * law.rate > CREEP * law.reach * ca.fabs(law.torque)
+        return ca.logic_or(ca.logic_and(moves, ca.logic_not(_rests(dae, law))), held_margin(dae, law) > 0)
     nothing = ca.logic_and(slack > 0, ca.fabs(law.upper - law.lower) <= law.hysteresis)
-    driven = rate_margin(law, mode, ca.fmax(slack, rests)) > 0  # a held law moves in neither direction
-    slides = ca.logic_or(driven, nothing)
-    if law.share is not None:
-        slides = ca.logic_and(slides, ca.logic_or(ca.logic_not(rests), held_margin(dae, law) > 0))
-    return ca.logic_and(ca.fabs(mode) == 1, slides)
+    return ca.logic_or(rate_margin(law, dae.m[law.index], ca.fmax(slack, _rests(dae, law))) > 0, nothing)
 
 
 def _prescribed(dae: HybridDae, law: Friction) -> ca.SX:

@@ -24,6 +24,11 @@ class Indicator:
         """The value scaled so that its uncertainty is EPS: a torque cannot be located more precisely than its own round-off."""
         return self.value * (EPS / self.known)
 
+    @property
+    def noise(self) -> ca.SX:
+        """Round-off of the value. The uncertainty of a prescribed speed is an error of the states instead, which a step does not add."""
+        return ca.SX(0.0 if isinstance(self.law, Friction) and self.law.prescribed else self.known)
+
 
 def indicators(dae: HybridDae) -> tuple[Indicator, ...]:
     """All indicators that are located as state events; conditions with a known instant are time events."""

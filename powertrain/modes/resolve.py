@@ -14,12 +14,17 @@ from powertrain.compiler.hybrid import HybridDae
 from powertrain.errors import SimulationError
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.complementarity import Complementarity, Point
+from powertrain.modes.contact import CLOSED, OPEN
 from powertrain.modes.discontinuities import Discontinuities
+from powertrain.modes.friction import BACKWARD, FORWARD, STUCK
 from powertrain.modes.jam import jam_message, law_values, not_found_message, several_message
 from powertrain.modes.resting import resting
 from powertrain.modes.tolerances import ZONE
 from powertrain.modes.uniqueness import Uniqueness
 from powertrain.numerics.buffers import Array, Bound, Memory, view
+
+Alternatives = tuple[list[int], list[tuple[float, ...]]]
+"""Places in the held values and the values that they may have together."""
 
 PASSES = 20
 """Passes of the semismooth Newton method before it counts as not converging."""
@@ -64,7 +69,7 @@ class ModeResolver:
             self._discontinuities.impulses[:] = 0.0
         left = set[bytes]()
         while len(left) < _ROUNDS:
-            if self._found(side) and self._note_rest(side):
+            if self._found(side) and self._marked(side):
                 return
             if (state := self._state(side)) in left:
                 break
@@ -88,33 +93,20 @@ class ModeResolver:
         memory = self.memory
         return b"".join(a.tobytes() for a in (memory.y[side], memory.m, memory.jumped, memory.fire))
 
-    def _note_rest(self, side: int) -> bool:
-        """Mark the laws at a limit that others hold at rest; False if this changes torques or rates, so modes must be found again.
-
-        A marked law that is no longer held may slide. A law that has come to rest has its peak torque.
-        """
+    def _marked(self, side: int) -> bool:
+        """Mark the laws at a limit that others hold at rest; False if one is held no longer, and modes must be found again."""
         m = self.memory.m
-        marked = {place for place in self._rests if m[place]}
+        marked = [place for place in self._rests if m[place]]
         if self._problem is None or not (marked or self._flags[4] > 0.0):
             return True
         m[self._rests] = 0.0
-        same = True
-        for k, peak in resting(self.dae, self._problem, self._point(side)):
-            law = self.dae.frictions[k]
-            if peak > 1.0 and law.rests not in marked:
-                m[law.index], same = 0.0, False
-            else:
-                m[law.rests] = 1.0
-        return same and all(m[place] for place in marked)
+        m[resting(self.dae, self._problem, self._point(side))] = 1.0
+        return bool(m[marked].all())
 
     def _found(self, side: int) -> bool:
-        """Modes starting from the present ones, then from rest, then from the complementarity problem; False after a reset or an impact."""
+        """Modes starting from the present ones, else from the complementarity problem; False after a reset or an impact."""
         happened = self._newton(side)
-        if self._problem is None:
-            return self._complementary(side) if happened is None else happened
-        if happened is None or (happened and self._flags[4] > 0.0):
-            return self._from_rest(side, happened is not None)
-        return happened
+        return self._complementary(side) if happened is None else happened
 
     def _newton(self, side: int, slack: float = 0.0) -> bool | None:
         """Semismooth Newton: the rules of all laws are applied at the same torques.
@@ -139,56 +131,6 @@ class ModeResolver:
             seen.add(key)
             memory.m[:] = memory.held
         return None
-
-    def _from_rest(self, side: int, consistent: bool) -> bool:
-        """Newton's method with all laws at rest stuck, so that their compliance decides how they share a load; then the problem.
-
-        Modes that are ``consistent`` already are kept unless lasting ones are found. False after a reset or an impact.
-        """
-        m, modes = self.memory.m, self.memory.m.copy()
-        self._forget_rest()
-        begun = m.copy()
-        self._stick(side)
-        found = self._newton(side, slack=1.0)
-        if found is False or (found and ((m == modes).all() or self._lasts(side))):
-            return found
-        if found and not consistent:
-            modes, consistent = m.copy(), True
-        m[:] = begun
-        if not consistent:
-            return self._complementary(side)
-        found = self._linearized(side, held=False)[0]
-        if found is None or (found and not self._lasts(side)):
-            m[:] = modes
-            self._solvable(side)
-            self._apply_rules(side)
-        return found is not False
-
-    def _lasts(self, side: int) -> bool:
-        """Whether every law that others hold at a limit would stay there; a law with a peak is stuck first."""
-        assert self._problem is not None
-        m, modes = self.memory.m, self.memory.m.copy()
-        held = resting(self.dae, self._problem, self._point(side))
-        for k, _ in held:
-            m[self.dae.frictions[k].rests] = 1.0
-        self._apply_rules(side)
-        leaves = bool(self._flags[0])
-        m[:] = modes
-        self._apply_rules(side)
-        return not leaves or any(peak > 1.0 for _, peak in held)
-
-    def _stick(self, side: int) -> None:
-        """Set laws at a limit that have come to rest to stuck; a law with a peak stays at its limit, unless it was marked as resting."""
-        m, values = self.memory.m, law_values(self.dae, self.memory, side).tolist()
-        for law, (w, *_, peak) in zip(self.dae.frictions, values, strict=True):
-            if abs(m[law.index]) == 1.0 and abs(w) <= ZONE and peak <= 1.0 and not law.prescribed:
-                m[law.index] = 0.0
-
-    def _forget_rest(self) -> None:
-        """Treat laws that rest at a limit as stuck, until the search decides which of them are at a limit."""
-        for law in self.dae.frictions:
-            if law.rests is not None and self.memory.m[law.rests] > 0.0:
-                self.memory.m[law.rests] = self.memory.m[law.index] = 0.0
 
     @cached_property
     def _problem(self) -> Complementarity | None:
@@ -217,22 +159,33 @@ class ModeResolver:
     def _tried(self, side: int, start: Array, laws: set[int], against: set[int]) -> bool:
         """Try all modes of ``laws`` (on a ray) and ``against``, in all pieces: if bounds depend on torques, a ray proves nothing."""
         m, pieces = self.memory.m, self.uniqueness.pieces
-        places = {f.index for f in self.dae.frictions} | {c.index for c in self.dae.contacts}
-        varied = laws | (against & places)
-        rubbing = [i for i in sorted(varied) if any(i == f.index for f in self.dae.frictions)]
-        touching = sorted(varied - set(rubbing))
-        options: list[tuple[float, ...]] = [
-            (start[i], 1.0 - start[i]) for i in pieces
-        ]  # the pieces before the event come first
-        options += [(0.0, 1.0, -1.0)] * len(rubbing) + [(0.0, 1.0)] * len(touching)
-        for modes in islice(product(*options), _MOST_COMBINATIONS):
+        tried: list[Alternatives] = [
+            ([i], [(start[i],), (1.0 - start[i],)]) for i in pieces
+        ]  # those before the event come first
+        tried += self._alternatives(side, laws | against)
+        places = [i for group, _ in tried for i in group]
+        for modes in islice(product(*(values for _, values in tried)), _MOST_COMBINATIONS):
             m[:] = start
-            m[[*pieces, *rubbing, *touching]] = modes
+            m[places] = [value for values in modes for value in values]
             if self._consistent(side):
                 return True
-        if math.prod(map(len, options)) > _MOST_COMBINATIONS:
+        if math.prod(len(values) for _, values in tried) > _MOST_COMBINATIONS:
             raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
         return self._jam(side, laws, 2 ** len(pieces))
+
+    def _alternatives(self, side: int, varied: set[int]) -> list[Alternatives]:
+        """The possible modes of these laws; at its limit a law with a peak keeps the peak if it is at rest, but not if it moves."""
+        found: list[Alternatives] = []
+        for k, law in enumerate(self.dae.frictions):
+            if law.index not in varied:
+                continue
+            if law.rests is None:
+                found.append(([law.index], [(STUCK,), (FORWARD,), (BACKWARD,)]))
+                continue
+            has_peak = law_values(self.dae, self.memory, side)[k, 5] > 1.0
+            kept = [(FORWARD, 1.0), (BACKWARD, 1.0)] if has_peak else []
+            found.append(([law.index, law.rests], [(STUCK, 0.0), *kept, (FORWARD, 0.0), (BACKWARD, 0.0)]))
+        return found + [([c.index], [(OPEN,), (CLOSED,)]) for c in self.dae.contacts if c.index in varied]
 
     def _linearized(self, side: int, held: bool) -> tuple[bool | None, set[int]]:
         """Linearise the laws at the last solution and solve for their modes, until these are consistent.

@@ -24,8 +24,8 @@ NOTHING = 1e-8
 """Rates are the same combination if they differ by less than this share of their terms."""
 
 
-def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[tuple[int, float]]:
-    """The friction laws (positions in ``dae.frictions``) at a limit that others hold at rest at ``point``, with their peaks."""
+def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[int]:
+    """The places in the held values that mark the friction laws at a limit that others hold at rest at ``point``."""
     modes, count = point.m[problem.laws.index], problem.laws.frictions
     holds = np.concatenate([modes[:count] == 0.0, modes[count:] == 1.0])
     limited = [k for k, law in enumerate(dae.frictions) if law.rests is not None and abs(modes[k]) == 1.0]
@@ -37,7 +37,8 @@ def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[tupl
     size = np.sqrt(_mobility(-np.diag(near.rate_slope), near.reach))
     held = _follow(-near.rate_slope / np.outer(size, size), near.rate / size, limited, holds)
     rest = problem.laws.at_rest(point, near, INTEGRATED)
-    return [(k, float(near.peak[k])) for k, follows in zip(limited, held, strict=True) if follows and rest[k]]
+    marks = [dae.frictions[k].rests for k, follows in zip(limited, held, strict=True) if follows and rest[k]]
+    return [place for place in marks if place is not None]
 
 
 def _mobility(own: NDArray[np.float64], terms: NDArray[np.float64]) -> NDArray[np.float64]:

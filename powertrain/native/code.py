@@ -17,7 +17,7 @@ from powertrain.errors import ParameterError
 from powertrain.integration.step_control import FAILED, FLATTEST, GROWTH, ORDER, SAFETY
 from powertrain.modes.resolve import PASSES
 from powertrain.modes.resting import NOTHING, SINGULAR
-from powertrain.modes.tolerances import EPS, INTEGRATED, NOW, SHORTEST, ZONE
+from powertrain.modes.tolerances import EPS, INTEGRATED, NOW, SHORTEST
 from powertrain.numerics.buffers import PREFIX, Array
 
 SOURCES = Path(__file__).parent
@@ -30,7 +30,7 @@ _LIMITS = {
     "HALVINGS": HALVINGS, "PASSES": PASSES, "SINGULAR": SINGULAR, "NOTHING": NOTHING,
 }  # fmt: skip
 """Tolerances and limits of the simulator that the loop shares."""
-_ABSENT = ("newton", "instants", "corner", "resets", "still", "mobility")
+_ABSENT = ("newton", "instants", "corner", "resets", "mobility")
 """Functions that only some models need."""
 
 
@@ -78,29 +78,22 @@ def _laws(dae: HybridDae) -> list[int]:
 
 
 def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
-    """Functions of (time and step, y, m, p) for laws at rest.
+    """A function of (time and step, y, m, p) for models in which others may hold laws at rest at a limit of their torque.
 
-    ``still``: the friction laws that are, by torques, and have no peak. ``mobility``, where laws may rest at a limit of their torque, held
-    by others: the rates of all laws by their torques, row by row, and without torques, and their reach; the peaks of those, and whether
-    they are at rest but for the error of the integration.
+    ``mobility``: the rates of all laws by their torques, row by row, and without torques, and their reach; whether the laws that may be
+    held are at rest but for the error of the integration.
     """
     laws, opened = [f for f in dae.frictions if f.rests is not None], dae.opened
+    if not laws or opened is None:
+        return {}
     y, moment = ca.SX.sym("y", dae.x.numel() + dae.z.numel()), ca.SX.sym("time", 2)
-    still = [ca.SX(0) if f.prescribed else ca.logic_and(ca.fabs(f.w) <= ZONE, f.peak <= 1) for f in dae.frictions]
-    found = {"still": [ca.vertcat(*still)]} if still else {}
-    if laws and opened is not None:
-        found["mobility"] = _mobility(dae, laws, opened)
     before, now = [ca.vertcat(dae.t, dae.x, dae.z)], [ca.vertcat(moment[0], y)]
-    return {
-        name: ca.Function(
-            PREFIX + name, [moment, y, dae.m, dae.p], [ca.densify(e) for e in ca.substitute(values, before, now)]
-        )
-        for name, values in found.items()
-    }
+    values = [ca.densify(e) for e in ca.substitute(_mobility(dae, laws, opened), before, now)]
+    return {"mobility": ca.Function(PREFIX + "mobility", [moment, y, dae.m, dae.p], values)}
 
 
 def _mobility(dae: HybridDae, laws: Sequence[Friction], opened: Opened) -> list[ca.SX]:
-    """Rates of all laws: derivatives by torques, values without them, and reach; for ``laws`` also peaks and whether they are at rest."""
+    """Rates of all laws: derivatives by torques, values without them, and reach; whether ``laws`` are at rest."""
     mobility, free = -ca.jacobian(opened.rate, opened.tau), opened.rate
     if n := opened.residual.numel():
         z = dae.z[:n]
@@ -109,12 +102,8 @@ def _mobility(dae: HybridDae, laws: Sequence[Friction], opened: Opened) -> list[
         mobility, free = mobility + moved[:, :-1], free - moved[:, -1]
     given = [mobility, free, opened.reach]
     mobility, free, reach = ca.substitute(given, [opened.tau], [ca.DM.zeros(opened.tau.numel())])
-    peaks, rest = zip(*map(_peak_and_rest, laws), strict=True)
-    return [mobility.T, free, reach, ca.vertcat(*peaks), ca.vertcat(*rest)]
-
-
-def _peak_and_rest(law: Friction) -> tuple[ca.SX, ca.SX]:
-    return law.peak, ca.SX(1) if law.algebraic else ca.fabs(law.w) <= INTEGRATED
+    rest = [ca.SX(1) if law.algebraic else ca.fabs(law.w) <= INTEGRATED for law in laws]
+    return [mobility.T, free, reach, ca.vertcat(*rest)]
 
 
 def _header(
@@ -127,7 +116,7 @@ def _header(
         "INDICATORS": len(engine.indicators), "W": max(len(dae.whens), 1), "WHENS": len(dae.whens), "R": max(resets, 1),
         "T": max(len(engine.timed), 1), "TIMED": len(engine.timed), "O": max(len(dae.guards), 1), "INPUTS": len(inputs),
         "RESTS": sum(f.rests is not None for f in dae.frictions), "LAWS": len(_laws(dae)),
-        "FRICTIONS": len(dae.frictions), "F": max(len(dae.frictions), 1), "B": max(len(dae.barriers), 1),
+        "F": max(len(dae.frictions), 1), "B": max(len(dae.barriers), 1),
         "TURNING": int("corner" in functions),
         "ARG": max(f.sz_arg() for f in called), "RES": max(f.sz_res() for f in called),
         "IW": max(*(f.sz_iw() for f in called), 1), "WORK": max(*(f.sz_w() for f in called), 1),

@@ -19,7 +19,7 @@ struct pt_model {
     double fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
     double held[PT_M], flags[6], edges[PT_W], closing[PT_B], fire[PT_T], jumped[2];
     double first[2], corners[2], instants[PT_T], resets[PT_R], nearer[PT_Y], open;
-    double left[PT_Y], held_left[PT_M], seen[PT_PASSES][PT_M], still[PT_F], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F], rate_known, peak[PT_RESTS + 1], calm[PT_RESTS + 1];
+    double left[PT_Y], held_left[PT_M], seen[PT_PASSES][PT_M], mobility[PT_F][PT_F], size[PT_F], rate[PT_F], terms[PT_F], rate_known, calm[PT_RESTS + 1];
     int side, begun, changed, fixed, idle, reset, which[PT_W], holds[PT_F];
     long steps, rejected, events, rows, helds, kept, sampled;
     long most_rows, most_held, most_instants, samples;
@@ -239,13 +239,12 @@ static void eliminate_what_holds(pt_model *a)
     }
 }
 
-/* Marks the laws at a limit that others hold at rest; 0 where that changes torques or rates, so that modes are to be found anew: one that
-   was marked and is held no longer may slide, one that has come to rest has its peak. */
-static int marked(pt_model *a, int asked)
+/* Marks the laws at a limit that others hold at rest; 0 if one is held no longer, so that it slides and modes are to be found again. */
+static int marked(pt_model *a)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p};
-    double *wanted[] = {a->mobility[0], a->rate, a->size, a->peak, a->calm};
-    int some = asked, all = 1;
+    double *wanted[] = {a->mobility[0], a->rate, a->size, a->calm};
+    int some = a->flags[4] > 0, all = 1;
     for (int k = 0; k < PT_RESTS; k++) some |= a->m[pt_rests[k]] != 0;
     if (!some) return 1;
     CALL(a, pt_mobility, given, wanted);
@@ -255,60 +254,10 @@ static int marked(pt_model *a, int asked)
         while (pt_frictions[i] != pt_rest_laws[k]) i++;
         for (int j = 0; j < PT_F; j++) left = fmax(left, fabs(a->mobility[i][j]));
         int held = mode == 1 && a->calm[k] && left <= PT_NOTHING && fabs(a->rate[i]) <= PT_NOTHING * a->terms[i] + a->rate_known;
-        int fresh = held && a->peak[k] > 1 && before == 0;
-        if (fresh) a->m[pt_rest_laws[k]] = 0;
-        a->m[pt_rests[k]] = held && !fresh;
-        all &= !fresh && a->m[pt_rests[k]] >= before;
+        a->m[pt_rests[k]] = held;
+        all &= a->m[pt_rests[k]] >= before;
     }
     return all;
-}
-
-/* Whether no law that others hold at a limit would leave it at once; one with a peak is stuck first. */
-static int lasts(pt_model *a)
-{
-    double modes[PT_M];
-    memcpy(modes, a->m, sizeof modes);
-    int stuck_first = !marked(a, 1);
-    apply_rules(a, 0);
-    int leaves = a->flags[0] != 0;
-    memcpy(a->m, modes, sizeof modes);
-    apply_rules(a, 0);
-    return stuck_first || !leaves;
-}
-
-/* Laws at a limit that have come to rest are stuck, those that were held there too. */
-static void stick(pt_model *a)
-{
-    const double *given[] = {a->time, a->y[a->side], a->m, a->p};
-    double *wanted[] = {a->still};
-    CALL(a, pt_still, given, wanted);
-    for (int k = 0; k < PT_FRICTIONS; k++)
-        if (a->still[k] && fabs(a->m[pt_frictions[k]]) == 1) a->m[pt_frictions[k]] = 0;
-}
-
-/* With all laws at rest stuck their compliance shares the load; those that it asks for more than they can give are at their limits. Modes
-   that are consistent already stay if none are found that last. */
-static int from_rest(pt_model *a, int settled)
-{
-    double modes[PT_M], begun[PT_M];
-    memcpy(modes, a->m, sizeof modes);
-    for (int k = 0; k < PT_RESTS; k++)
-        if (a->m[pt_rests[k]] > 0) a->m[pt_rests[k]] = a->m[pt_rest_laws[k]] = 0;
-    memcpy(begun, a->m, sizeof begun);
-    stick(a);
-    int found = newton(a, 1);
-    if (found != PT_MODES && (found != 1 || same(modes, a->m) || lasts(a))) return found;
-    if (found == 1 && !settled) {
-        memcpy(modes, a->m, sizeof modes);
-        settled = 1;
-    }
-    memcpy(a->m, begun, sizeof begun);
-    found = one_by_one(a);
-    if (!settled || (found != PT_MODES && (found != 1 || lasts(a)))) return found;
-    memcpy(a->m, modes, sizeof modes);
-    solvable(a);
-    apply_rules(a, 0);
-    return 1;
 }
 
 static int resolve(pt_model *a)
@@ -317,9 +266,9 @@ static int resolve(pt_model *a)
     memset(a->which, 0, sizeof a->which);
     for (int round = 0; round < ROUNDS; round++) {
         int found = newton(a, 0);
-        if (found == PT_MODES || (found == 1 && a->flags[4] > 0)) found = from_rest(a, found == 1);
+        if (found == PT_MODES) found = one_by_one(a);
         if (found < 0) return found;
-        if (found && marked(a, a->flags[4] > 0)) return PT_OK;
+        if (found && marked(a)) return PT_OK;
     }
     return PT_RESETS;
 }

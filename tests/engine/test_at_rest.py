@@ -11,9 +11,9 @@ from joined import joined
 
 import powertrain as pt
 from powertrain.components import rotational as rot
-from powertrain.components.blocks import Ramp, Step
+from powertrain.components.blocks import Constant, Ramp, Sine, Step, TimeTable
 from powertrain.components.body import AxlePath, DrivenAxle, RoadProfile, VehicleBody
-from powertrain.components.differentials import BevelDifferential, CrownGear, Differential
+from powertrain.components.differentials import BevelDifferential, CrownGear, Differential, PlanetaryGear
 from powertrain.components.rotational import TwoFlanges
 from powertrain.components.transmissions import Shiftable
 from powertrain.components.wheels import RigidWheel, SlipWheel, Wheel
@@ -162,3 +162,25 @@ def test_a_shaft_that_ends_at_the_limit_of_its_bearing(c: float, d: float) -> No
         assert len(result.events) <= 1
         assert 2.0 - 1e-5 < result["parts[2].tau"][-1] < 4.0 + 1e-5
         assert abs(result["parts[0].w"][-1]) < 1e-9
+
+
+@pytest.mark.parametrize("J", few([1e-5, 1e-3, 1e-7]))
+def test_a_gearset_at_rest_takes_few_steps(J: float) -> None:
+    """What is held by clutches on both sides shares nothing but noise through its meshes, which no step resolves."""
+    sets = [PlanetaryGear(ratio=ratio, eta_ab=0.98, eta_ba=0.98) for ratio in (1.5, 3.2)]
+    shafts = [rot.Inertia(J=J) for J in (1.0, 0.1, J, J)]
+    drive = rot.Torque(), TimeTable(table=((0.0, 0.0), (0.25, 50.0)))
+    brakes = [rot.Brake(fn_max=limit, mue_pos=((0.0, 1.0),)) for limit in (110.0, 15.0)]
+    clutches = [rot.Clutch(fn_max=limit, mue_pos=((0.0, 1.0),)) for limit in (17.0, 40.0, 72.0)]
+    joints = (
+        "0.carrier=2.flange_a=10.flange_a 0.ring=1.ring=4.flange_a=12.flange_a 1.carrier=5.flange_a=11.flange_b 7.y=6.tau "
+        "0.sun=1.sun=3.flange_a=6.flange=8.flange_a=9.flange_a=10.flange_b=11.flange_a=12.flange_b "
+        "13.y=8.f_normalized 14.y=9.f_normalized=10.f_normalized=11.f_normalized=12.f_normalized"
+    )
+    parts = (*sets, *shafts, *drive, *brakes, *clutches, Constant(k=1.0), Sine(f=6.0))
+    plant = pt.compile(joined(*parts, joints=joints))
+    usual, fine = plant.simulate(0.3), plant.simulate(0.3, max_step=1e-3)
+    assert usual.statistics["steps"] + usual.statistics["rejected"] < 100
+    assert [(e.name, e.new) for e in usual.events] == [(e.name, e.new) for e in fine.events]
+    np.testing.assert_allclose([e.time for e in usual.events], [e.time for e in fine.events], atol=1e-9)
+    assert np.abs(usual["parts[3].w"]).max() < 1e-9

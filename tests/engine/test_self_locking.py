@@ -55,3 +55,56 @@ def test_at_rest_it_holds() -> None:
     result = pt.simulate(Shoe(), 1.0, starts={"w": 0.0})
     assert result["mode"][-1] == 0
     np.testing.assert_allclose(result["F"], 1.0)
+
+
+class SeizingHalf(pt.Component):
+    """A differential with the locking factor 2 k, between a forced shaft u, a mass that slides to a stop, and a free inertia J.
+
+    With the mass at rest J du/dt = -tau - load/2, tau = k |load|: for k > 1/2 there are two loads while du/dt < 0 and none while du/dt > 0.
+    The mass cannot evade: moved from the stop it would press on the differential, and the free half would have to speed up.
+    """
+
+    k: pt.Parameter = pt.parameter("1", "Friction over load", default=0.63)
+    J: pt.Parameter = pt.parameter("kg", "Inertia of the free half", default=0.5)
+    F: pt.Parameter = pt.parameter("N", "Force on the mass", default=1.5)
+    x: pt.Variable = pt.variable("m", "Place of the mass", start=-0.05, prefer=True)
+    v: pt.Variable = pt.variable("m/s", "Speed of the mass", start=1.0, prefer=True)
+    u: pt.Variable = pt.variable("m/s", "Speed of the forced half")
+    free: pt.Variable = pt.variable("m/s", "Speed of the free half")
+    load: pt.Variable = pt.variable("N", "Load of the differential")
+    tau: pt.Variable = pt.variable("N", "Friction of the differential")
+    f: pt.Variable = pt.variable("N", "Friction of the mass")
+    stop: pt.Variable = pt.variable("N", "Force of the stop")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.v
+        yield self.u == 3 - 0.1 * ca.sin(pt.time)
+        yield self.free == 2 * self.v - self.u
+        yield self.J * pt.der(self.free) == self.tau + self.load / 2
+        yield pt.der(self.v) == self.F - self.f - self.stop - self.load
+        limit = self.k * pt.switch(self.load >= 0, self.load, -self.load, continuous=True)
+        yield pt.friction(self.u - self.free, self.tau, -limit, limit, name="cam")
+        yield pt.friction(self.v, self.f, -2.0, 2.0, peak=1.2, name="floor")
+        yield pt.unilateral(-self.x, self.stop, name="stop")
+
+
+SEIZING = pt.compile(SeizingHalf())
+
+
+@pytest.mark.parametrize(("k", "J"), few([(0.55, 0.5), (0.63, 2.0), (0.8, 0.5)]))
+@pytest.mark.parametrize("F", few([0.2, 1.0, 1.5, 1.95, 2.1, 3.0]))
+def test_a_half_that_must_seize_is_proved_to_jam(k: float, J: float, F: float) -> None:
+    """Where friction and stop share the force on the mass, every share was tried, though friction at rest has only one."""
+    with pytest.raises(
+        pt.SimulationError,
+        match=r"(?s)at t = 1\.57\d* s in none of the 2 pieces of the bounds are modes consistent.*cam",
+    ):
+        SEIZING.simulate(4.0, parameters={"k": k, "J": J, "F": F})
+
+
+def test_a_half_that_need_not_seize_slides() -> None:
+    """Below the locking factor of one the load follows du/dt through zero."""
+    result = SEIZING.simulate(4.0, parameters={"k": 0.4})
+    du = -0.1 * np.cos(result.time)
+    rest = result.time > 1.0
+    np.testing.assert_allclose(result["load"][rest], np.where(du < 0, -1 / 1.8, -1 / 0.2)[rest] * du[rest], atol=1e-6)

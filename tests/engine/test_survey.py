@@ -10,9 +10,9 @@ from powertrain.numerics.buffers import CHECKS
 PLACES = np.array([*CHECKS, 1.0])
 
 
-def surveyed(samples: np.ndarray) -> tuple[bool, float]:
-    """What the survey says about one indicator with these values at ``PLACES``."""
-    dips, rough = survey([ca.SX(float(v)) for v in samples])
+def surveyed(samples: np.ndarray, noise: float = 0.0) -> tuple[bool, float]:
+    """What the survey says about one indicator with these values at ``PLACES`` and this round-off."""
+    dips, rough = survey([ca.SX(float(v)) for v in samples], ca.SX(noise))
     return bool(float(dips)), float(rough)
 
 
@@ -61,3 +61,21 @@ def test_what_does_not_bend_upwards_has_no_minimum(samples: np.ndarray) -> None:
 def test_roughness_is_the_third_difference_over_the_largest_value() -> None:
     assert surveyed(PLACES**3)[1] == pytest.approx(6 * 0.25**3, rel=1e-5)
     assert surveyed(np.array([1.0, -1.0, 1.0, -1.0]))[1] == pytest.approx(8.0, rel=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_round_off_is_no_structure(seed: int) -> None:
+    """Torques of laws at rest about their limit, in units of their round-off: neither rough nor dipping, whatever the samples."""
+    samples = 2.0 + np.random.default_rng(seed).uniform(-1.0, 1.0, 4)
+    dips, rough = surveyed(samples, noise=1.0)
+    assert not dips
+    assert rough <= 0.0
+    assert surveyed(samples)[1] > 0.0
+
+
+def test_structure_beyond_round_off_counts() -> None:
+    alternating = np.array([1.0, -1.0, 1.0, -1.0])
+    assert surveyed(alternating, noise=0.1)[1] == pytest.approx(8.0 - 0.8, rel=1e-5)
+    dip = 20.0 * (PLACES - 0.3) ** 2 - 0.01
+    assert surveyed(dip, noise=0.5)[0]  # second difference 2.5
+    assert not surveyed(dip, noise=0.7)[0]

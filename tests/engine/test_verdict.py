@@ -21,7 +21,7 @@ def factor(norm: float, rough: float = 0.0) -> float:
 def info(norm: float, samples: Matrix, stiffness: float = 2.0) -> Matrix:
     """``samples``: a row for each indicator."""
     columns = [ca.SX(column) for column in samples.T]
-    return np.array(ca.DM(verdict(ca.SX(norm), ca.SX(stiffness), columns))).ravel()
+    return np.array(ca.DM(verdict(ca.SX(norm), ca.SX(stiffness), columns, ca.SX.zeros(len(samples))))).ravel()
 
 
 def test_the_next_step_has_an_error_just_below_the_tolerance() -> None:

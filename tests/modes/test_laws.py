@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import casadi as ca
@@ -12,7 +13,7 @@ from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Switch, Whe
 from powertrain.modes import contact, friction, switch, when
 from powertrain.modes.contact import CLOSED, OPEN
 from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
-from powertrain.modes.tolerances import EPS, INTEGRATED, NO_WIDTH, ZONE
+from powertrain.modes.tolerances import CREEP, EPS, INTEGRATED, NO_WIDTH, ZONE
 
 NEVER, ALWAYS = ca.SX(0), ca.SX(1)
 KNOWN, REACH = 0.25, 2.0
@@ -86,16 +87,33 @@ def test_a_free_law_engages_above_twice_the_width(mode: float, width: float, exp
     assert (float(friction.steady_margins(one)[FREE]) >= 0.0) == (width <= 1.0)
 
 
-@pytest.mark.parametrize(("share", "rate", "rests", "expected"), [
-    (2.0, 0.1, 1.0, FORWARD), (1.3, 0.1, 1.0, FORWARD), (1.2, 0.1, 1.0, STUCK), (1.2, 0.1, 0.0, FORWARD),
-    (2.0, -0.4, 1.0, FORWARD), (2.0, -0.6, 1.0, STUCK), (2.0, -0.4, 0.0, STUCK),
-])  # fmt: skip
-def test_a_law_held_at_its_limit_stays_there_for_its_share_of_the_load(
-    share: float, rate: float, rests: float, expected: float
-) -> None:
-    """At the limit of 1.5, known to 0.25; its rate is known to 0.5. What nothing holds does not ask for its share."""
-    one = law(torque=1.5, rate=rate, rests=1, share=ca.SX(share))
+@pytest.mark.parametrize(("share", "expected"), [(2e8, FORWARD), (1.3, FORWARD), (1.2, STUCK), (-2e8, STUCK)])
+@pytest.mark.parametrize("rests", [0.0, 1.0])
+def test_a_law_at_its_limit_stays_there_for_its_share_of_the_load(share: float, expected: float, rests: float) -> None:
+    """At the limit of 1.5, known to 0.25; its share is huge where it moves, and that of its compliance where others hold it."""
+    one = law(torque=1.5, rests=1, share=ca.SX(share))
     assert float(friction.next_modes(model(FORWARD, rests), one, NEVER, NEVER)[0]) == expected
+
+
+@pytest.mark.parametrize(
+    ("rate", "rests", "expected"), [(1.1, 0.0, FORWARD), (0.9, 0.0, STUCK), (-1.1, 0.0, STUCK), (1.1, 1.0, STUCK)]
+)
+def test_a_law_held_in_part_slides_at_a_rate_beyond_creep(rate: float, rests: float, expected: float) -> None:
+    """Its share, without the proximal step, is below the limit; a law that was found held is let go by its share."""
+    one = law(torque=1.5, rate=rate * CREEP * REACH * 1.5, rests=1, share=ca.SX(1.2))
+    assert float(friction.next_modes(model(FORWARD, rests), one, NEVER, NEVER)[0]) == expected
+
+
+@pytest.mark.parametrize("rests", [0.0, 1.0])
+@pytest.mark.parametrize(("peak", "rate", "stays"), [(1.0, 0.0, True), (1.2, 0.9, False), (1.2, 1.1, True)])
+def test_a_law_with_a_peak_that_comes_to_rest_is_stuck_first(
+    peak: float, rate: float, stays: bool, rests: float
+) -> None:
+    """Unless it is about to move: its rate, in units of its uncertainty; at its peak it stays at its limit."""
+    one = replace(law(rate=rate * KNOWN * REACH), rests=1, share=ca.SX(9.0), peak=ca.SX(peak))
+    assert float(friction.next_modes(model(FORWARD, rests), one, NEVER, NEVER)[0]) == (
+        FORWARD if stays or rests else STUCK
+    )
 
 
 @pytest.mark.parametrize(("peak", "torque", "rests"), [(2.0, 6.3, 1.0), (2.0, 6.2, 0.0), (1.0, 3.3, 0.0)])
