@@ -256,7 +256,7 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
     both = [
         ca.substitute(column([t.rate for t in laws]), column(list(tau)), column(torques)) for torques in (first, whole)
     ]
-    creep = scalars(sum(both))
+    creep = scalars(both[0] + both[1])
     for i, rates in zip(explicit, kept.rates(*steps), strict=True):
         creep[i] = rates
     everything = [*whole, *creep, *(rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved)]
