@@ -173,9 +173,8 @@ def takes_more(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
     This decides both where it moves, with a rate far above that of its compliance, and where others hold it, at a rate that is nothing but
     their creep. The rate alone decides if the law shares its motion with none, or is nonlinear in the torques.
     """
-    if (
-        law.share is not None
-    ):  # a rate beyond creep is that of a law which others hold only in part: its share lacks the proximal step
+    if law.share is not None:
+        # a rate beyond creep is that of a law which others hold only in part: its share lacks the proximal step
         moves = dae.m[law.index] * law.rate > CREEP * law.reach * ca.fabs(law.torque)
         return ca.logic_or(ca.logic_and(moves, ca.logic_not(_rests(dae, law))), held_margin(dae, law) > 0)
     nothing = ca.logic_and(slack > 0, ca.fabs(law.upper - law.lower) <= law.hysteresis)
