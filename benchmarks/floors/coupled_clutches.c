@@ -226,7 +226,7 @@ int run(const Parameters *p, const double *x0, const int *modes, double stop, do
         int points, double *out, double *when, long *steps)
 {
     static const double check[4] = {0.25, 0.5, 0.75, 1};
-    double x[N], y[N], k1[N], k7[N], c[5][N], g[G], t = 0, h = 0, before = 1e-4;
+    double x[N], y[N], k1[N], k7[N], c[5][N], g[G], t = 0, h = 0;
     Modes m = {{modes[0], modes[1], modes[2]}, {1, 0, 0}};
     int fresh = 1, rejected = 0, events = 0, row = 0;
     memcpy(x, x0, sizeof x);
@@ -237,7 +237,6 @@ int run(const Parameters *p, const double *x0, const int *modes, double stop, do
         if (fresh) {
             rates(t, x, &m, p, k1);
             h = first_step(t, x, k1, &m, p, rtol, atol);
-            before = 1e-4;
             fresh = 0;
         }
         int last = t + 1.01 * h >= target;
@@ -252,10 +251,9 @@ int run(const Parameters *p, const double *x0, const int *modes, double stop, do
         }
         steps[0]++;
         if (e < 1e-10) e = 1e-10;
-        double factor = fmin(5, fmax(0.2, 0.9 * pow(e, -0.14) * pow(before, 0.08)));
+        double factor = fmin(5, fmax(0.2, 0.9 * pow(e, -0.2)));
         if (rejected) factor = fmin(factor, 1);
         rejected = 0;
-        before = fmax(e, 1e-4);
         double end = last ? target : t + h, fraction = 1;
         int event = 0, first = CHECKS ? 0 : 3;
         for (int j = first; j < 4 && !event; j++) {

@@ -18,7 +18,7 @@ int run(int n, const double *x0, const double *p, const double *grid, double *ou
     casadi_int *iw = malloc(sizeof(casadi_int) * (integers + 1));
     double *w = malloc(sizeof(double) * (reals + 1));
     double *x = malloc(sizeof(double) * n), *y = malloc(sizeof(double) * n), *c = malloc(sizeof(double) * 5 * n);
-    double time[2] = {0, 1e-6}, tolerance[2] = {rtol, atol}, e, before = 1e-4;
+    double time[2] = {0, 1e-6}, tolerance[2] = {rtol, atol}, e;
     int steps = 0, rejected = 0, row = 0;
     memcpy(x, x0, sizeof(double) * n);
     while (time[0] < stop) {
@@ -35,10 +35,9 @@ int run(int n, const double *x0, const double *p, const double *grid, double *ou
         }
         steps++;
         if (e < 1e-10) e = 1e-10;
-        double factor = fmin(5, fmax(0.2, 0.9 * pow(e, -0.14) * pow(before, 0.08)));
+        double factor = fmin(5, fmax(0.2, 0.9 * pow(e, -0.2)));
         if (rejected) factor = fmin(factor, 1);
         rejected = 0;
-        before = fmax(e, 1e-4);
         double end = last ? stop : time[0] + time[1];
         for (; row < points && grid[row] <= end; row++) {
             double q = (grid[row] - time[0]) / time[1], *o = out + (long)row * n;

@@ -172,11 +172,11 @@ class SpeedSchedule(Shifting):
 class GearSchedule(SpeedSchedule):
     """Changes gears depending on the vehicle speed: opens the clutch, moves the lever and closes the clutch, with the throttle closed.
 
-      up from gear to gear + 1 where v > up (1 + eager pressed) and w > kicked w_earliest, or v > up and w > w_latest
+      up from gear to gear + 1 where v > up (1 + eager pressed) and w > depth w_earliest, or v > up and w > w_latest
       down to gear where v < min(down (1 + eager pressed), (up + down)/2)
       kick-down to gear where accelerator > kick and v < down (1 + eager pressed), unless the next gear pulls harder
       pressed = (accelerator - relaxed)/(1 - relaxed), at least 0
-      kicked = (accelerator - kick)/(1 - kick), at least 0
+      depth = (accelerator - kick)/(1 - kick), at least 0
       t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
       ..+ t_close: hold rises to 1
     throttle = hold accelerator,  clutch = min(hold, (w - w_open)/(w_closed - w_open))
@@ -184,12 +184,12 @@ class GearSchedule(SpeedSchedule):
     ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below
     up, and the difference is the hysteresis; "15 km/h" is converted. A pressed accelerator shifts up later and, up to the middle between
     both speeds, down earlier, so no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time
-    ``patience`` after it, only v > up (1 + eager) or w > w_latest shifts up. Between ``kick`` and the fully pressed accelerator the
-    upshift moves to the engine speed from which the next gear pulls harder, and never lies beyond it. Cars supply this speed,
-    ``w_earliest`` and ``w_latest``, from ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives the best acceleration and
-    the highest speed. Without it only the shift speeds count. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed
-    like a centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear. Errors: ParameterError for speeds
-    without hysteresis or not in order.
+    ``patience`` after it, it shifts up only where v > up (1 + eager), or where v > up and w > w_latest. Between ``kick`` and the fully
+    pressed accelerator the upshift moves to the engine speed from which the next gear pulls harder, and never lies beyond it. Cars supply
+    this speed, ``w_earliest`` and ``w_latest``, from ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives the best
+    acceleration and the highest speed. Without it only the shift speeds count. Shifts are at least ``dwell`` apart. The clutch closes with
+    the engine speed like a centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear.
+    Errors: ParameterError for speeds without hysteresis or not in order.
     """
 
     interrupts: ClassVar[bool] = True
@@ -219,7 +219,7 @@ class PowerShiftSchedule(SpeedSchedule):
     """Changes gears depending on the vehicle speed without interrupting the torque, for gearboxes with overlapping clutches.
 
     The gear is chosen as by ``GearSchedule``, but a pressed accelerator also kicks down to a gear that pulls harder:
-      kick-down to gear where accelerator > kick and (v < down (1 + eager pressed) or w < kicked w_down)
+      kick-down to gear where accelerator > kick and (v < down (1 + eager pressed) or w < depth w_down)
     ``w_down`` is down/up times the engine speed after the upshift to the present gear at which both gears pull equally hard.
     t = time since the shift began, 0..t_shift: the lever moves uniformly to the new gear
     throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)

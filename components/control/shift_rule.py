@@ -28,12 +28,12 @@ class Driving(NamedTuple):
     """Accelerator pedal, 0 to 1."""
     gear: Symbol
     """The present gear, from 1."""
-    kicked: Symbol
+    since_kick: Symbol
     """Time since the last kick-down [s]."""
 
 
 class KickLimits(NamedTuple):
-    """Engine speeds [rad/s] for shifts with a fully pressed accelerator. Those that never matter leave the schedule to its shift speeds."""
+    """Engine speeds [rad/s] for shifts with a fully pressed accelerator. With 0, ``NEVER`` and 0 only the shift speeds count."""
 
     earliest: Symbol
     """Not up below it."""
@@ -78,17 +78,17 @@ class ShiftRule:
         down = _of(now.gear, [row[1] for row in self.speeds], 2, -NEVER)
         middle = _of(now.gear, [sum(row) / 2 for row in self.speeds], 2, -NEVER)
         pressed = ca.fmax(now.accelerator - self.relaxed, 0) / (1 - self.relaxed)
-        kicked = limited((now.accelerator - self.kick) / ca.fmax(1 - self.kick, SHORTEST))
+        depth = limited((now.accelerator - self.kick) / ca.fmax(1 - self.kick, SHORTEST))
         later = 1 + self.eager * pressed
 
-        released = _any(now.kicked > self.patience, now.v > up * (1 + self.eager))
-        by_schedule = _all(now.v > up * later, released, now.w > kicked * limits.earliest)
+        released = _any(now.since_kick > self.patience, now.v > up * (1 + self.eager))
+        by_schedule = _all(now.v > up * later, released, now.w > depth * limits.earliest)
         at_the_latest = _all(now.v > up, now.w > limits.latest)
         upshift = _any(by_schedule, at_the_latest)
 
         downshift = now.v < ca.fmin(down * later, middle)
 
-        pulls_harder = _any(now.v < down * later, now.w < kicked * limits.down)
+        pulls_harder = _any(now.v < down * later, now.w < depth * limits.down)
         kick_down = _all(now.accelerator > self.kick, pulls_harder, ca.logic_not(downshift), ca.logic_not(upshift))
         return Shifts(upshift, downshift, kick_down)
 

@@ -72,7 +72,7 @@ class Automatic(ClutchToClutch):
     The law of ``ClutchToClutch`` presses the elements. Lever position k selects the k-th forward gear, 0 neutral, -1 the reverse gear.
     Freewheels are never pressed. They let go in overrun: the output runs ahead and the engine does not brake, unless ``coast``
     presses the elements that the scheme has for this. If the input has fallen behind when gear k + 1 replaces a freewheel of gear k, its
-    element pulls the input up, with torque factor k_slip max(ratio_(k+1) w_out - w_in, 0) S_2 (1 - S_3).
+    element pulls the input up: its torque is then larger by the torque factor times k_slip max(ratio_(k+1) w_out - w_in, 0) S_2 (1 - S_3).
     ``levers``, ``shafts`` and ``elements`` are in the order of the scheme; those not given are made for it, as by ``of``. ``churning`` is
     the drag of pump, oil and open elements at the input. ``trials.gear_table`` computes ratios, efficiencies and torques.
     Errors: ParameterError if the parts do not match the scheme.
@@ -185,7 +185,10 @@ class Automatic(ClutchToClutch):
         return {element.name: f"elements[{k}]" for k, element in enumerate(self.scheme.elements)}
 
     def in_gear(self, k: int) -> Automatic:
-        """The gearset with the k-th forward gear permanently engaged: rigid joints replace the shift elements, except freewheels."""
+        """The gearset with the k-th forward gear permanently engaged: rigid joints replace the shift elements, except freewheels.
+
+        With any ``coast`` above 0 they also replace freewheels and the elements for overrun.
+        """
         scheme = self.scheme.in_gear(self.scheme.forward[k - 1].name, coast=float(self.coast) > 0)
         mean = sum(float(shaft.J) for shaft in self.shafts) / len(self.shafts)
         parts = dict(zip(self.scheme.elements, self.elements, strict=True))

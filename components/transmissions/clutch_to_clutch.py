@@ -85,9 +85,9 @@ class ClutchToClutch(Shiftable):
 
     def _pulling(self, ratio: float | Symbol, w_out: Symbol) -> Symbol:
         """The torque that pulls an input up to the speed of a gear if a freewheel of the gear below has let it fall behind."""
-        return self.k_slip * ca.fmax(
-            ratio * w_out - self.w_in, 0
-        )  # where it ends, the friction of the element has an event
+        # where it ends, the friction of the element has an event
+        behind = ca.fmax(ratio * w_out - self.w_in, 0)
+        return self.k_slip * behind
 
     def _phase(self, k: int, begin: float, number: int) -> Symbol:
         """S_n of the shift between gears k and k + 1."""

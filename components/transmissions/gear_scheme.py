@@ -159,7 +159,7 @@ class GearScheme:
     def slip_factor(self, name: str, element: str) -> float:
         """The alpha in the slip w_a - w_b = alpha (w_in - ratio w_out) of an engaged element that opens; 0 if it holds an idle shaft.
 
-        An element that a gear has for overrun only opens while the others of that kind hold.
+        An element for overrun opens while the gear's other elements for overrun hold in place of its freewheels.
         """
         network = self.network(name, (element,), coast=element not in self.gear(name).engaged)
         one, other = next(each.joint for each in self.elements if each.name == element)

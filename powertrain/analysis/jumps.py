@@ -33,7 +33,7 @@ class Jump:
 
     @property
     def given(self) -> float:
-        """Energy that appears (in joules): what is stored more and no boundary supplies."""
+        """Energy created, in joules: the increase of stored energy less what boundaries supply."""
         return float(self.change.sum() - self.supplied.sum())
 
 

@@ -18,6 +18,7 @@ from powertrain.compiler.torques import (
     cancels,
     compliance,
     held_by_others,
+    limits_follow,
     mobility,
     set_apart,
     shares,
@@ -192,9 +193,7 @@ class Resolver:
     def _shrinks(self, k: int) -> bool:
         """Whether the limits of a friction law depend on torques."""
         law = self.laws[k].law
-        return isinstance(law, FrictionLaw) and any(
-            ca.which_depends(ca.vertcat(law.lower, law.upper), column(self.tau), 1, False)
-        )
+        return isinstance(law, FrictionLaw) and limits_follow(law, column(self.tau))
 
     def _damping(self, k: int) -> Symbol:
         """|dv/dw|: how the rate of a law falls with its speed, along the shortest change of the states that changes this speed."""

@@ -194,7 +194,7 @@ class Run:
         if self.method == "rodas5p" and not self.numeric and self.dae.z.numel():
             self.numeric = True
             self.steps = self.engine.stepper(self.method, numeric=True)
-            self.chosen = self.steps, False
+            self.chosen, self.refused = (self.steps, False), None
             return _AGAIN, self.steps
         self.t, self.side = t, side
         raise SimulationError(underflow(self.dae, self.memory, side, t, h))

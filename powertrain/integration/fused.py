@@ -35,9 +35,9 @@ _STEPS = 5
 class Common:
     """Symbols and functions of time, unknowns y = (x, z), held values and parameters.
 
-    ``time`` is (t, h), ``tolerance`` (rtol, atol). ``kind`` is ``ca.SX`` for one list of instructions, which
-    suits CasADi's interpreter, or ``ca.MX`` for functions that are called, which suits the C compiler if the list is long. What these
-    functions compute from held values and parameters alone is then in ``constants``: symbols and their values, by function.
+    ``time`` is (t, h), ``tolerance`` (rtol, atol). ``kind`` is ``ca.SX`` for one list of instructions, which suits CasADi's interpreter, or
+    ``ca.MX`` for functions that are called, which suits the C compiler if the list is long. What these functions compute from held values
+    and parameters alone is then in ``constants``: symbols and their values, by function.
     """
 
     dae: HybridDae

@@ -35,7 +35,7 @@ def survey(samples: Sequence[ca.SX], noise: ca.SX) -> tuple[ca.SX, ca.SX]:
 
     They also count if they come as close to zero as their uncertainty. ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the step,
     ``noise`` their round-off: a second difference up to 4 times that and a third difference up to 8 times that says nothing, as for torques
-    while nothing moves. What is missed for this dips below zero by at most half the round-off between samples.
+    while nothing moves. A dip that is missed for this reason is at most half the round-off deep.
     Indicators below zero at a sample are located anyway; another indicator that falls in the same step does not matter, as the dip may come
     first. Error control alone does not see the torques of stuck laws: the states stand still while these torques change.
     """

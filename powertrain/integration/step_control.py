@@ -25,7 +25,7 @@ GROWTH = 5.0
 """Largest ratio of a step to the one before, and of a rejected one to the next attempt."""
 FAILED = 0.1
 """Ratio of the next attempt to a step without a finite error."""
-FLATTEST = 0.1
+LEAST_ORDER = 0.1
 """Lower bound of an observed order."""
 _NO_ERROR = 1e-10
 """Lower bound of the error norm in the step size."""
@@ -67,5 +67,5 @@ def reduction(h: float, error: float, refused: tuple[float, float] | None) -> fl
         return FAILED
     order = float(ORDER)
     if refused is not None and refused[1] < math.inf:
-        order = min(max(math.log(refused[1] / error) / math.log(refused[0] / h), FLATTEST), order)
+        order = min(max(math.log(refused[1] / error) / math.log(refused[0] / h), LEAST_ORDER), order)
     return float(max(SAFETY * error ** (-1 / order), 1 / GROWTH))

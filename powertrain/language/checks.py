@@ -92,7 +92,7 @@ def row(where: str, value: Any) -> tuple[float, ...]:
     """The value of a field ``tuple[float, ...]``. Errors: ParameterError for anything but a row of finite numbers."""
     listed = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
     if not listed or not all(_is_a(v, float) and np.isfinite(v) for v in value):
-        raise ParameterError(f"{where} = {value!r} is no row of finite numbers, such as (3.6, 2.1, 1.4)")
+        raise ParameterError(f"{where} = {value!r} is not a row of finite numbers, such as (3.6, 2.1, 1.4)")
     return tuple(value)
 
 

@@ -186,8 +186,8 @@ def parameter(
     exclude : tuple of float
         Values inside the range that are not allowed.
     reads : callable, optional
-        Reads texts other than a number with a unit, such as a tyre size for a radius: the value of a text, or None where it is no such
-        text. The second argument names the parameter for errors.
+        Reads texts other than a number with a unit, such as a tyre size for a radius: the value of a text, or None for other
+        texts. The second argument names the parameter for errors.
     """
     return Parameter(unit, doc, default, min, max, above, exclude, reads)
 

@@ -67,13 +67,13 @@ class ModeResolver:
         self.extra, self._unsolved = [], None
         if self._discontinuities is not None:
             self._discontinuities.impulses[:] = 0.0
-        left = set[bytes]()
-        while len(left) < _ROUNDS:
+        seen = set[bytes]()
+        while len(seen) < _ROUNDS:
             if self._found(side) and self._marked(side):
                 return
-            if (state := self._state(side)) in left:
+            if (state := self._state(side)) in seen:
                 break
-            left.add(state)
+            seen.add(state)
         names = sorted({name for name, _ in self.extra})
         if not names:
             at_limit = [f.index for f in self.dae.frictions if f.rests is not None]
@@ -159,9 +159,8 @@ class ModeResolver:
     def _tried(self, side: int, start: Array, laws: set[int], against: set[int]) -> bool:
         """Try all modes of ``laws`` (on a ray) and ``against``, in all pieces: if bounds depend on torques, a ray proves nothing."""
         m, pieces = self.memory.m, self.uniqueness.pieces
-        tried: list[Alternatives] = [
-            ([i], [(start[i],), (1.0 - start[i],)]) for i in pieces
-        ]  # those before the event come first
+        # the pieces before the event come first
+        tried: list[Alternatives] = [([i], [(start[i],), (1.0 - start[i],)]) for i in pieces]
         tried += self._alternatives(side, laws | against)
         places = [i for group, _ in tried for i in group]
         for modes in islice(product(*(values for _, values in tried)), _MOST_COMBINATIONS):
@@ -257,7 +256,7 @@ class ModeResolver:
         return True
 
     def _apply_rules(self, side: int, slack: float = 0.0) -> None:
-        """One pass of the mode rules. With ``slack`` 1 a law at rest may count as sliding with a negative rate, within its uncertainty."""
+        """One pass of the mode rules; ``slack`` as in ``mode_pass``."""
         self.memory.jumped[1] = slack
         self._update[side].call()
         self.memory.jumped[1] = 0.0

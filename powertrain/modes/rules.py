@@ -30,8 +30,9 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     """The mode rules.
 
     ``fire`` marks timed laws whose instant is now. ``jumped`` is above 0 if speeds may have jumped since modes were found, above 1 if by a
-    reset or an impact. A law at rest may count as sliding while its acceleration is above ``-slack``; this is 0 except for modes from the
-    complementarity problem or a single trial, and for laws already resting at a limit.
+    reset or an impact. ``slack`` is 1 for modes from the complementarity problem and for single trials, else 0: a law at rest
+    that shares its motion with none, or is nonlinear in the torques, may then count as sliding while its rate is negative within its
+    uncertainty. Laws with a ``share`` do not depend on it.
     """
     held = [dae.m[i] for i in range(dae.m.numel())]
     fires = switch.firing(dae, fire)

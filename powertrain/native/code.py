@@ -14,7 +14,7 @@ from powertrain.engine.loop import FINEST, HALVINGS
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError
-from powertrain.integration.step_control import FAILED, FLATTEST, GROWTH, ORDER, SAFETY
+from powertrain.integration.step_control import FAILED, GROWTH, LEAST_ORDER, ORDER, SAFETY
 from powertrain.modes.resolve import PASSES
 from powertrain.modes.resting import NOTHING, SINGULAR
 from powertrain.modes.tolerances import EPS, INTEGRATED, NOW, SHORTEST
@@ -26,7 +26,7 @@ SIGNALS = ("times", "owners", "jumps", "first", "starts", "rows")
 """The tables of ``pt_signals``, in this order."""
 _LIMITS = {
     "EPS": EPS, "NOW": NOW, "SHORTEST": SHORTEST, "AIM": AIM, "CLOSE": CLOSE, "LARGEST": LARGEST, "FINEST": FINEST,
-    "ORDER": ORDER, "SAFETY": SAFETY, "GROWTH": GROWTH, "FAILED": FAILED, "FLATTEST": FLATTEST,
+    "ORDER": ORDER, "SAFETY": SAFETY, "GROWTH": GROWTH, "FAILED": FAILED, "LEAST_ORDER": LEAST_ORDER,
     "HALVINGS": HALVINGS, "PASSES": PASSES, "SINGULAR": SINGULAR, "NOTHING": NOTHING,
 }  # fmt: skip
 """Tolerances and limits of the simulator that the loop shares."""

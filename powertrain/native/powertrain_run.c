@@ -488,7 +488,7 @@ static double reduction(double h, double error, double refused_h, double refused
     double order = PT_ORDER;
     if (!(error < INFINITY)) return PT_FAILED;
     if (refused_h > 0 && refused_error < INFINITY)
-        order = fmin(fmax(log(refused_error / error) / log(refused_h / h), PT_FLATTEST), order);
+        order = fmin(fmax(log(refused_error / error) / log(refused_h / h), PT_LEAST_ORDER), order);
     return fmax(PT_SAFETY * pow(error, -1 / order), 1 / PT_GROWTH);
 }
 

@@ -21,7 +21,7 @@ from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
 from powertrain.modes.contact import CLOSED
 from powertrain.modes.friction import STUCK
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.steadystate.steady import What, question, steady
 
 Array = NDArray[np.float64]
@@ -110,7 +110,7 @@ def steady_function(
     >>> round(float(slope(5.0)), 6)
     5.0
     """
-    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    plant = plant_of(plant)
     point = by_name("at", at)
     if not point or any(np.ndim(value) for value in point.values()):
         raise ParameterError("at: give the values of one operating point, a number for each name")

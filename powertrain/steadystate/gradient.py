@@ -20,7 +20,7 @@ from powertrain.language.symbols import Symbol, column
 from powertrain.modes.contact import CLOSED
 from powertrain.modes.friction import STUCK
 from powertrain.numerics.batch import LANES, Rows, Tape
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.steadystate.steady import Question, What, kept, question, steady_map, written
 from powertrain.steadystate.steady_map import SteadyMap
 
@@ -68,7 +68,7 @@ def steady_gradient(
     ParameterError
         As ``pt.steady``.
     """
-    plant = plant if isinstance(plant, Plant) else Plant(plant)
+    plant = plant_of(plant)
     q = question(plant, grid, outputs, parameters, inputs, free, guesses)
     spanned, asked = q.grid, q.asked
     names = texts("wrt", wrt)

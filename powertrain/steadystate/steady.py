@@ -22,7 +22,7 @@ from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import by_name, flag, listed, names, number, numbers_by_name, text
 from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
-from powertrain.plant import Plant
+from powertrain.plant import Plant, plant_of
 from powertrain.signals import Picked, Signals, signals_of
 from powertrain.steadystate.axes import Grid, make_grid
 from powertrain.steadystate.dataset import DataVariable, dataset, rate_unit
@@ -114,7 +114,7 @@ def steady(
     if side is not None and number("side", side) not in (1, -1):
         raise ParameterError(f"side = {side!r} must be 1 or -1, or None for intervals")
     look = Look(side, flag("first", first))
-    plant, t = plant if isinstance(plant, Plant) else Plant(plant), number("time", time, "s")
+    plant, t = plant_of(plant), number("time", time, "s")
     q = question(plant, grid, outputs, parameters, inputs, free, guesses, held)
     map_ = steady_map(plant, q, t, flag("compile", compile))
     ordered, results = map_.run(q.grid, q.common, look, None if progress is None else flag("progress", progress))

@@ -13,7 +13,7 @@ from powertrain.trials.anatomy import anatomy
 def checked_starts(plant: pt.Plant[Any], given: Mapping[str, Any] | None, what: str = "starts") -> dict[str, float]:
     """Initial values by name as numbers; ``what`` names them in errors.
 
-    Errors: ParameterError for unknown names, for what is no number, and for a state of charge outside of 0 to 1.
+    Errors: ParameterError for unknown names, for values that are not numbers, and for a state of charge outside of 0 to 1.
     """
     found = start_values(plant.compiled, given, what)
     for battery in anatomy(plant.model).batteries:

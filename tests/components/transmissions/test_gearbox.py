@@ -130,7 +130,7 @@ def test_ratios_in_a_list(kind: Any) -> None:
 
 @pytest.mark.parametrize(
     ("ratios", "said"),
-    [(3.6, "= 3.6 is no row"), ((3.6, "2"), "is no row"), ([3.6, float("nan")], "no row of finite numbers")],
+    [(3.6, "= 3.6 is not a row"), ((3.6, "2"), "is not a row"), ([3.6, float("nan")], "not a row of finite numbers")],
 )
 def test_a_row_of_numbers(ratios: Any, said: str) -> None:
     assert PowerShiftGearbox(ratios=[3.6, 2.1]) == PowerShiftGearbox(ratios=(3.6, 2.1))  # type: ignore[arg-type]
