@@ -18,7 +18,6 @@ from powertrain.compiler.torques import (
     cancels,
     compliance,
     held_by_others,
-    limits_follow,
     mobility,
     set_apart,
     shares,
@@ -27,7 +26,7 @@ from powertrain.compiler.torques import (
 from powertrain.language.laws import FrictionLaw
 from powertrain.language.recorder import SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
-from powertrain.modes.tolerances import EPS, alone_tolerance, condition_tolerance, rounding_tolerance, torque_tolerance
+from powertrain.modes.tolerances import alone_tolerance, condition_tolerance, rounding_tolerance, torque_tolerance
 
 
 class Resolver:
@@ -182,26 +181,8 @@ class Resolver:
         return condition_tolerance(self.meeting(opened), self.largest(self._follows([opened])))
 
     def rounding(self, k: int) -> Symbol:
-        """Uncertainty of the torque of a law due to the rounding of angles and positions, and of its own speed near zero.
-
-        Limits that shrink with the torque leave a law no range in which it rests where a motion dies away: what its speed may be off by
-        within its hysteresis, times the damping of this motion, counts as such a range.
-        """
-        found = rounding_tolerance(self._from_positions(self.laws[k].rate) / self.reach(k))
-        return found + EPS * self._damping(k) / self.reach(k) if self._shrinks(k) else found
-
-    def _shrinks(self, k: int) -> bool:
-        """Whether the limits of a friction law depend on torques."""
-        law = self.laws[k].law
-        return isinstance(law, FrictionLaw) and limits_follow(law, column(self.tau))
-
-    def _damping(self, k: int) -> Symbol:
-        """|dv/dw|: how the rate of a law falls with its speed, along the shortest change of the states that changes this speed."""
-        law = self.laws[k]
-        way = ca.jacobian(law.speed, self.x)
-        size = ca.sumsqr(way)
-        slope = ca.fabs(ca.jacobian(law.rate, self.x) @ way.T)
-        return self.close([ca.if_else(size > 0, slope / size, 0)])[0]
+        """Uncertainty of the torque of a law due to the rounding of angles and positions."""
+        return rounding_tolerance(self._from_positions(self.laws[k].rate) / self.reach(k))
 
     def _from_positions(self, opened: Symbol) -> Symbol:
         """The sizes of the contributions of angles and positions, sum_j |d/dx_j x_j|; they grow with the distance travelled."""
