@@ -27,7 +27,9 @@ from powertrain.variational.unknowns import Unknowns
 APART = 0.01
 """One-sided derivatives may differ from the mean by this share of it,"""
 _SEEN = 1e-4
-"""or by so little that a 100 % change of the unknown changes the result by this share."""
+"""or by so little that a 100 % change of the unknown changes the result by this share,"""
+_FELT = 1e-9
+"""or by so little that one unit of an unknown that is zero changes it by this share."""
 
 
 class Model:
@@ -154,7 +156,8 @@ def refuse_apart(wanted: Unknowns, way: Passage, found: Parts, value: float) -> 
     """Reject one-sided derivatives that differ noticeably. ``found``: derivatives, and the deviation of the one-sided ones."""
     derivatives, off = np.abs(found)
     sizes = np.abs(wanted.values)
-    apart = (off > APART * derivatives) & ((off * sizes > _SEEN * abs(value)) | (sizes == 0.0))
+    seen = np.where(sizes == 0.0, off > _FELT * abs(value), off * sizes > _SEEN * abs(value))
+    apart = (off > APART * derivatives) & seen
     if not apart.any():
         return
     names = [wanted.names[k] for k in np.flatnonzero(apart)]
