@@ -17,7 +17,7 @@ from powertrain.equilibrium.laws import Motion, SteadyLaws
 from powertrain.equilibrium.linearized import Linearized
 from powertrain.equilibrium.points import Iterates, SolvedPoints
 from powertrain.equilibrium.relaxation import relaxed
-from powertrain.equilibrium.rules import Following
+from powertrain.equilibrium.rules import NextModes
 from powertrain.equilibrium.solutions import Solutions
 from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
 
@@ -144,19 +144,19 @@ def one_law(speed: float, width: float = 2.0, residual: float = 0.0) -> tuple[St
     return laws, Iterates(none, np.array([[1.0 + speed, 1.0]]), np.zeros((1, 1)), np.zeros((1, 1)))
 
 
-def following(laws: SteadyLaws, at: Iterates) -> Following:
-    return laws.following(at, np.zeros((1, 1), bool), np.ones((1, 1)))
+def next_modes(laws: SteadyLaws, at: Iterates) -> NextModes:
+    return laws.next_modes(at, np.zeros((1, 1), bool), np.ones((1, 1)))
 
 
 @pytest.mark.parametrize(("width", "mode"), [(5e-11, FREE), (5e-9, STUCK)])
 def test_a_law_is_free_where_its_limits_are_one(width: float, mode: float) -> None:
-    assert following(*one_law(0.0, width)).modes[0, 0] == mode
+    assert next_modes(*one_law(0.0, width)).modes[0, 0] == mode
 
 
 @pytest.mark.parametrize(("residual", "balanced"), [(5e-7, True), (-5e-7, True), (1e-6, False), (-1e-6, False)])
 def test_equations_are_balanced_by_their_terms(residual: float, balanced: bool) -> None:
     """Of 3 + 2 + 1."""
-    assert following(*one_law(0.0, residual=residual)).balanced.tolist() == [balanced]
+    assert next_modes(*one_law(0.0, residual=residual)).balanced.tolist() == [balanced]
 
 
 @pytest.mark.parametrize(("small", "degenerate"), [(1e-12, False), (4e-15, True), (0.0, True)])
@@ -170,7 +170,7 @@ def test_equations_that_determine_unknowns_by_round_off_alone(small: float, dege
 def test_rest_is_a_share_of_the_terms(speed: float, mode: float) -> None:
     laws, at = one_law(speed)
     assert Linearized(laws)(at, lossless=False).zone[0, 0] == pytest.approx(3e-9, rel=1e-6)
-    assert following(laws, at).modes[0, 0] == mode
+    assert next_modes(laws, at).modes[0, 0] == mode
 
 
 @pytest.mark.parametrize(("speed", "differ"), [(5.0, True), (0.0, False)])
@@ -253,7 +253,7 @@ def test_a_motion_is_followed_in_steps_that_grow() -> None:
         return Motion(1.0 - at.y, none, np.full((1, 1, 1), -1.0), np.zeros((1, 0, 1)))
 
     laws = SimpleNamespace(
-        unknowns=1, rates=np.array([0]), rate_of=np.array([0]), motion=motion, following=lambda at, given, side: at
+        unknowns=1, rates=np.array([0]), rate_of=np.array([0]), motion=motion, next_modes=lambda at, given, side: at
     )
     end = relaxed(laws, Iterates(none, np.full((1, 1), -300.0), none, none), none.astype(bool), none)  # type: ignore[arg-type]
     assert end.y[0, 0] == pytest.approx(1.0, abs=1e-9)

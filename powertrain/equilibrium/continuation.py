@@ -142,7 +142,7 @@ class Continuation:
         """The solution of the semismooth Newton method with all laws initially stuck."""
         near = self._near(point.p)
         here = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
-        modes = self.laws.following(here, near.given[None], side[None], lossless=point.lossless).modes[0].copy()
+        modes = self.laws.next_modes(here, near.given[None], side[None], lossless=point.lossless).modes[0].copy()
         modes[self.laws.tied_modes] = FORWARD
         return self._corrected(replace(point, m=modes), tau, side)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import Iterates, Mask, taken
-from powertrain.equilibrium.rules import Following
+from powertrain.equilibrium.rules import NextModes
 from powertrain.modes.friction import BACKWARD, FORWARD, STUCK
 from powertrain.modes.tolerances import LOCKED, NEUTRAL, STILL
 from powertrain.numerics.buffers import Array
@@ -86,14 +86,14 @@ def corrected(
     return Iterates(at.grid, y, modes, tau), done
 
 
-def _shared(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool, firm: bool) -> Following:
-    """What follows; updates ``at`` to the torques that compliance gives stuck laws.
+def _shared(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: bool, firm: bool) -> NextModes:
+    """The next modes. Stuck laws in ``at`` get the torques that their compliance gives them.
 
     This matters only if several laws are stuck, or if one is stuck and another slides at rest. ``firm``: a law that slides at rest against
     its rate sticks.
     """
     n, mode = laws.unknowns, at.modes[:, laws.law_modes]
-    after = laws.following(at, near.given, side, None, lossless)
+    after = laws.next_modes(at, near.given, side, None, lossless)
     stuck = (mode == np.where(laws.contact, 1.0, STUCK)) & ~near.given
     slides = laws.may_free & ((mode == FORWARD) | (mode == BACKWARD)) & after.still
     several = (stuck.sum(axis=1) > 1) | (stuck.any(axis=1) & slides.any(axis=1))
@@ -111,7 +111,7 @@ def _shared(laws: SteadyLaws, at: Iterates, near: Near, side: Array, lossless: b
     shared = Iterates(here.grid, here.y, here.modes, tau)
     end, _ = _solutions(laws, shared, there, side, lossless, PROXIMAL, 0)
     at.y[some], at.tau[some] = end.y, end.tau
-    after.put(some, laws.following(end, there.given, side, drive, lossless))
+    after.put(some, laws.next_modes(end, there.given, side, drive, lossless))
     return after
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from powertrain.equilibrium.balance import Balance
 from powertrain.equilibrium.equations import HELD, LEAST, LOWER, NOTHING, UPPER, Equations
 from powertrain.equilibrium.points import Iterates, Mask
-from powertrain.equilibrium.rules import Following, SteadyRules
+from powertrain.equilibrium.rules import NextModes, SteadyRules
 from powertrain.modes.friction import FORWARD, FREE, STUCK
 from powertrain.numerics.buffers import Array
 
@@ -50,9 +50,9 @@ class SteadyLaws:
         self._rules.set_common(values)
         self.equations.set_common(values)
 
-    def following(
+    def next_modes(
         self, at: Iterates, given: Mask, side: Array, drive: Array | None = None, lossless: bool = False
-    ) -> Following:
+    ) -> NextModes:
         """The modes that follow.
 
         ``given`` are laws whose motion is given; ``side`` is the side from which their rest is approached. ``drive`` is the rate of each

@@ -33,7 +33,7 @@ def relaxed(laws: SteadyLaws, at: Iterates, given: Mask, side: Array) -> Iterate
     for _ in range(STEPS):
         here = Iterates(at.grid[active], y[active], modes[active], at.tau[active])
         motion = laws.motion(here)
-        modes[active] = laws.following(here, given[active], side[active]).modes
+        modes[active] = laws.next_modes(here, given[active], side[active]).modes
         matrix = motion.rows_[:, :, :n].copy()
         matrix[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / length[active, None]
         step = solved(matrix, -motion.rows)

@@ -20,7 +20,7 @@ from powertrain.numerics.buffers import Array
 
 
 @dataclass(frozen=True)
-class Following:
+class NextModes:
     """What follows at iterates: the modes, equal to those of the iterates if these hold, and whether all equations are zero.
 
     ``still``: laws whose speed is zero; ``open``: laws whose limits differ. One row per point.
@@ -31,7 +31,7 @@ class Following:
     still: Mask
     open: Mask
 
-    def put(self, which: Index, other: Following) -> None:
+    def put(self, which: Index, other: NextModes) -> None:
         """Replace some points."""
         for f in fields(self):
             getattr(self, f.name)[which] = getattr(other, f.name)
@@ -64,7 +64,7 @@ class SteadyRules:
         """Parameters and inputs that are the same for all points."""
         self._columns.set_common(values)
 
-    def __call__(self, at: Iterates, given: Mask, side: Array, drive: Array | None, lossless: bool) -> Following:
+    def __call__(self, at: Iterates, given: Mask, side: Array, drive: Array | None, lossless: bool) -> NextModes:
         """What follows; the arguments are those of ``powertrain.modes.friction.next_steady_mode``, one row per point.
 
         ``lossless``: torques that depend on others are left out, and these laws move with their speed.
@@ -74,7 +74,7 @@ class SteadyRules:
         with np.errstate(all="ignore"):
             found = self._columns.of_points([at.grid, at.modes, at.y, at.tau, given, side, drive, which])
         flags = (found[self._modes :] != 0.0).T
-        return Following(
+        return NextModes(
             found[: self._modes].T, flags[:, 0], flags[:, 1 : 1 + self._count], flags[:, 1 + self._count :]
         )
 

@@ -84,7 +84,7 @@ class Solutions:
         at = Iterates(grid, best.y, best.modes, best.tau).some(known)
         near, sides = Near(best.given, best.yields).some(known), taken(side, known)
         number[known[undetermined(laws, at, near, sides)]] = 2
-        after, rest = laws.following(at, near.given, sides), np.zeros_like(best.given)
+        after, rest = laws.next_modes(at, near.given, sides), np.zeros_like(best.given)
         rest[known] = near.given & after.still & after.open
         return Best(best, number, rest, differing)
 
@@ -101,7 +101,7 @@ class Solutions:
         found = self._nothing(near)
         found.y += first
         at = Iterates(grid, found.y, found.modes, found.tau)
-        modes = laws.following(at, found.given, side).modes
+        modes = laws.next_modes(at, found.given, side).modes
         seen = np.zeros(count, bool)
         for other in begun:
             seen |= (modes == other).all(axis=1)
@@ -180,7 +180,7 @@ class Solutions:
     def _differ(self, grid: Array, one: SolvedPoints, other: SolvedPoints) -> Mask:
         """Whether two solutions differ in unknowns, or in the torque of a sliding law."""
         at = Iterates(grid, one.y, one.modes, one.tau)
-        slides = ~self.laws.following(at, one.given, np.ones_like(one.tau)).still
+        slides = ~self.laws.next_modes(at, one.given, np.ones_like(one.tau)).still
         y = np.abs(one.y - other.y) > SAME * (1.0 + np.abs(one.y))
         large = 1.0 + np.abs(one.tau).max(axis=1, initial=0.0)
         tau = slides & (np.abs(one.tau - other.tau) > SAME * large[:, None])
