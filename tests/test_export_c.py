@@ -20,6 +20,9 @@ from powertrain.components.electric import AccessoryLoad, Battery
 from powertrain.components.rotational import Brake, Inertia, SpringDamper, Torque
 from powertrain.trials.cycle import on_cycle
 
+RTOL = 1e-6
+"""The default tolerance of a run."""
+
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
 
 
@@ -127,16 +130,20 @@ def test_the_run_is_that_of_python(case: str, method: Any, tmp_path: Path) -> No
 
 @pytest.mark.slow
 def test_a_car_stops_and_stands_on_its_brakes(tmp_path: Path) -> None:
-    """Newton's method goes round at its first stop, and brakes, rolling resistance and gears hold the same motion."""
+    """Newton's method goes round at its first stop, and brakes, rolling resistance and gears hold the same motion.
+
+    Round-off grows in the sequence of step sizes, each of which follows from the error of the one before, until both runs differ by a share
+    of their tolerance.
+    """
     from powertrain.vehicles.split_path_car import SplitPathCar
 
     plant = pt.compile(SplitPathCar())
     model = plant.export_c(tmp_path, method="dopri5")
     found, wanted = model.simulate(60.0, points=30), plant.simulate(60.0, points=30, method="dopri5")
-    assert found.statistics["steps"] == wanted.statistics["steps"]
+    assert [(e.name, e.old, e.new) for e in found.events] == [(e.name, e.old, e.new) for e in wanted.events]
     for name in plant.compiled.states:
         size = 1e-300 + float(np.abs(wanted[name]).max())
-        np.testing.assert_allclose(found[name], wanted[name], rtol=0, atol=1e-9 * size, err_msg=name)
+        np.testing.assert_allclose(found[name], wanted[name], rtol=0, atol=RTOL / 10 * size, err_msg=name)
 
 
 @pytest.mark.slow
@@ -203,7 +210,7 @@ def test_fixed_steps_locate_events(tmp_path: Path) -> None:
 def test_the_program_in_c_prints_the_run(tmp_path: Path) -> None:
     plant = pt.compile(CoupledClutches())
     plant.export_c(tmp_path)
-    sources = ["functions.c", "model.c", "powertrain_run.c", "main.c"]
+    sources = ["functions.c", "model.c", "powertrain_run.c", "powertrain_loop.c", "main.c"]
     strict = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-unused-function", "-Wno-unused-parameter"]
     subprocess.run(["cc", *strict, "-O1", *sources, "-o", "model", "-lm"], cwd=tmp_path, check=True)
     printed = subprocess.run(["./model", "1.5", "3"], cwd=tmp_path, check=True, capture_output=True, text=True).stdout

@@ -10,12 +10,13 @@ import numpy as np
 from powertrain.compiler.hybrid import Guard
 from powertrain.engine.chatter import Chatter
 from powertrain.engine.failure import not_finite, underflow
+from powertrain.engine.in_c import ASK, EVENTS, FULL, GUARD, RATES, TOO_STIFF, UNDERFLOW, LoopInC, Position, Stretch
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import just_after
 from powertrain.engine.trajectory import Instant, Trajectory, TrajectoryRecorder
 from powertrain.errors import SimulationError
 from powertrain.integration.specialized import Calls
-from powertrain.integration.step_control import reduction
+from powertrain.integration.step_control import FINEST, HALVINGS, STIFF, STIFF_STEPS, reduction
 from powertrain.modes.algebra import NotConsistent
 from powertrain.modes.guards import first_violation, guard_message
 from powertrain.modes.tolerances import EPS, SHORTEST
@@ -23,14 +24,8 @@ from powertrain.numerics.buffers import Array, view
 
 Progress = Callable[[float, Array, Array], None]
 """Receives the time, the unknowns and the held values that a run has reached; these are the run's own arrays."""
-_STIFF = 3.25
-_STIFF_STEPS = 15
-FINEST = 1e-5
-"""Share of the simulated span, or of the longest step, below which steps are not halved to resolve indicators."""
 _AGAIN = 1e-6
 """First step (s) tried with pivoting after all others have failed."""
-HALVINGS = 8
-"""How often a step is halved to resolve the indicators; a remaining kink is then accepted."""
 
 
 class Run:
@@ -44,7 +39,9 @@ class Run:
         rtol: float,
         max_step: float,
         progress: Progress | None,
+        in_c: Callable[[str], LoopInC | None],
     ) -> None:
+        self._loop_in_c = in_c
         self.engine, self.memory, self.dae = engine, engine.memory, engine.dae
         self.t, self.start, self.stop, self.rtol, self.max_step = start, start, stop, rtol, max_step
         self.side, self.h, self.crossed, self.longest = 0, 0.0, start, max_step
@@ -63,7 +60,7 @@ class Run:
 
     def execute(self, resumed: bool = False) -> Trajectory:
         """Run to the stop time; errors carry the trajectory so far. ``resumed``: continue smoothly from the end of another run."""
-        self.steps = self.engine.stepper(self.method)
+        self.steps, self.in_c = self.engine.stepper(self.method), self._loop_in_c(self.method)
         self._tell()
         try:
             self._restart()
@@ -75,7 +72,7 @@ class Run:
             self._choose()
             while self.t < self.stop:
                 self._next_stop()
-                self._pass(self._smooth())
+                self._pass(self._smooth() if self.in_c is None else self._proceed(self.in_c))
             self._count()
         except NotConsistent as error:
             raise SimulationError(f"at t = {self.t:.9g} s {error}", self._trajectory()) from None
@@ -164,11 +161,47 @@ class Run:
             if watch is not None:
                 self.t, self.side = t, side  # the run may end here
                 watch()
-            if auto and (info[4] > _STIFF or self.stiff > 0) and self._too_stiff(info[4]):
+            if auto and (info[4] > STIFF or self.stiff > 0) and self._too_stiff(info[4]):
                 steps, auto = self._implicit(), False
             if last:
                 self.t, self.h, self.side = t, h, side
                 return False
+
+    def _proceed(self, loop: LoopInC) -> bool:
+        """Continue in C until the stop (False), or until an event that is not routine: whether it was located inside a step."""
+        status = FULL
+        while status == FULL:
+            at = Position(self.t, self.h, self.side, self.crossed, self.idle, self.stiff)
+            done = loop.proceed(at, self.start, self.stop, self.max_step, self.recorder.held[-1])
+            self._take_over(done)
+            status = done.status
+        if status == ASK:
+            self.instant, self.corner = done.instant, done.corner
+            return done.located
+        self.instant = self.corner = np.inf
+        if status == TOO_STIFF:
+            self._implicit()
+        elif status == UNDERFLOW:
+            self._pivoting(self.t, self.h, self.side)
+            self.h = _AGAIN
+        elif status == RATES:
+            self._refuse_rates()
+        elif status == GUARD:
+            self._refuse_located()
+        elif status == EVENTS:
+            self._idle(True)
+        return False
+
+    def _take_over(self, done: Stretch) -> None:
+        """What C has done becomes part of the run."""
+        self.t, self.h, self.side, self.crossed, self.idle, self.stiff = done.at
+        self.rejected += done.rejected
+        self.outside += done.outside
+        self.recorder.extend(done.rows, done.held)
+        for instant in done.instants:
+            self._keep(instant)
+        if self.watch is not None:
+            self.watch()
 
     def _choose(self) -> None:
         """Select the step function for the present modes; note the longest step and whether steps may become too small."""
@@ -191,23 +224,27 @@ class Run:
         h *= reduction(h, e, before)
         if h >= SHORTEST * max(1.0, abs(t)):
             return h, steps
-        if self.method == "rodas5p" and not self.numeric and self.dae.z.numel():
-            self.numeric = True
-            self.steps = self.engine.stepper(self.method, numeric=True)
-            self.chosen, self.refused = (self.steps, False), None
-            return _AGAIN, self.steps
-        self.t, self.side = t, side
-        raise SimulationError(underflow(self.dae, self.memory, side, t, h))
+        self._pivoting(t, h, side)
+        return _AGAIN, self.steps
+
+    def _pivoting(self, t: float, h: float, side: int) -> None:
+        """Steps with pivoting for algebraic unknowns, after a step has become too small without; otherwise the run fails."""
+        if self.method != "rodas5p" or self.numeric or not self.dae.z.numel():
+            self.t, self.side = t, side
+            raise SimulationError(underflow(self.dae, self.memory, side, t, h))
+        self.numeric, self.in_c = True, None
+        self.steps = self.engine.stepper(self.method, numeric=True)
+        self.chosen, self.refused = (self.steps, False), None
 
     def _too_stiff(self, ratio: float) -> bool:
         """Whether enough steps were at the stability limit of the explicit method."""
-        self.stiff += 1.0 if ratio > _STIFF else -0.4
-        return self.stiff >= _STIFF_STEPS
+        self.stiff += 1.0 if ratio > STIFF else -0.4
+        return self.stiff >= STIFF_STEPS
 
     def _implicit(self) -> Calls:
         """Change to the implicit method for the rest of the run."""
         self.stiff, self.method = 0.0, "rodas5p"
-        self.steps = self.engine.stepper(self.method)
+        self.steps, self.in_c = self.engine.stepper(self.method), self._loop_in_c(self.method)
         self.chosen = self.steps, False
         return self.steps
 
@@ -221,12 +258,16 @@ class Run:
         self.side = 1 - self.side
         memory.y[self.side][:] = memory.at
         self.t, self.h = self.target if fraction == 1.0 and t + 1.01 * h >= self.target else t + fraction * h, h
+        self._refuse_located()
+        return True
+
+    def _refuse_located(self) -> None:
+        """Raise SimulationError if a quantity leaves its range at the event just located."""
         for k in self.engine.guard_places:
-            if memory.g[k] <= 0.0:
+            if self.memory.g[k] <= 0.0:
                 law = self.engine.indicators[k].law
                 assert isinstance(law, Guard)
-                raise SimulationError(guard_message(self.dae, memory, self.side, law, self.t))
-        return True
+                raise SimulationError(guard_message(self.dae, self.memory, self.side, law, self.t))
 
     def _pass(self, located: bool) -> None:
         """An event at which nothing may jump that something with inertia follows."""
@@ -274,12 +315,15 @@ class Run:
         self.idle = 0
         self._restart()
         right = memory.y[self.side].copy()
-        instant = Instant(t, left, right, held_left, held, tuple(resolver.extra), resolver.impulses)
+        self._keep(Instant(t, left, right, held_left, held, tuple(resolver.extra), resolver.impulses))
+
+    def _keep(self, instant: Instant) -> None:
+        """Record an event. SimulationError if its laws chatter."""
         if not instant.begins(self.start, self.catalogue.rests.values()):
             self.recorder.instants.append(instant)
-        for index in changed:
-            if index in self.catalogue.chattering and self.chatter.note(index, t):
-                raise SimulationError(self.chatter.message(self.catalogue.chattering[index], t))
+        for index in (instant.held_left != instant.held_right).nonzero()[0].tolist():
+            if index in self.catalogue.chattering and self.chatter.note(index, instant.time):
+                raise SimulationError(self.chatter.message(self.catalogue.chattering[index], instant.time))
 
     def _bends(self) -> bool:
         """Continue past a kink of expressions; False if more than the modes of these expressions must be resolved there."""

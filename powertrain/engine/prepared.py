@@ -20,6 +20,7 @@ from powertrain.errors import InitializationError, ParameterError
 from powertrain.integration import fused as steps
 from powertrain.integration.parts import Parts, in_parts
 from powertrain.integration.specialized import Calls, SpecialSteps, for_modes
+from powertrain.modes import resting
 from powertrain.modes.admissible import Admissible
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.discontinuities import reset_values
@@ -28,7 +29,7 @@ from powertrain.modes.resolve import ModeResolver
 from powertrain.modes.switch import timed
 from powertrain.numerics.background import Builds, Install
 from powertrain.numerics.buffers import Array, Bound, Memory
-from powertrain.numerics.compiled import Compilable, compile_functions
+from powertrain.numerics.compiled import Compilable, Library, compile_functions
 from powertrain.numerics.pivots import match_rows
 
 Method = Literal["auto", "dopri5", "rodas5p"]
@@ -70,6 +71,7 @@ class Prepared:
         self.algebra = AlgebraicSolver(dae, self.memory) if dae.z.numel() else None
         self._model: steps.Common | None = None
         self._steps: dict[str, Calls] = {}
+        self._machine_code: dict[str, Library] = {}
         self._kept: list[Bound | Parts] = []
         self._builds = Builds()
         self._functions: dict[str, ca.Function] = {}
@@ -94,6 +96,16 @@ class Prepared:
             else:
                 self._steps[name] = self._step(name)
         return self._steps[name]
+
+    def machine_code(self, method: str) -> tuple[Library, Library] | None:
+        """The step of a method and the other functions of the loop, if all of them are machine code."""
+        step, others = self._machine_code.get(method), self._functions
+        return (step, others) if step is not None and isinstance(others, Library) else None
+
+    @property
+    def hands_over(self) -> bool:
+        """Whether there is something to check at every event that the loop in C does not check."""
+        return self.continuity is not None or self.admissible.checks
 
     @property
     def specializes(self) -> bool:
@@ -146,6 +158,8 @@ class Prepared:
 
     def _bound(self, functions: dict[str, ca.Function], method: str) -> Calls:
         """A step from either side of the double buffer."""
+        if isinstance(functions, Library):
+            self._machine_code[method] = functions
         if "advance" in functions:
             parts = Parts(functions, self.memory)
             self._kept.append(parts)
@@ -290,6 +304,10 @@ class Prepared:
             functions["instants"] = steps.instants(self.dae)
         if self._turning:
             functions["corner"] = steps.corner(model)
+        if (mobility := resting.mobility(self.dae)) is not None:
+            functions["mobility"] = mobility
+        if self.waves:
+            functions["longest"] = self.waves.function
         if 0 < self.sizes[1] <= _LARGE:
             functions["newton"] = steps.newton(model)
         return functions
@@ -300,7 +318,7 @@ class Prepared:
         step = self._written(method)
         if step is None or _long(step):
             step = steps.step(steps.common(self.dae, model.rows, ca.MX), method)
-        found = {"method": step} | self._called(model) | {"longest": self.waves.function}
+        found = {"method": step} | self._called(model)
         if self.dae.whens:
             found["resets"] = reset_values(self.dae)
         return found

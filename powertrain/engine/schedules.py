@@ -34,6 +34,11 @@ class Schedules:
         return self._segments
 
     @property
+    def places(self) -> list[int]:
+        """The place of the first of the three held values of each schedule."""
+        return [schedule.index for schedule in self._schedules]
+
+    @property
     def breakpoints(self) -> list[tuple[float, int, bool]]:
         """Time, index of the schedule, and whether it jumps there, in time order."""
         pairs = zip(self._times, self._owners, strict=True)

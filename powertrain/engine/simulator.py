@@ -6,8 +6,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from powertrain.compiler.hybrid import HybridDae
+from powertrain.engine.in_c import LoopInC
 from powertrain.engine.loop import Progress, Run
-from powertrain.engine.prepared import Prepared, vector
+from powertrain.engine.prepared import Compile, Method, Prepared, vector
 from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import InitializationError, SimulationError
 from powertrain.modes.algebra import NotConsistent
@@ -25,6 +27,16 @@ class Simulator(Prepared):
     possible; for stiff models it starts with "rodas5p" or changes to it. ``compile`` compiles the functions as C, "background" while runs
     continue, for runs that start later.
     """
+
+    def __init__(self, dae: HybridDae, method: Method = "auto", compile: Compile = False) -> None:
+        super().__init__(dae, method, compile)
+        self._loops: dict[str, LoopInC] = {}
+
+    def _in_c(self, method: str) -> LoopInC | None:
+        """The loop in C for a method, if all that it needs is machine code."""
+        if method not in self._loops and (code := self.machine_code(method)) is not None:
+            self._loops[method] = LoopInC(self, *code, explicit=method == "dopri5" and self.method == "auto")
+        return self._loops.get(method)
 
     def run(
         self,
@@ -49,7 +61,7 @@ class Simulator(Prepared):
         self.adopt()
         self._load(start, x0, z0, m0, p, rtol, atol)
         self._settle(start)
-        return Run(self, start, stop, rtol, max_step, progress).execute()
+        return Run(self, start, stop, rtol, max_step, progress, self._in_c).execute()
 
     def resume(
         self,
@@ -76,7 +88,7 @@ class Simulator(Prepared):
                 self.admissible.check(0)
             except (NotConsistent, SimulationError) as error:
                 raise SimulationError(f"at t = {start:.9g} s {error}") from None
-        return Run(self, start, stop, rtol, max_step, None).execute(resumed=not jumped)
+        return Run(self, start, stop, rtol, max_step, None, self._in_c).execute(resumed=not jumped)
 
     def resolve(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> tuple[Array, Array, Array]:
         """The modes of all laws at one instant, from the guess ``m``: consistent (x, z, m). Raises InitializationError."""

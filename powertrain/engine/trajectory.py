@@ -184,6 +184,13 @@ class TrajectoryRecorder:
         self._record[0] = len(self.held)
         self.held.append(held)
 
+    def extend(self, rows: Array, held: Array) -> None:
+        """Keep steps, whose first column is the place of their held values among ``held``; -1 for the values before these."""
+        rows[:, 0] += len(self.held)
+        self.rows += rows.tobytes()
+        for values in held:
+            self.enter(values)
+
     def trajectory(
         self, end: float, final: Array, m: Array, statistics: dict[str, float], notes: tuple[str, ...]
     ) -> Trajectory:

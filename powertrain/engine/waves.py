@@ -34,6 +34,9 @@ class Waves:
         self._sizes = dae.m.numel(), dae.p.numel()
         self._symbols = dae.t, dae.m, dae.p
 
+    def __bool__(self) -> bool:
+        return bool(self._laws)
+
     @cached_property
     def function(self) -> ca.Function:
         """The longest step (s) as a function of (t, stop, m, p) in the modes m; infinite if no law follows a sine."""
@@ -49,7 +52,7 @@ class Waves:
 
     def longest_step(self, t: float, stop: float, m: Array, p: Array) -> float:
         """The value of ``function``."""
-        if not self._laws:
+        if not self:
             return np.inf
         count, np_ = self._sizes
         return float(self._longest(t, stop, m[:count], p[:np_])[0][0, 0])

@@ -27,6 +27,12 @@ FAILED = 0.1
 """Ratio of the next attempt to a step without a finite error."""
 LEAST_ORDER = 0.1
 """Lower bound of an observed order."""
+FINEST = 1e-5
+"""Share of the simulated span, or of the longest step, below which steps are not halved to resolve indicators."""
+HALVINGS = 8
+"""How often a step is halved to resolve the indicators; a remaining kink is then accepted."""
+STIFF, STIFF_STEPS = 3.25, 15
+"""So many steps with a stability ratio above the first call for the implicit method."""
 _NO_ERROR = 1e-10
 """Lower bound of the error norm in the step size."""
 _CALM, _MOST_CHANGE = 0.003, 0.3

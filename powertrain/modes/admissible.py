@@ -34,6 +34,11 @@ class Admissible:
             if law.prescribed
         ]
 
+    @property
+    def checks(self) -> bool:
+        """Whether there are laws to check at every event."""
+        return bool(self._one_way or self._prescribed)
+
     def check(self, side: int) -> None:
         """Reject inadmissible modes; note torques that are not unique."""
         self._self_locking.check(side)

@@ -11,12 +11,16 @@ It stays at rest as long as they hold. A prescribed motion leaves a difference i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.hybrid import HybridDae
+from powertrain.compiler.hybrid import Friction, HybridDae, Opened
 from powertrain.modes.complementarity import Complementarity, Point
 from powertrain.modes.tolerances import INTEGRATED
+from powertrain.numerics.buffers import PREFIX
 
 SINGULAR = 1e-10
 """Relative rank tolerance: smaller mobilities left by the holding laws count as held. It is also the uncertainty of c."""
@@ -34,14 +38,14 @@ def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[int]
     near = problem.laws.at(point, np.zeros(problem.laws.count))
     if not np.isfinite(near.rate_slope).all():
         return []
-    size = np.sqrt(_mobility(-np.diag(near.rate_slope), near.reach))
+    size = np.sqrt(_own(-np.diag(near.rate_slope), near.reach))
     held = _follow(-near.rate_slope / np.outer(size, size), near.rate / size, limited, holds)
     rest = problem.laws.at_rest(point, near, INTEGRATED)
     marks = [dae.frictions[k].rests for k, follows in zip(limited, held, strict=True) if follows and rest[k]]
     return [place for place in marks if place is not None]
 
 
-def _mobility(own: NDArray[np.float64], terms: NDArray[np.float64]) -> NDArray[np.float64]:
+def _own(own: NDArray[np.float64], terms: NDArray[np.float64]) -> NDArray[np.float64]:
     """G_ii, or the size of its terms if they cancel, as for a clutch between two shafts that gears tie to each other."""
     return np.where(np.abs(own) > SINGULAR * terms, np.abs(own), np.where(terms > 0.0, terms, 1.0))
 
@@ -54,3 +58,32 @@ def _follow(G: NDArray[np.float64], b: NDArray[np.float64], rows: list[int], hol
     terms = np.abs(b[rows]) + np.abs(c.T) @ np.abs(b[holds])
     known = NOTHING * terms + SINGULAR * np.abs(b[holds]).sum()
     return [bool(one) for one in (left <= NOTHING) & (moved <= known)]
+
+
+def mobility(dae: HybridDae) -> ca.Function | None:
+    """A function of (time and step, y, m, p) for the loop in C; None if no laws can be held at rest at a limit of their torque.
+
+    None, too, if contacts may hold them. Gives the rates of all laws by their torques, row by row, and without torques, and their reach;
+    and whether the laws that may be held are at rest but for the error of the integration.
+    """
+    laws, opened = [f for f in dae.frictions if f.rests is not None], dae.opened
+    if not laws or opened is None or dae.contacts:
+        return None
+    y, moment = ca.SX.sym("y", dae.x.numel() + dae.z.numel()), ca.SX.sym("time", 2)
+    before, now = [ca.vertcat(dae.t, dae.x, dae.z)], [ca.vertcat(moment[0], y)]
+    values = [ca.densify(e) for e in ca.substitute(_rates(dae, laws, opened), before, now)]
+    return ca.Function(PREFIX + "mobility", [moment, y, dae.m, dae.p], values)
+
+
+def _rates(dae: HybridDae, laws: Sequence[Friction], opened: Opened) -> list[ca.SX]:
+    """Rates of all laws: derivatives by torques, values without them, and reach; whether ``laws`` are at rest."""
+    slope, free = -ca.jacobian(opened.rate, opened.tau), opened.rate
+    if n := opened.residual.numel():
+        z = dae.z[:n]
+        right = ca.horzcat(ca.jacobian(opened.residual, opened.tau), opened.residual)
+        moved = ca.jacobian(opened.rate, z) @ ca.solve(ca.jacobian(opened.residual, z), right)
+        slope, free = slope + moved[:, :-1], free - moved[:, -1]
+    given = [slope, free, opened.reach]
+    slope, free, reach = ca.substitute(given, [opened.tau], [ca.DM.zeros(opened.tau.numel())])
+    rest = [ca.SX(1) if law.algebraic else ca.fabs(law.w) <= INTEGRATED for law in laws]
+    return [slope.T, free, reach, ca.vertcat(*rest)]

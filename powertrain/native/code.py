@@ -8,29 +8,16 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Friction, Guard, HybridDae, Opened, TimeSignal
-from powertrain.engine.location import AIM, CLOSE, LARGEST
-from powertrain.engine.loop import FINEST, HALVINGS
+from powertrain.compiler.hybrid import Guard, HybridDae, TimeSignal
+from powertrain.engine.in_c import SOURCES, signal_tables
+from powertrain.engine.limits import limits
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError
-from powertrain.integration.step_control import FAILED, GROWTH, LEAST_ORDER, ORDER, SAFETY
-from powertrain.modes.resolve import PASSES
-from powertrain.modes.resting import NOTHING, SINGULAR
-from powertrain.modes.tolerances import EPS, INTEGRATED, NOW, SHORTEST
-from powertrain.numerics.buffers import PREFIX, Array
+from powertrain.numerics.buffers import Array
 
-SOURCES = Path(__file__).parent
-FIXED = ("powertrain_run.h", "powertrain_run.c", "main.c")
-SIGNALS = ("times", "owners", "jumps", "first", "starts", "rows")
-"""The tables of ``pt_signals``, in this order."""
-_LIMITS = {
-    "EPS": EPS, "NOW": NOW, "SHORTEST": SHORTEST, "AIM": AIM, "CLOSE": CLOSE, "LARGEST": LARGEST, "FINEST": FINEST,
-    "ORDER": ORDER, "SAFETY": SAFETY, "GROWTH": GROWTH, "FAILED": FAILED, "LEAST_ORDER": LEAST_ORDER,
-    "HALVINGS": HALVINGS, "PASSES": PASSES, "SINGULAR": SINGULAR, "NOTHING": NOTHING,
-}  # fmt: skip
-"""Tolerances and limits of the simulator that the loop shares."""
-_ABSENT = ("newton", "instants", "corner", "resets", "mobility")
+FIXED = ("powertrain_run.h", "powertrain_run.c", "powertrain_loop.h", "powertrain_loop.c", "main.c")
+_ABSENT = ("newton", "instants", "corner", "longest", "resets", "mobility")
 """Functions that only some models need."""
 
 
@@ -57,7 +44,7 @@ def write(
     parameters: Sequence[str],
 ) -> None:
     """The files of a model in a folder. ``start``: time, states, algebraic unknowns, held values, parameters."""
-    functions = engine.functions(method) | _at_rest(engine.dae)
+    functions = engine.functions(method)
     folder.mkdir(parents=True, exist_ok=True)
     generator = ca.CodeGenerator("functions.c")
     for function in functions.values():
@@ -67,7 +54,7 @@ def write(
         "model.h": _header(engine, functions, schedules, inputs),
         "model.c": _tables(engine, start, schedules, inputs, parameters),
     }
-    files |= {name: (SOURCES / name).read_text(encoding="utf-8") for name in FIXED}
+    files |= {"powertrain_limits.h": limits()} | {name: (SOURCES / name).read_text(encoding="utf-8") for name in FIXED}
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
 
@@ -77,57 +64,27 @@ def _laws(dae: HybridDae) -> list[int]:
     return [*(f.index for f in dae.frictions if not f.prescribed), *(s.index for s in dae.switches)]
 
 
-def _at_rest(dae: HybridDae) -> dict[str, ca.Function]:
-    """A function of (time and step, y, m, p) for models in which others may hold laws at rest at a limit of their torque.
-
-    ``mobility``: the rates of all laws by their torques, row by row, and without torques, and their reach; whether the laws that may be
-    held are at rest but for the error of the integration.
-    """
-    laws, opened = [f for f in dae.frictions if f.rests is not None], dae.opened
-    if not laws or opened is None:
-        return {}
-    y, moment = ca.SX.sym("y", dae.x.numel() + dae.z.numel()), ca.SX.sym("time", 2)
-    before, now = [ca.vertcat(dae.t, dae.x, dae.z)], [ca.vertcat(moment[0], y)]
-    values = [ca.densify(e) for e in ca.substitute(_mobility(dae, laws, opened), before, now)]
-    return {"mobility": ca.Function(PREFIX + "mobility", [moment, y, dae.m, dae.p], values)}
-
-
-def _mobility(dae: HybridDae, laws: Sequence[Friction], opened: Opened) -> list[ca.SX]:
-    """Rates of all laws: derivatives by torques, values without them, and reach; whether ``laws`` are at rest."""
-    mobility, free = -ca.jacobian(opened.rate, opened.tau), opened.rate
-    if n := opened.residual.numel():
-        z = dae.z[:n]
-        right = ca.horzcat(ca.jacobian(opened.residual, opened.tau), opened.residual)
-        moved = ca.jacobian(opened.rate, z) @ ca.solve(ca.jacobian(opened.residual, z), right)
-        mobility, free = mobility + moved[:, :-1], free - moved[:, -1]
-    given = [mobility, free, opened.reach]
-    mobility, free, reach = ca.substitute(given, [opened.tau], [ca.DM.zeros(opened.tau.numel())])
-    rest = [ca.SX(1) if law.algebraic else ca.fabs(law.w) <= INTEGRATED for law in laws]
-    return [mobility.T, free, reach, ca.vertcat(*rest)]
-
-
 def _header(
     engine: Prepared, functions: dict[str, ca.Function], schedules: Sequence[TimeSignal], inputs: Sequence[str]
 ) -> str:
     dae, (n, nz, nm, np_) = engine.dae, engine.sizes
     called, resets = functions.values(), sum(len(w.resets) for w in dae.whens)
     sizes = {
-        "X": n, "Z": nz, "Y": max(n + nz, 1), "M": max(nm, 1), "P": max(np_, 1), "G": max(len(engine.indicators), 1),
+        "X": n, "Z": nz, "Y": max(n + nz, 1), "HELD": nm, "M": max(nm, 1), "PARAMETERS": np_, "P": max(np_, 1),
+        "G": max(len(engine.indicators), 1),
         "INDICATORS": len(engine.indicators), "W": max(len(dae.whens), 1), "WHENS": len(dae.whens), "R": max(resets, 1),
         "T": max(len(engine.timed), 1), "TIMED": len(engine.timed), "O": max(len(dae.guards), 1), "INPUTS": len(inputs),
         "RESTS": sum(f.rests is not None for f in dae.frictions), "LAWS": len(_laws(dae)),
-        "F": max(len(dae.frictions), 1), "B": max(len(dae.barriers), 1),
-        "TURNING": int("corner" in functions),
+        "FRICTIONS": len(dae.frictions), "F": max(len(dae.frictions), 1), "B": max(len(dae.barriers), 1),
         "ARG": max(f.sz_arg() for f in called), "RES": max(f.sz_res() for f in called),
         "IW": max(*(f.sz_iw() for f in called), 1), "WORK": max(*(f.sz_w() for f in called), 1),
     }  # fmt: skip
     lines = ["/* Sizes, tables and functions of the model; written by powertrain. */", '#include "powertrain_run.h"']
     lines += [f"#define PT_{name} {size}" for name, size in sizes.items()]
-    lines += [f"#define PT_{name} {value!r}" for name, value in _LIMITS.items()]
     lines += [f"#define pt_{key} {f.name()}" for key, f in functions.items()]
-    lines += [f"#define pt_{key} pt_absent" for key in _ABSENT if key not in functions]
+    lines += [f"#define pt_{key} 0" for key in _ABSENT if key not in functions]
     arguments = "(const double **, double **, long long *, double *, int)"
-    lines += [f"int {name}{arguments};" for name in (*(f.name() for f in called), "pt_absent")]
+    lines += [f"int {f.name()}{arguments};" for f in called]
     tables = (
         "places",
         "inputs",
@@ -183,27 +140,11 @@ def _tables(
     lines += [
         f"const double pt_{name}[] = {_braced(v)};" for name, v in zip(("x0", "z0", "m0", "p0"), start[1:], strict=True)
     ]
-    lines += _signals(signal_tables(schedules))
+    lines += _signals(signal_tables(Schedules(schedules)))
     unknowns = [*dae.state_names, *(dae.z[k].name() for k in range(dae.z.numel()))]
     for what, names in {"input": inputs, "parameter": parameters, "unknown": unknowns}.items():
         lines.append(f"const char *const pt_{what}_names[] = {{{', '.join([*(_quoted(n) for n in names), '0'])}}};")
-    lines.append("int pt_absent(const double **arg, double **res, long long *iw, double *w, int mem)")
-    lines.append("{\n    (void)arg, (void)res, (void)iw, (void)w, (void)mem;\n    return 0;\n}\n")
-    return "\n".join(lines)
-
-
-def signal_tables(schedules: Sequence[TimeSignal]) -> dict[str, np.ndarray]:
-    """Breakpoints and segments of all signals of time, in the order that ``pt_signals`` has."""
-    found = Schedules(schedules)
-    starts, points = [list(s) for s, _ in found.segments], found.breakpoints
-    return {
-        "times": np.array([t for t, _, _ in points], float),
-        "owners": np.array([k for _, k, _ in points], np.intc),
-        "jumps": np.array([jumps for _, _, jumps in points], np.intc),
-        "first": np.cumsum([0, *map(len, starts)]).astype(np.intc),
-        "starts": np.array([t for s in starts for t in s], float),
-        "rows": np.array([v for _, rows in found.segments for row in rows for v in row], float),
-    }
+    return "\n".join([*lines, ""])
 
 
 def _signals(tables: dict[str, np.ndarray]) -> list[str]:

@@ -14,25 +14,22 @@ from numpy.typing import ArrayLike
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import TimeSignal
 from powertrain.engine.catalogue import catalogue
+from powertrain.engine.in_c import Signals, signal_tables
+from powertrain.engine.schedules import Schedules
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import PowertrainError, SimulationError
 from powertrain.language.arguments import number, positive, row, tolerances
 from powertrain.language.component import Component
-from powertrain.native.code import SIGNALS, signal_tables
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.compiled import compiler
 from powertrain.result import Result
 
 M = TypeVar("M", bound=Component)
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared")
-SOURCES = ("functions.c", "model.c", "powertrain_run.c")
+SOURCES = ("functions.c", "model.c", "powertrain_run.c", "powertrain_loop.c")
 _FULL = 1
 _ROWS, _HELD, _INSTANTS = 4000, 1000, 500
 """How much of a run is kept in C before Python takes it over."""
-
-
-class _Signals(ctypes.Structure):
-    _fields_ = [("points", ctypes.c_int), *((n, ctypes.c_void_p) for n in SIGNALS)]
 
 
 class Begun(NamedTuple):
@@ -120,7 +117,7 @@ class CModel(Generic[M]):
         first, last = number("start", start, "s"), number("stop", stop, "s")
         grid = np.linspace(first, last, points + 1) if times is None else row("times", times)
         begun = self._begin(first, parameters, starts, guesses, inputs)
-        run = _Run(self.library, first, begun, signal_tables(begun.schedules))
+        run = _Run(self.library, first, begun, signal_tables(Schedules(begun.schedules)))
         self.library.pt_tolerance(run.model, *map(ctypes.c_double, (*tolerances(rtol, atol), max_step)))
         status = run.to(last, step)
         trajectory = run.trajectory(self._compiled)
@@ -146,7 +143,7 @@ class _Run:
         padded = [np.append(v, 0.0) for v in (at.x, at.z, at.m, at.p)]
         library.pt_load(self.model, ctypes.c_double(start), *map(_pointer, padded))
         self._signals = {n: np.concatenate([v, np.zeros(1, v.dtype)]) for n, v in signals.items()}
-        self._table = _Signals(len(signals["times"]), *(v.ctypes.data for v in self._signals.values()))
+        self._table = Signals(len(signals["times"]), *(v.ctypes.data for v in self._signals.values()))
         library.pt_use_signals(self.model, ctypes.byref(self._table))
         self._rows = np.empty((_ROWS, 3 + 5 * self.y))
         self._held = np.empty((_HELD, self.m))

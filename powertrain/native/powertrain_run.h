@@ -6,13 +6,15 @@
 enum {
     PT_OK = 0,
     PT_FULL = 1,        /* the record is full: empty it and call again */
+    PT_TOO_STIFF = 2,   /* stability limits the steps of the explicit method; said to hosts only */
     PT_UNDERFLOW = -1,  /* the step size became too small */
     PT_MODES = -2,      /* neither Newton's method nor one law at a time found modes that fit together */
     PT_ALGEBRA = -3,    /* the implicit equations have no solution near the last one */
     PT_RATES = -4,      /* a rate is not finite */
     PT_GUARD = -5,      /* a quantity left its range */
     PT_RESETS = -6,     /* resets follow one another without end */
-    PT_EVENTS = -7      /* too many events at one instant or in one fixed step */
+    PT_EVENTS = -7,     /* too many events at one instant or in one fixed step */
+    PT_ASK = -8         /* the host resolves this event */
 };
 
 typedef struct pt_model pt_model;

@@ -10,7 +10,7 @@ from queue import SimpleQueue
 import casadi as ca
 
 from powertrain.errors import PowertrainError
-from powertrain.numerics.compiled import Compilable, code_of, compiler, known, library, loaded, uncompiled
+from powertrain.numerics.compiled import Compilable, Library, code_of, compiler, known, library, uncompiled
 
 
 class Build:
@@ -34,7 +34,7 @@ class Build:
         try:
             if self._error is not None:
                 raise self._error
-            return loaded(self._functions, library(self._code, self._command))
+            return Library(self._functions, library(self._code, self._command))
         except (OSError, RuntimeError, PowertrainError) as error:
             warnings.warn(f"compile='background' has no effect here: {error}", RuntimeWarning, stacklevel=2)
             return uncompiled(self._functions)
@@ -72,7 +72,7 @@ def begin(functions: Mapping[str, Compilable]) -> dict[str, ca.Function] | Build
     try:
         command = compiler()
         if (found := known(code, command)) is not None:
-            return loaded(functions, found)
+            return Library(functions, found)
     except (OSError, RuntimeError, PowertrainError):
         return None
     build = Build(functions, code, command)

@@ -6,6 +6,7 @@ named by the hash of the library's sources, which names the library. A library i
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import os
 import platform
@@ -63,7 +64,7 @@ def compile_functions(functions: Mapping[str, Compilable]) -> dict[str, ca.Funct
     """
     code, command = code_of(functions), compiler()
     try:
-        return loaded(functions, library(code, command))
+        return Library(functions, library(code, command))
     except (OSError, RuntimeError) as error:  # RuntimeError from a file system that forbids executables
         warn_of_cache(error)
         return uncompiled(functions)
@@ -98,9 +99,17 @@ def code_of(functions: Mapping[str, Compilable]) -> str:
     return "\n".join([code, *written])
 
 
-def loaded(functions: Mapping[str, Compilable], library: Path) -> dict[str, ca.Function]:
-    """The same functions from their library."""
-    return {key: ca.external(function.name(), str(library)) for key, function in functions.items()}
+class Library(dict[str, ca.Function]):
+    """Functions from machine code."""
+
+    def __init__(self, functions: Mapping[str, Compilable], path: Path) -> None:
+        super().__init__({key: ca.external(function.name(), str(path)) for key, function in functions.items()})
+        self._path = path
+
+    def addresses(self) -> dict[str, int | None]:
+        """Where the functions are in memory, for other machine code."""
+        code = ctypes.CDLL(str(self._path))
+        return {key: ctypes.cast(code[function.name()], ctypes.c_void_p).value for key, function in self.items()}
 
 
 def library(code: str, compiler: tuple[str, ...]) -> Path:

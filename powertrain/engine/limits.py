@@ -1,0 +1,30 @@
+"""The tolerances and limits of the simulator, for its loop in C."""
+
+from __future__ import annotations
+
+from powertrain.engine.location import AIM, CLOSE, LARGEST
+from powertrain.integration.step_control import (
+    FAILED,
+    FINEST,
+    GROWTH,
+    HALVINGS,
+    LEAST_ORDER,
+    ORDER,
+    SAFETY,
+    STIFF,
+    STIFF_STEPS,
+)
+from powertrain.modes.resolve import PASSES
+from powertrain.modes.resting import NOTHING, SINGULAR
+from powertrain.modes.tolerances import EPS, NOW, SHORTEST
+
+_LIMITS = {
+    "EPS": EPS, "NOW": NOW, "SHORTEST": SHORTEST, "AIM": AIM, "CLOSE": CLOSE, "LARGEST": LARGEST, "FINEST": FINEST,
+    "ORDER": ORDER, "SAFETY": SAFETY, "GROWTH": GROWTH, "FAILED": FAILED, "LEAST_ORDER": LEAST_ORDER,
+    "HALVINGS": HALVINGS, "PASSES": PASSES, "SINGULAR": SINGULAR, "NOTHING": NOTHING, "STIFF": STIFF, "STIFF_STEPS": STIFF_STEPS,
+}  # fmt: skip
+
+
+def limits() -> str:
+    """The tolerances and limits of the simulator that the loop shares."""
+    return "".join(f"#define PT_{name} {value!r}\n" for name, value in _LIMITS.items())

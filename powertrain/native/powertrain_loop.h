@@ -1,0 +1,61 @@
+/* What the loop works on: sizes, tables, functions and arrays of one model, and the state of one run. */
+#ifndef POWERTRAIN_LOOP_H
+#define POWERTRAIN_LOOP_H
+#include "powertrain_limits.h"
+#include "powertrain_run.h"
+
+/* As CasADi generates it. */
+typedef int (*pt_function)(const double **, double **, long long *, double *, int);
+
+/* y is (x, z), at least one number long. */
+typedef struct {
+    int x, z, y, m, p, indicators, whens, timed, rests, laws, frictions, counted, constants;
+} pt_dimensions;
+
+/* Places in the held values, and what belongs to each indicator and reset. */
+typedef struct {
+    const int *places, *when_place, *when_first, *reset_place, *reset_discrete, *rests, *rest_laws, *laws, *frictions, *quiet, *bends, *guards;
+} pt_tables;
+
+/* NULL for what the model does not need. A step is one function, or in parts: constants, advance, samples, verdict. */
+typedef struct {
+    pt_function method, constants, advance, samples, verdict, fresh, rest, locate, corner, update, newton, instants, longest, resets, mobility;
+} pt_functions;
+
+struct pt_model {
+    const pt_dimensions *n;
+    const pt_tables *of;
+    const pt_functions *f;
+    const pt_signals *signals;
+    /* work vectors, long enough for each function */
+    const double **arg;
+    double **res;
+    long long *iw;
+    double *w;
+    /* arguments and results of the functions; a step reads one side of y and slope and writes the other */
+    double *y[2], *slope[2], *m, *p, *time, *tolerance, *info, *dense, *outside, *fraction, *above, *at, *g, *worst;
+    double *held, *flags, *edges, *closing, *fire, *jumped, *first, *corners, *instants, *nearer, *resets, *open, *points, *found, *stiffness;
+    double **constants;
+    /* of the law of friction i: row i of the mobility, rate, sum of terms, size of its mobility */
+    double *mobility, *rate, *terms, *size, *calm;
+    /* kept by the loop: PT_PASSES held values, held values of the last record and before an event, unknowns before it */
+    double *seen, *held_left, *before, *left, *lows, *prepared, *counts;
+    int *which, *holds;
+    /* records and outputs; NULL for none */
+    double *row, *held_row, *instant_row, *out;
+    const double *sample_times;
+    double t, start, stop, h, longest, crossed, max_step, instant, corner, target, stiff;
+    int side, begun, changed, fixed, idle, reset, known, located;
+    /* a host resolves what is not routine, or every event; whether it wants to know that an explicit method is at its limit of stability */
+    int hosted, asks, explicit;
+    long steps, rejected, events, rows, helds, kept, sampled, most_rows, most_held, most_instants, samples;
+};
+
+#define PT_INFO 5 /* entries of info before the minima of the indicators */
+
+/* Continue a run that has begun up to its stop. */
+int pt_continue(pt_model *model);
+int pt_begin(pt_model *model);
+void pt_keep_held(pt_model *model);
+int pt_model_size(void);
+#endif
