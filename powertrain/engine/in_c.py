@@ -91,14 +91,14 @@ def _loop() -> ctypes.CDLL:
 
 def signal_tables(schedules: Schedules) -> dict[str, np.ndarray]:
     """Breakpoints and segments of all signals of time, in the order that ``pt_signals`` has."""
-    starts, points = [list(s) for s, _ in schedules.segments], schedules.breakpoints
+    starts = [found for found, _ in schedules.segments]
     return {
-        "times": np.array([t for t, _, _ in points], float),
-        "owners": np.array([k for _, k, _ in points], np.intc),
-        "jumps": np.array([jumps for _, _, jumps in points], np.intc),
+        "times": np.array(schedules.times, float),
+        "owners": np.array(schedules.owners, np.intc),
+        "jumps": np.array(schedules.jumps, np.intc),
         "first": np.cumsum([0, *map(len, starts)]).astype(np.intc),
         "starts": np.array([t for s in starts for t in s], float),
-        "rows": np.array([v for _, rows in schedules.segments for row in rows for v in row], float),
+        "rows": np.concatenate([np.zeros(0), *(rows.ravel() for _, rows in schedules.segments)]),
     }
 
 

@@ -21,70 +21,60 @@ class Schedules:
     """All schedules of a model, with breakpoints in time order. A repeated time is a jump; its right limit holds at the instant."""
 
     def __init__(self, schedules: Sequence[TimeSignal]) -> None:
-        self._schedules = schedules
-        self._segments = [_segments(schedule) for schedule in schedules]
-        points = sorted({(float(time), k) for k, schedule in enumerate(schedules) for time in schedule.times})
-        self._times = [time for time, _ in points]
-        self._owners = [k for _, k in points]
-        self._jumps = {(k, float(time)) for k, schedule in enumerate(schedules) for time in _jumps(schedule)}
-
-    @property
-    def segments(self) -> list[tuple[list[float], list[Array]]]:
-        """For each schedule the start times and one row (t0, y0, slope) more than starts: the first row holds before the first time."""
-        return self._segments
-
-    @property
-    def places(self) -> list[int]:
-        """The place of the first of the three held values of each schedule."""
-        return [schedule.index for schedule in self._schedules]
-
-    @property
-    def breakpoints(self) -> list[tuple[float, int, bool]]:
-        """Time, index of the schedule, and whether it jumps there, in time order."""
-        pairs = zip(self._times, self._owners, strict=True)
-        return [(t, k, (k, t) in self._jumps) for t, k in pairs]
+        self.places = [schedule.index for schedule in schedules]
+        """The first of the three held values of each schedule."""
+        self.segments = [_segments(schedule) for schedule in schedules]
+        """Start times, and one row (t0, y0, slope) more than starts: the first row holds before the first time."""
+        found = [_breakpoints(schedule) for schedule in schedules]
+        times, jumps = (np.concatenate([np.zeros(0), *(pair[i] for pair in found)]) for i in (0, 1))
+        owners = np.arange(len(found)).repeat([len(own) for own, _ in found])
+        order = np.lexsort((owners, times))
+        self.times: list[float] = times[order].tolist()
+        """Of all breakpoints, in time order."""
+        self.owners: list[int] = owners[order].tolist()
+        """The schedule of each breakpoint."""
+        self.jumps: list[bool] = (jumps[order] > 0).tolist()
+        """Whether it jumps there."""
 
     def __bool__(self) -> bool:
-        return bool(self._schedules)
+        return bool(self.places)
 
     def enter(self, m: Array, t: float) -> None:
         """Set the segments that hold from ``t`` on."""
-        for k in range(len(self._schedules)):
+        for k in range(len(self.places)):
             self._set(m, k, t)
 
     def following(self, t: float) -> float:
         """The first breakpoint after ``t``, or infinity."""
-        i = bisect_right(self._times, t)
-        return self._times[i] if i < len(self._times) else np.inf
+        i = bisect_right(self.times, t)
+        return self.times[i] if i < len(self.times) else np.inf
 
     def cross(self, m: Array, before: float, t: float) -> bool:
         """Pass the breakpoints in (before, t]; return whether a signal jumps."""
         jumps = False
-        for i in range(bisect_right(self._times, before), bisect_right(self._times, t)):
-            self._set(m, self._owners[i], t)
-            jumps = jumps or (self._owners[i], self._times[i]) in self._jumps
+        for i in range(bisect_right(self.times, before), bisect_right(self.times, t)):
+            self._set(m, self.owners[i], t)
+            jumps = jumps or self.jumps[i]
         return jumps
 
     def _set(self, m: Array, k: int, t: float) -> None:
-        starts, rows = self._segments[k]
-        index = self._schedules[k].index
+        starts, rows = self.segments[k]
+        index = self.places[k]
         m[index : index + 3] = rows[bisect_right(starts, t)]
 
 
-def _segments(schedule: TimeSignal) -> tuple[list[float], list[Array]]:
+def _segments(schedule: TimeSignal) -> tuple[list[float], Array]:
     """Start times, and one row (t0, y0, slope) more than starts: the first row holds before the first time."""
-    times, values = [float(v) for v in schedule.times], [float(v) for v in schedule.values]
-    starts: list[float] = []
-    rows = [(times[0], values[0], 0.0)]
-    for i, (t0, y0) in enumerate(zip(times, values, strict=True)):
-        if i + 1 < len(times) and times[i + 1] <= t0:
-            continue
-        slope = (values[i + 1] - y0) / (times[i + 1] - t0) if i + 1 < len(times) else 0.0
-        starts.append(t0)
-        rows.append((t0, y0, slope))
-    return starts, list(np.array(rows))
+    t, y = np.asarray(schedule.times, float), np.asarray(schedule.values, float)
+    last = np.append(t[1:] > t[:-1], True)  # of several values at one time
+    slopes = np.zeros_like(t)
+    slopes[:-1][last[:-1]] = np.diff(y)[last[:-1]] / np.diff(t)[last[:-1]]
+    rows = np.column_stack([t, y, slopes])
+    return t[last].tolist(), np.vstack([(t[0], y[0], 0.0), rows[last]])
 
 
-def _jumps(schedule: TimeSignal) -> list[float]:
-    times, values = schedule.times, schedule.values
-    return [float(times[i]) for i in range(1, len(times)) if times[i] == times[i - 1] and values[i] != values[i - 1]]
+def _breakpoints(schedule: TimeSignal) -> tuple[Array, Array]:
+    """The distinct times, and 1 where the values jump."""
+    t, y = np.asarray(schedule.times, float), np.asarray(schedule.values, float)
+    times = np.unique(t)
+    return times, np.isin(times, t[1:][(np.diff(t) == 0) & (np.diff(y) != 0)]).astype(float)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.modes.tolerances import BEGINNING
-from powertrain.numerics.buffers import Array, Memory
+from powertrain.numerics.buffers import Array, Memory, view
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,7 @@ class TrajectoryRecorder:
     def extend(self, rows: Array, held: Array) -> None:
         """Keep steps, whose first column is the place of their held values among ``held``; -1 for the values before these."""
         rows[:, 0] += len(self.held)
-        self.rows += rows.tobytes()
+        self.rows += view(rows)
         for values in held:
             self.enter(values)
 

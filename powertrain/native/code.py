@@ -15,6 +15,7 @@ from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.compiled import code_of
 
 FIXED = ("powertrain_run.h", "powertrain_run.c", "powertrain_loop.h", "powertrain_loop.c", "main.c")
 _ABSENT = ("newton", "instants", "corner", "longest", "resets", "mobility")
@@ -46,11 +47,8 @@ def write(
     """The files of a model in a folder. ``start``: time, states, algebraic unknowns, held values, parameters."""
     functions = engine.functions(method)
     folder.mkdir(parents=True, exist_ok=True)
-    generator = ca.CodeGenerator("functions.c")
-    for function in functions.values():
-        generator.add(function)
     files = {
-        "functions.c": generator.dump(),
+        "functions.c": code_of(functions),
         "model.h": _header(engine, functions, schedules, inputs),
         "model.c": _tables(engine, start, schedules, inputs, parameters),
     }

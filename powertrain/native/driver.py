@@ -21,11 +21,12 @@ from powertrain.errors import PowertrainError, SimulationError
 from powertrain.language.arguments import number, positive, row, tolerances
 from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.compiled import FLAGS as OPTIMISED
 from powertrain.numerics.compiled import compiler
 from powertrain.result import Result
 
 M = TypeVar("M", bound=Component)
-FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared")
+FLAGS = ("-std=c99", *OPTIMISED)
 SOURCES = ("functions.c", "model.c", "powertrain_run.c", "powertrain_loop.c")
 _FULL = 1
 _ROWS, _HELD, _INSTANTS = 4000, 1000, 500

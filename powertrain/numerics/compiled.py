@@ -27,7 +27,8 @@ import casadi as ca
 
 from powertrain.errors import PowertrainError
 
-FLAGS = ("-O2", "-fPIC", "-shared", "-ffp-contract=off")
+FLAGS = ("-O3", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno", "-fno-semantic-interposition")
+"""No flag changes a number. The last one permits calls within the library to be inlined, for example of the absolute value."""
 _INLINE = {
     f"return f{name}(x, y);": f"return x {sign} y || y != y ? x : y;" for name, sign in (("min", "<="), ("max", ">="))
 }
