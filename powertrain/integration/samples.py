@@ -24,10 +24,7 @@ A next step five times as long finds a minimum near its start too early, by up t
 
 def least(values: ca.SX) -> ca.SX:
     """The smallest entry, or 1 if there is none."""
-    smallest = values[0] if values.numel() else ca.SX(1.0)
-    for i in range(1, values.numel()):
-        smallest = ca.fmin(smallest, values[i])
-    return smallest
+    return ca.mmin(values) if values.numel() else ca.SX(1.0)
 
 
 def survey(samples: Sequence[ca.SX], noise: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -39,19 +36,19 @@ def survey(samples: Sequence[ca.SX], noise: ca.SX) -> tuple[ca.SX, ca.SX]:
     Indicators below zero at a sample are located anyway; another indicator that falls in the same step does not matter, as the dip may come
     first. Error control alone does not see the torques of stuck laws: the states stand still while these torques change.
     """
-    dips, rough = ca.SX(0.0), ca.SX(0.0)
-    for i in range(samples[0].numel()):
-        a, b, c, d = (sample[i] for sample in samples)
-        bend, next_bend = a - 2 * b + c, b - 2 * c + d
-        unsure = _SKEW * ca.fabs(next_bend - bend)
-        straight = 4 * noise[i]
-        first = _dips(b, (c - a) / 2, bend, unsure, straight, (-2.0, 1.0))
-        second = _dips(c, (d - b) / 2, next_bend, unsure, straight, (-1.0, 1.0 + _BEYOND))
-        lowest = ca.fmin(ca.fmin(a, b), ca.fmin(c, d))
-        dips = ca.logic_or(dips, ca.logic_and(lowest > 0, ca.logic_or(first, second)))
-        size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
-        rough = ca.fmax(rough, (ca.fabs(next_bend - bend) - 2 * straight) / (size + NOISE))
-    return dips, rough
+    a, b, c, d = samples
+    if not a.numel():
+        return ca.SX(0.0), ca.SX(0.0)
+    bend, next_bend = a - 2 * b + c, b - 2 * c + d
+    unsure = _SKEW * ca.fabs(next_bend - bend)
+    straight = 4 * noise
+    first = _dips(b, (c - a) / 2, bend, unsure, straight, (-2.0, 1.0))
+    second = _dips(c, (d - b) / 2, next_bend, unsure, straight, (-1.0, 1.0 + _BEYOND))
+    lowest = ca.fmin(ca.fmin(a, b), ca.fmin(c, d))
+    dips = ca.logic_and(lowest > 0, ca.logic_or(first, second))
+    size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
+    rough = (ca.fabs(next_bend - bend) - 2 * straight) / (size + NOISE)
+    return ca.mmax(dips), ca.fmax(0.0, ca.mmax(rough))
 
 
 def _dips(
