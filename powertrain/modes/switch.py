@@ -33,7 +33,7 @@ def next_mode(dae: HybridDae, law: Switch, fires: ca.SX | None) -> ca.SX:
     old = dae.m[law.index]
     if fires is None:
         return _kept(old, margin(dae, law))
-    new = _kept(old, condition_margin(old, in_time(dae, law.g)))
+    new = _kept(old, condition_margin(old, in_time(dae, law.g), EPS + now(dae)))
     return ca.if_else(fires, ca.jacobian(law.g, dae.t) > 0, new)
 
 
@@ -54,6 +54,11 @@ def steady_margins(law: Switch) -> dict[float, ca.SX]:
     return {1.0: condition_margin(ca.SX(1), law.g), 0.0: condition_margin(ca.SX(0), law.g)}
 
 
+def now(dae: HybridDae) -> ca.SX:
+    """Instants within this of the time (s) are now: a law that has fired so early must not be taken back."""
+    return NOW * ca.fmax(1, ca.fabs(dae.t))
+
+
 def in_time(dae: HybridDae, g: ca.SX) -> ca.SX:
     """``g``, affine in time, divided by its slope: its hysteresis becomes a time."""
     return g / (ca.fabs(ca.jacobian(g, dae.t)) + 1e-300)
@@ -69,8 +74,7 @@ def timed(dae: HybridDae) -> tuple[ca.SX, list[int]]:
 def firing(dae: HybridDae, fire: ca.SX) -> dict[int, ca.SX]:
     """Whether the instant of each timed law that ``fire`` marks is now; a reset may have moved it."""
     instants, indices = timed(dae)
-    near = NOW * ca.fmax(1, ca.fabs(dae.t))
     return {
-        index: ca.logic_and(fire[k] > 0, ca.fabs(instant - dae.t) <= near)
+        index: ca.logic_and(fire[k] > 0, ca.fabs(instant - dae.t) <= now(dae))
         for k, (index, instant) in enumerate(zip(indices, ca.vertsplit(instants), strict=True))
     }

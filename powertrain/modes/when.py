@@ -11,7 +11,7 @@ import casadi as ca
 
 from powertrain.compiler.hybrid import HybridDae, When
 from powertrain.language.symbols import column
-from powertrain.modes.switch import condition_margin, in_time
+from powertrain.modes.switch import condition_margin, in_time, now
 from powertrain.modes.tolerances import EPS
 
 
@@ -38,5 +38,5 @@ def rises(dae: HybridDae, law: When, g: ca.SX, fires: ca.SX | None) -> ca.SX:
 
 def next_mode(dae: HybridDae, law: When, g: ca.SX) -> ca.SX:
     """The mode falls with the condition; what rises is set by ``discontinuities``."""
-    old = dae.m[law.index]
-    return ca.if_else(condition_margin(old, g) <= 0, 0.0, old)
+    old, known = dae.m[law.index], EPS if law.time is None else EPS + now(dae)
+    return ca.if_else(condition_margin(old, g, known) <= 0, 0.0, old)

@@ -224,3 +224,29 @@ def test_a_condition_that_holds_from_the_start(initially: bool) -> None:
     assert result["half"][[0, -1]].tolist() == [0.0, 1.0]
     late = plant.simulate(1.2, start=1.0, starts={"x": 0.4})
     assert set(late["half"]) == {float(initially)}
+
+
+class Late(pt.Component):
+    """Conditions of time that change a little after one of a state."""
+
+    before: pt.Parameter = pt.parameter("s", "How much earlier the state changes its condition", default=0.0)
+    x: pt.Variable = pt.variable("s", "Runs with the time", start=0.0)
+    y: pt.Variable = pt.variable("1", "Changes at 1000 s")
+    early: pt.Variable = pt.variable("1", "Changes just before")
+    n: pt.Discrete = pt.discrete("1", "Seconds that were counted", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == 1
+        yield self.y == pt.switch(pt.time < 1000, 1.0, 2.0)
+        yield self.early == pt.switch(self.x > 1000 - self.before, 1.0, 0.0)
+        yield pt.when(pt.time > 1000, pt.reinit(self.n, self.n + 1))
+
+
+@pytest.mark.parametrize("before", [-6e-10, 0.0, 1e-12, 2e-10, 6e-10, 9e-10, 2e-9])
+def test_an_instant_just_after_an_event_is_not_lost(before: float) -> None:
+    """Instants 1e-9 s apart are the same at 1000 s; what has changed so early is not taken back, and happens once."""
+    result = pt.simulate(Late(before=before), 1200.0)
+    assert result["y"][-1] == 2.0
+    assert result["n"][-1] == 1.0
+    assert sorted(event.name for event in result.events) == ["switch0", "switch1", "when"]
+    assert [event.time for event in result.events] == pytest.approx([1000.0] * 3, rel=0, abs=3e-9)
