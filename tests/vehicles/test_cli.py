@@ -389,10 +389,9 @@ def test_parts_can_be_exchanged(short: str) -> None:
         ("engine=2", "(it takes MappedEngine, WillansEngine); or set its parameters: engine.J, "),
         ("radius=0.3", "did you mean front.wheels.radius or rear.wheels.radius?"),
         ("cycle=udds", "unknown CycleSpeed 'udds'; choose from CycleSpeed; or set cycle.cycle"),
-        (
-            "engine=WillansEngine.of(3)",
-            "WillansEngine has no variant 'of'; give its fields, as in WillansEngine(J=...",
-        ),
+        ("body=VehicleBody.of(3)", "VehicleBody has no variant 'of'; give its fields, as in VehicleBody(m=..."),
+        ("engine=WillansEngine.of(3)", "WillansEngine has no variant 'of'; choose from of_displacement"),
+        ("engine=WillansEngine.of_displacement(3)", "displacement = 3 m3 is outside its range (0, 0.1] m3"),
         ("engine=MappedEngine.gasolin()", "no variant 'gasolin'; choose from from_csv, gasoline, diesel"),
         ("engine=MappedEngine", "must be given"),
         ("engine=2", "engine is a component: give the name of a component"),
