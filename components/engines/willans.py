@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any, Self
+
 import casadi as ca
 
 from powertrain import Equations, Map, Parameter, ParameterError, Symbol, parameter
 from powertrain.components.engines.interfaces import Engine
 from powertrain.components.limited import limited
 
+DISPLACEMENT = 1.6e-3
+"""Displacement [m3] of the default engine."""
+PROPORTIONAL = ("tau_0", "tau_2", "tau_max", "P_max", "tau_low", "J", "tau_starter")
+"""Parameters in proportion to displacement, at equal mean effective pressures and speeds."""
+W_FRICTION = 400.0
+"""Speed [rad/s] up to which ``p_2`` is the rise of the friction pressure."""
+VOLUME = parameter("m3", "Displacement", above=0, max=0.1)
+POWER = parameter("W", "Largest power", above=0)
+PRESSURE = parameter("Pa", "Mean effective pressure of friction", min=0)
 ROUNDED = 0.03
 """Allowed relative contradiction of data-sheet values: they are rounded, and so are the ends of speed ranges."""
 
@@ -25,7 +37,8 @@ class WillansEngine(Engine):
     of a power maximum, -P_max/w_P^2 (limited to tau_max). Alternatively it is ``curve``, a map from speed [rad/s] to torque [N.m].
 
     Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 3.1. The defaults are invented, for a
-    1.6 l gasoline engine. Errors: ParameterError for a curve with other axes or another unit.
+    1.6 l gasoline engine; ``of_displacement`` makes engines of other sizes. Errors: ParameterError for a curve with other axes or
+    another unit.
     """
 
     e: Parameter = parameter("1", "Indicated efficiency", default=0.38, above=0, max=1)
@@ -40,6 +53,56 @@ class WillansEngine(Engine):
     tau_low: Parameter = parameter("N.m", "Full-load torque at w_low", default=105.0, min=0)
     w_low: Parameter = parameter("rad/s", "A low speed, between idling and w_tau", default=100.0, above=0)
     curve: Map | None = None
+
+    @classmethod
+    def of_displacement(
+        cls,
+        displacement: float | str,
+        *,
+        P_max: float | str | None = None,
+        p_0: float | str | None = None,
+        p_2: float | str | None = None,
+        **parameters: Any,
+    ) -> Self:
+        """An engine of the default kind with another displacement V [m3], such as "2.0 l".
+
+        It has the same mean effective pressures at the same speeds, as an engine with more or fewer equal cylinders. Torques, powers and
+        moment of inertia are in proportion to V, and the specific consumption is the same at the same mean effective pressure.
+
+        tau_0 = p_0 V/(4 pi),  tau_2 = p_2 V/(4 pi)/(400 rad/s)^2
+
+        Parameters
+        ----------
+        displacement : float or str
+            Displacement [m3] of a four-stroke engine.
+        P_max : float or str, optional
+            Largest power [W]; the full-load torques are in proportion to it. Default: 51 kW/l.
+        p_0, p_2 : float or str, optional
+            Mean effective pressure of friction at rest and its rise up to 400 rad/s [Pa]. Default: 1.41 bar and 0.50 bar.
+        **parameters
+            Other parameters of the engine, as they are.
+
+        Raises
+        ------
+        ParameterError
+            For values that are not positive, and for a displacement above 0.1 m3.
+
+        References
+        ----------
+        G. Rizzoni, L. Guzzella, B. M. Baumann, Unified modeling of hybrid electric vehicle drivetrains, IEEE/ASME Transactions on
+        Mechatronics 4 (1999) 246.
+        """
+        where, like = f"{cls.__name__}.of_displacement", cls()
+        V = VOLUME.check(displacement, f"{where}: displacement")
+        made = {name: float(getattr(like, name)) * V / DISPLACEMENT for name in PROPORTIONAL}
+        if P_max is not None:
+            load = POWER.check(P_max, f"{where}: P_max") / made["P_max"]
+            made |= {name: load * made[name] for name in ("tau_max", "P_max", "tau_low")}
+        if p_0 is not None:
+            made["tau_0"] = PRESSURE.check(p_0, f"{where}: p_0") * V / (4 * math.pi)
+        if p_2 is not None:
+            made["tau_2"] = PRESSURE.check(p_2, f"{where}: p_2") * V / (4 * math.pi) / W_FRICTION**2
+        return cls(**made | parameters)
 
     def check(self) -> Equations:
         """The points of the full-load curve must be in order; none may exceed the largest power or the largest torque."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from powertrain.cli.options import PAGE, PICTURE, Command, CycleName, Span, settings
+from powertrain.cli.options import PAGE, PICTURE, Command, CycleName, Span, settings, starting
 from powertrain.cli.sources import Source, driven, model_of, saved
 from powertrain.cli.text import columns, number, title
 
@@ -36,6 +36,7 @@ MOST = 25
 @click.option("--cycle", type=CycleName(), help="The cycle of vehicles; see run --help. Default: that of each vehicle.")
 @click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")
 @settings
+@starting
 @click.option(
     "--signals", multiple=True, metavar="PATTERN", help="Signals to compare, such as 'engine.*'; may be repeated."
 )
@@ -47,6 +48,7 @@ def command(
     span: tuple[float, float] | None,
     texts: tuple[str, ...],
     params: Path | None,
+    begin: tuple[str, ...],
     signals: tuple[str, ...],
     plot: Path | None,
     report: Path | None,
@@ -54,11 +56,11 @@ def command(
     """Compare two runs: main results, signals and parameters with their differences.
 
     A run is a saved one (.nc), or a vehicle or a parameter file (.toml) of one, which is driven over the cycle first. A single vehicle is
-    compared with itself after the changes of --set and --params.
+    compared with itself after the changes of --set and --params. --cycle, --span and --start hold for both runs.
     """
     import powertrain as pt
 
-    named = _runs(runs, cycle, span, texts, params)
+    named = _runs(runs, cycle, span, texts, params, begin)
     both = pt.compare(*named.values(), *signals, names=(*named,))  # type: ignore[arg-type]
     click.echo(described(both))
     if plot is not None:
@@ -79,6 +81,7 @@ def _runs(
     span: tuple[float, float] | None,
     texts: tuple[str, ...],
     params: Path | None,
+    begin: tuple[str, ...],
 ) -> dict[str, Any]:
     """The two runs by their names."""
     changes = bool(texts or params)
@@ -89,19 +92,21 @@ def _runs(
     if changes:
         one, other = model_of(runs[0], None, ()), model_of(runs[0], params, texts)
         changed = " ".join(texts) or str(params)
-        return {"as it is": driven(one, cycle, span), changed: driven(other, cycle, span)}
+        return {"as it is": driven(one, cycle, span, begin), changed: driven(other, cycle, span, begin)}
     names = [run.stem if isinstance(run, Path) else run.name for run in runs]
     if names[0] == names[1]:
         names = [str(run) if isinstance(run, Path) else run.name for run in runs]
     if names[0] == names[1]:
         names = [f"{name} {k}" for k, name in enumerate(names, 1)]
-    return {name: _run(run, cycle, span) for name, run in zip(names, runs, strict=True)}
+    return {name: _run(run, cycle, span, begin) for name, run in zip(names, runs, strict=True)}
 
 
-def _run(run: Path | VehicleArgument, cycle: DriveCycle | None, span: tuple[float, float] | None) -> Any:
-    if isinstance(run, Path) and run.suffix.lower() == ".nc" and not (cycle or span):
+def _run(
+    run: Path | VehicleArgument, cycle: DriveCycle | None, span: tuple[float, float] | None, begin: tuple[str, ...]
+) -> Any:
+    if isinstance(run, Path) and run.suffix.lower() == ".nc" and not (cycle or span or begin):
         return saved(run)
-    return driven(model_of(run, None, ()), cycle, span)
+    return driven(model_of(run, None, ()), cycle, span, begin)
 
 
 def described(both: pt.Comparison) -> str:

@@ -168,6 +168,27 @@ def settings(function: F) -> F:
     return params(texts(function))
 
 
+def starting(function: F) -> F:
+    """The option --start."""
+    return click.option(
+        "--start",
+        "begin",
+        multiple=True,
+        metavar="PATH=VALUE",
+        help="Value of a variable at the start, such as the charge of the battery: battery.soc=0.95. May be repeated.",
+    )(function)
+
+
+def starts_of(begin: Sequence[str], plant: pt.Plant[Any]) -> dict[str, float]:
+    """The values of the option --start for a plant; what it does not have is an error in the command line."""
+    from powertrain.presets.settings import assignments, number_or_text
+    from powertrain.trials.starting import checked_starts
+
+    with of_the_command_line():
+        pairs = assignments(begin, "--start", "battery.soc=0.95")
+        return checked_starts(plant, {path: number_or_text(text) for path, text in pairs}, "--start")
+
+
 def progress() -> bool:
     """Bars are for terminals."""
     return sys.stderr.isatty()

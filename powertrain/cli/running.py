@@ -21,6 +21,8 @@ from powertrain.cli.options import (
     Span,
     of_the_command_line,
     settings,
+    starting,
+    starts_of,
 )
 from powertrain.cli.text import columns, number, title
 from powertrain.cli.vehicle import VehicleArgument, VehicleName, configured
@@ -63,13 +65,7 @@ PRINTED_FROM = 50.0
 )
 @click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")
 @settings
-@click.option(
-    "--start",
-    "begin",
-    multiple=True,
-    metavar="PATH=VALUE",
-    help="Value of a variable at the start, such as the charge of the battery: battery.soc=0.95. May be repeated.",
-)
+@starting
 @click.option(
     "--write-params", type=OutputFile(".toml"), help="Write all parameters with units and ranges to this TOML file."
 )
@@ -132,12 +128,11 @@ def command(
     """
     import powertrain as pt
     from powertrain.presets import files
-    from powertrain.presets.settings import assignments, free_or_error, number_or_text
+    from powertrain.presets.settings import free_or_error
     from powertrain.trials import drive_cycle
     from powertrain.trials.backward import check_backward
     from powertrain.trials.cycle import so_far
     from powertrain.trials.driveline import check_map
-    from powertrain.trials.starting import checked_starts
 
     model, paths = configured(vehicle, params, texts)
     model, driven = spanned(model, cycle, span)
@@ -149,8 +144,7 @@ def command(
     plant = pt.compile(model)
     with of_the_command_line():
         free_or_error(paths, model, plant.parameters)
-        pairs = assignments(begin, "--start", "battery.soc=0.95")
-        starts = checked_starts(plant, {path: number_or_text(text) for path, text in pairs}, "--start")
+    starts = starts_of(begin, plant)
     chosen = _chosen(plant, out, signals)
     if write_params is not None:
         write_params.write_text(files.written(model, plant.parameters), encoding="utf-8")

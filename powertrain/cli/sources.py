@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from powertrain.cli.options import ArgumentType, Interruption
+from powertrain.cli.options import ArgumentType, Interruption, starts_of
 from powertrain.cli.vehicle import VehicleArgument, VehicleName, configured
 
 if TYPE_CHECKING:
@@ -43,13 +43,18 @@ def model_of(source: Path | VehicleArgument, params: Path | None, texts: Sequenc
     """The vehicle of a source with the values of a file and of the command line. Errors: UsageError for a saved run."""
     if isinstance(source, Path):
         raise click.UsageError(
-            f"{source} is a saved run, which has no model: --set, --params and --cycle need a vehicle"
+            f"{source} is a saved run, which has no model: --set, --params, --cycle and --start need a vehicle"
         )
     return configured(source, params, texts)[0]
 
 
-def driven(model: pt.Component, cycle: DriveCycle | None, span: tuple[float, float] | None) -> CycleRun:
-    """The run of a vehicle over a cycle, or a part of one; by default the vehicle's own. A run that ends early is an error."""
+def driven(
+    model: pt.Component, cycle: DriveCycle | None, span: tuple[float, float] | None, begin: Sequence[str]
+) -> CycleRun:
+    """The run of a vehicle over a cycle, or a part of one, from values at the start; by default the vehicle's own.
+
+    A run that ends early is an error.
+    """
     import powertrain as pt
     from powertrain.cli.running import spanned
     from powertrain.trials import drive_cycle
@@ -57,8 +62,9 @@ def driven(model: pt.Component, cycle: DriveCycle | None, span: tuple[float, flo
 
     model, over = spanned(model, cycle, span)
     plant = pt.compile(model)
+    starts = starts_of(begin, plant)
     with Interruption(over, so_far(plant)) as watch:
-        run = drive_cycle(plant, progress=watch)
+        run = drive_cycle(plant, starts=starts, progress=watch)
     if run.message:
         raise click.ClickException(f"the run ended at {run.result.time[-1]:.4g} s. {run.message}")
     return run

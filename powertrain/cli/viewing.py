@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from powertrain.cli.options import PAGE, Command, CycleName, Span, settings
+from powertrain.cli.options import PAGE, Command, CycleName, Span, settings, starting
 from powertrain.cli.sources import Source, driven, model_of, saved
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 @click.option("--cycle", type=CycleName(), help="The cycle of a vehicle; see run --help. Default: that of the vehicle.")
 @click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")
 @settings
+@starting
 @click.option("--out", type=PAGE, help="Write the page to this .html file and do not open the browser.")
 def command(
     run: Path | VehicleArgument,
@@ -38,6 +39,7 @@ def command(
     span: tuple[float, float] | None,
     texts: tuple[str, ...],
     params: Path | None,
+    begin: tuple[str, ...],
     out: Path | None,
 ) -> None:
     """Show a run in the browser: the schematic with the power flowing through it, signals, operating points, events, energy, parameters.
@@ -45,7 +47,7 @@ def command(
     A vehicle, or a parameter file (.toml) of one, is driven over its cycle first. A saved run (.nc) has signals, events and parameters, but
     no power flow. The page is one file that needs no network.
     """
-    path = written(run, cycle, span, texts, params, out)
+    path = written(run, cycle, span, texts, params, begin, out)
     click.echo(f"wrote {path}")
     if out is None and not webbrowser.open(path.resolve().as_uri()):
         click.echo("no browser could be started: open the file yourself")
@@ -57,6 +59,7 @@ def written(
     span: tuple[float, float] | None,
     texts: tuple[str, ...],
     params: Path | None,
+    begin: tuple[str, ...],
     out: Path | None,
 ) -> Path:
     """The page of a source, in ``out`` or in the folder of temporary files."""
@@ -64,8 +67,8 @@ def written(
     from powertrain.viewer.document import temporary, write
     from powertrain.viewer.recording import recorded
 
-    if isinstance(run, Path) and run.suffix.lower() == ".nc" and not (cycle or span or texts or params):
+    if isinstance(run, Path) and run.suffix.lower() == ".nc" and not (cycle or span or texts or params or begin):
         recording = recorded(Saved(saved(run)), run.stem)
         return write([recording], out or temporary(run.stem))
-    done = driven(model_of(run, params, texts), cycle, span)
+    done = driven(model_of(run, params, texts), cycle, span, begin)
     return done.explore(out or temporary(f"{done.anatomy.vehicle}-{done.cycle.name}"))

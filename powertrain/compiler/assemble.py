@@ -144,6 +144,7 @@ def _assemble(
     flat, recorder = reduced.flat, reduced.flat.recorder
     x = [reduced.derivative(reduced.symbols[b], order) for b, order in states]
     rates = [recorder.derivative(s) for s in x]
+    units = [_state_unit(flat, base) for base in states]
     resolver = Resolver(reduced, solved, torques, column(x))
     held, laws = held_values(flat, torques, others, resolver), list(enumerate(resolver.closed_laws()))
     dae = HybridDae(
@@ -162,7 +163,7 @@ def _assemble(
         switches=switch_records(recorder.switches, resolver, held),
         relations=switch_records(recorder.relations, resolver, held),
         whens=tuple(
-            when_record(place, law, flag, resolver, held, x)
+            when_record(place, law, flag, resolver, held, x, units)
             for (place, law), flag in zip(others, held.flags, strict=True)
         ),
         schedules=tuple(
@@ -226,9 +227,14 @@ def _nameless(reduced: Reduced, dae: HybridDae, states: list[Base]) -> dict[str,
     for name, (root, order), symbol in zip(dae.state_names, states, scalars(dae.x), strict=True):
         if name not in named:
             unknown = reduced.flat.unknowns.get(root)
-            unit, doc = (unknown.unit, unknown.doc) if unknown else ("1", name)
-            found[name] = SignalEntry(rate_unit(unit, order), f"Derivative: {doc}", symbol)
+            doc = unknown.doc if unknown else name
+            found[name] = SignalEntry(_state_unit(reduced.flat, (root, order)), f"Derivative: {doc}", symbol)
     return found
+
+
+def _state_unit(flat: Flat, base: Base) -> str:
+    root, order = base
+    return rate_unit(flat.unknowns[root].unit if root in flat.unknowns else "1", order)
 
 
 def _signals(flat: Flat, resolver: Resolver, torques: list[LawTorque], held: Held) -> dict[str, SignalEntry]:

@@ -125,6 +125,7 @@ class Reset:
     discrete: bool
     index: int
     value: ca.SX
+    unit: str = "1"
 
 
 @dataclass(frozen=True)

@@ -158,16 +158,19 @@ def guard_record(g: GuardEntry, resolver: Resolver) -> Guard:
     return Guard(g.name, str(g.place), value, low, high, g.unit, g.action)
 
 
-def when_record(place: Place, law: Law, flag: Symbol, resolver: Resolver, held: Held, x: list[Symbol]) -> When:
-    """A condition with its resets. ModelError for a reset of something that is not a state."""
+def when_record(
+    place: Place, law: Law, flag: Symbol, resolver: Resolver, held: Held, x: list[Symbol], units: list[str]
+) -> When:
+    """A condition with its resets; ``units`` are those of the states x. ModelError for a reset of something that is not a state."""
     assert isinstance(law, WhenLaw)
     reduced, flat = resolver.reduced, resolver.reduced.flat
     position = {key(s): i for i, s in enumerate(x)}
+    discretes = {key(d.symbol): d.unit for d in flat.discretes}
     resets = []
     for reset in law.resets:
         (value,) = resolver.model([reset.value])
         if key(reset.variable) in held.layout:
-            resets.append(Reset(True, held.place(reset.variable), value))
+            resets.append(Reset(True, held.place(reset.variable), value, discretes.get(key(reset.variable), "1")))
             continue
         (root,) = reduced.rewrite([reset.variable])
         inside = [s for s in free_symbols(root) if key(s) in position]
@@ -177,7 +180,8 @@ def when_record(place: Place, law: Law, flag: Symbol, resolver: Resolver, held: 
             said = f"it is no state of the model; {'it follows from' if inside else 'states are'} {known}: reset these"
             raise ModelError(f"{place}\n  reinit of {reset.variable}: {said}")
         slope = ca.jacobian(root, inside[0])
-        resets.append(Reset(False, position[key(inside[0])], (value - ca.substitute(root, inside[0], 0)) / slope))
+        state = position[key(inside[0])]
+        resets.append(Reset(False, state, (value - ca.substitute(root, inside[0], 0)) / slope, units[state]))
     (g,) = resolver.model([law.g])
     modes = {key(r.mode) for r in reduced.flat.recorder.relations}
     return When(

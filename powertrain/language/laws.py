@@ -158,7 +158,8 @@ def when(condition: Symbol, *resets: Reinit, name: str = "when", initially: bool
 
     Every comparison that ``condition`` combines by ``ca.logic_and``, ``ca.logic_or`` and ``ca.logic_not`` is an event of its own, so that
     they may hold together for any short time. ``name`` is the name of the events. A condition that holds at the start of a run becomes true
-    only after it was false, but with ``initially`` it becomes true at the start.
+    only after it was false, but with ``initially`` it becomes true at the start. A run ends with an error where two laws become true
+    together and reset one variable to different values.
     """
     if not resets or not all(isinstance(r, Reinit) for r in resets):
         raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")

@@ -100,18 +100,20 @@ class Technology:
         """The engine of a car."""
         charged, rated = is_charged(car), rated_speed(car)
         friction = self.cool_engine if cool else 1.0
-        area, specific = car.displacement / (4 * math.pi), car.power / car.displacement / CHARGED_AT
+        specific = car.power / car.displacement / CHARGED_AT
         rows = [(x * rated, y * car.power / rated) for x, y in (CHARGED if charged else NATURAL)]
         speeds, torques = zip(*rows, strict=True)
-        return WillansEngine(
+        return WillansEngine.of_displacement(
+            car.displacement,
+            P_max=car.power,
+            p_0=friction * BAR * (self.p_0_turbo * specific if charged else self.p_0),
+            p_2=friction * P_2,
             e={
                 "port injected": self.e_port,
                 "high compression": self.e_high,
                 "late closing": self.e_late,
                 "turbocharged": self.e_turbo,
             }[family(car)],
-            tau_0=friction * area * BAR * (self.p_0_turbo * specific if charged else self.p_0),
-            tau_2=friction * area * P_2 / 400**2,
             P_heat=self.heat * 1e6 * car.displacement,
             curve=Map.curve(speeds, torques, x="w", x_unit="rad/s", unit="N.m", name="full load", outside="clip"),
             J=INERTIA * car.displacement,

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Barrier, HybridDae, When
+from powertrain.compiler.hybrid import Barrier, HybridDae, Reset, When
 from powertrain.errors import SimulationError
+from powertrain.language.units import with_unit
 from powertrain.modes.lemke import lemke
-from powertrain.modes.tolerances import INTEGRATED, REST_SPEED, STRUCK, ZONE
+from powertrain.modes.tolerances import INTEGRATED, JUMP, REST_SPEED, STRUCK, ZONE
 from powertrain.numerics.buffers import PREFIX, Array, Evaluated, Memory
 
 
@@ -40,13 +41,26 @@ class Discontinuities:
             count += len(when.resets)
 
     def reset(self, side: int, rising: Sequence[When]) -> None:
-        """Assign all right-hand sides, evaluated with the values before the reset."""
+        """Assign all right-hand sides, evaluated with the values before the reset. SimulationError if two of one variable differ."""
         values = self._resets(*self.memory.instant(side))[0].ravel()
+        assigned: dict[tuple[bool, int], tuple[When, float]] = {}
         for when in rising:
             self.memory.m[when.index] = 1.0
             for k, reset in enumerate(when.resets, self._first[when.index]):
+                first = assigned.setdefault((reset.discrete, reset.index), (when, values[k]))
+                if abs(values[k] - first[1]) > JUMP * (1.0 + abs(first[1])):
+                    self._refuse_ambiguous(reset, first, (when, values[k]))
                 target = self.memory.m if reset.discrete else self.memory.y[side]
                 target[reset.index] = values[k]
+
+    def _refuse_ambiguous(self, reset: Reset, *assigned: tuple[When, float]) -> None:
+        dae = self.dae
+        variable = dae.m[reset.index].name() if reset.discrete else dae.state_names[reset.index]
+        said = ", ".join(f"{w.name} ({w.where}) to {with_unit(f'{value:.9g}', reset.unit)}" for w, value in assigned)
+        raise SimulationError(
+            f"at t = {self.memory.time[0]:.9g} s {variable} is reset to two values: by {said}. "
+            "Reset it by one law only, or let their conditions exclude each other"
+        )
 
     def impact(self, side: int, struck: Sequence[int]) -> list[str]:
         """Moreau's impact law for the struck barriers together with all those at rest: impulses I change the speeds v to v'.

@@ -16,6 +16,8 @@ from powertrain.components.transmissions import Automatic, SchemeGear, Shiftable
 
 FOUND = 0, 1
 """Statuses of ``steady`` with unique speeds and shaft torques; in a set that turns as a block only internal torques are undetermined."""
+SEVERAL = 2
+"""Status of ``steady`` with several solutions."""
 W_IN = 200.0
 """Speed of the input [rad/s]; mesh losses do not depend on it, drag does."""
 SLIP = 1e-6
@@ -65,7 +67,9 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
     ratios = np.array([scheme.ratio(name) for name in levers])
     found = _operating_points(gearbox, list(levers.values()), speed / ratios, torque)
     w_in, tau = (found[name].values for name in ("input.w", "gearbox.flange_b.tau"))
-    held = np.isin(found["status"].values, FOUND) & (np.abs(w_in - speed) <= SLIP * abs(speed))
+    idle = np.array([_has_idle_freewheel(gearbox, scheme.gear(name)) for name in levers])
+    status = found["status"].values
+    held = (np.isin(status, FOUND) | (idle & (status == SEVERAL))) & (np.abs(w_in - speed) <= SLIP * abs(speed))
     free = np.array([not _carries_overrun(gearbox, scheme.gear(name)) for name in levers])
     fine = held | (free & ((w_in < speed) | (torque <= 0)))
     if jams := [name for name, carried in zip(levers, fine, strict=True) if not carried]:
@@ -99,6 +103,13 @@ def _closed(gearbox: Automatic, gear: SchemeGear) -> tuple[str, ...]:
     return gear.engaged + (gear.coast if float(gearbox.coast) > 0 else ())
 
 
+def _has_idle_freewheel(gearbox: Automatic, gear: SchemeGear) -> bool:
+    """Whether a freewheel of a gear carries nothing: its race may run ahead at any speed, which changes no torque."""
+    scheme = gearbox.scheme
+    engaged = {element.name for element in scheme.elements if element.freewheel and element.name in gear.engaged}
+    return bool(engaged.difference(scheme.freewheels(gear.name)))
+
+
 def _carries_overrun(gearbox: Automatic, gear: SchemeGear) -> bool:
     """Whether a gear is held without freewheels, or by elements pressed beside them."""
     return not gearbox.scheme.freewheels(gear.name) or _closed(gearbox, gear) != gear.engaged
@@ -112,19 +123,23 @@ def _efficiency(at_input: float, at_output: NDArray[np.float64]) -> NDArray[np.f
 
 
 def _overload(gearbox: Automatic, gears: list[str], torque: float) -> str:
-    """The capacity of the weakest element in these gears if it is below ``torque``; else empty."""
-    scheme = gearbox.scheme
+    """The capacity of the weakest element in these gears if it is below ``torque``; else empty.
+
+    Elements for overrun hold ``coast`` times their capacity, and beside freewheels that hold they are not needed.
+    """
+    scheme, coast = gearbox.scheme, float(gearbox.coast)
     capacity = {
         element.name: float(part.fn_max) * float(part.cgeo) * part.mue_pos[0][1] * float(part.peak)
         for element, part in zip(scheme.elements, gearbox.elements, strict=True)
         if not element.freewheel
     }
-    held = {
-        f"{name} in gear {gear}": capacity[name] / factor
-        for gear in gears
-        for name in _closed(gearbox, scheme.gear(gear))
-        if name in capacity and (factor := scheme.torque_factor(gear, name))
-    }
+    held: dict[str, float] = {}
+    for row in map(scheme.gear, gears):
+        for name in row.engaged if torque > 0 else _closed(gearbox, row):
+            if name in capacity and (factor := scheme.torque_factor(row.name, name)):
+                beside = name in row.coast
+                text = f"{name} in gear {row.name}" + f" with coast = {coast:g}" * beside
+                held[text] = capacity[name] * (coast if beside else 1.0) / factor
     weakest = min(held, key=held.__getitem__, default="")
     if not weakest or held[weakest] >= abs(torque):
         return ""

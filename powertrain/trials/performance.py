@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,7 @@ import powertrain as pt
 from powertrain.components.control import SetPedals
 from powertrain.trials.anatomy import anatomy
 from powertrain.trials.lost_gear import lost_gear
+from powertrain.trials.starting import checked_starts, empty
 
 KM_H, MPH = 1 / 3.6, 0.44704
 MOVES = 1.0
@@ -24,16 +26,19 @@ STEEPEST = 1.0
 """The steepest slope tan(alpha) tried: 45 degrees."""
 
 
-def full_accelerator(vehicle: pt.Component, **options: Any) -> pt.Result[Any]:
+def full_accelerator(
+    vehicle: pt.Component, *, starts: Mapping[str, Any] | None = None, **options: Any
+) -> pt.Result[Any]:
     """Accelerate from rest with the pedal fully pressed until the top speed is reached, in steps of one minute.
 
+    ``starts``: initial values by name, such as ``{"battery.soc": 0.95}``. ``options`` are those of ``plant.simulate``.
     Errors: SimulationError if that takes more than ten minutes, if the vehicle does not move, and if a gear is not engaged.
     """
     parts = anatomy(vehicle)
     plant = pt.compile(pt.replace(vehicle, {parts.the("pedals"): SetPedals(accelerator_set=1)}))
-    reached = 0.0
+    begun, reached = checked_starts(plant, starts), 0.0
     for minutes in range(1, 11):
-        result = plant.simulate(60.0 * minutes, points=6000 * minutes, **options)
+        result = plant.simulate(60.0 * minutes, starts=begun, points=6000 * minutes, **options)
         t, v = result.time, _speed(result)
         if lost := lost_gear(result):
             raise pt.SimulationError(lost, result)
@@ -49,10 +54,11 @@ def _check_moving(result: pt.Result[Any]) -> None:
     parts = anatomy(result.model)
     path = result[f"{parts.the('body')}.s"]
     if abs(path[-1] - path[0]) < MOVES:
+        check = "Check the torque at low speed, what closes the clutch and selects the gear, and what holds the brakes"
+        reason = next(filter(None, (empty(result, battery) for battery in parts.batteries)), check)
         raise pt.SimulationError(
             f"{parts.vehicle} does not move: with the accelerator fully pressed it covers {abs(path[-1] - path[0]):.2g} m in "
-            f"{result.time[-1]:.0f} s. Check the torque at low speed, what closes the clutch and selects the gear, and what "
-            "holds the brakes",
+            f"{result.time[-1]:.0f} s. {reason}",
             result,
         )
 
@@ -71,17 +77,19 @@ class Hill:
 
     plant: pt.Plant[Any]
     slope: str
+    starts: dict[str, float]
 
     @classmethod
-    def of(cls, vehicle: pt.Component) -> Hill:
-        """The vehicle without its road."""
+    def of(cls, vehicle: pt.Component, starts: Mapping[str, Any] | None = None) -> Hill:
+        """The vehicle without its road, with these initial values."""
         parts = anatomy(vehicle)
         pressed = pt.replace(vehicle, {parts.the("pedals"): SetPedals(accelerator_set=1)})
-        return cls(pt.compile(pt.bench(pressed, without=[parts.the("road")])), f"{parts.the('road')}.grade")
+        plant = pt.compile(pt.bench(pressed, without=[parts.the("road")]))
+        return cls(plant, f"{parts.the('road')}.grade", checked_starts(plant, starts))
 
     def climbed(self, grade: float, time: float = 20.0) -> bool:
         """Whether the vehicle moves off on a slope tan(alpha) = ``grade`` within a time [s]."""
-        result = self.plant.simulate(time, inputs={self.slope: grade}, points=100)
+        result = self.plant.simulate(time, inputs={self.slope: grade}, starts=self.starts, points=100)
         return bool(_speed(result)[-1] > 1.0 and result[f"{anatomy(result.model).the('body')}.s"][-1] > 0)
 
 
@@ -90,14 +98,22 @@ def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:
     return np.asarray(result[f"{anatomy(result.model).the('body')}.v"])
 
 
-def gradeability(vehicle: pt.Component, accuracy: float = 0.005, *, progress: bool = False) -> float:
+def gradeability(
+    vehicle: pt.Component,
+    accuracy: float = 0.005,
+    *,
+    starts: Mapping[str, Any] | None = None,
+    progress: bool = False,
+) -> float:
     """The steepest slope tan(alpha) on which the vehicle moves off, by bisection. The tyres limit the grip; rigid wheels do not slip.
+
+    ``starts``: initial values by name.
 
     For a vehicle that moves off on a slope of 1 (45 degrees) the result is 1, which means "at least".
     """
     from tqdm.auto import tqdm
 
-    hill = Hill.of(vehicle)
+    hill = Hill.of(vehicle, starts)
     low, high = 0.0, STEEPEST
     for _ in tqdm(range(math.ceil(math.log2(1 / accuracy))), desc="slopes", disable=not progress):
         middle = (low + high) / 2
@@ -105,15 +121,22 @@ def gradeability(vehicle: pt.Component, accuracy: float = 0.005, *, progress: bo
     return STEEPEST if high == STEEPEST and hill.climbed(STEEPEST) else low
 
 
-def performance(vehicle: pt.Component, run: pt.Result[Any] | None = None, *, progress: bool = False) -> pd.DataFrame:
+def performance(
+    vehicle: pt.Component,
+    run: pt.Result[Any] | None = None,
+    *,
+    starts: Mapping[str, Any] | None = None,
+    progress: bool = False,
+) -> pd.DataFrame:
     """Acceleration times (nan if a speed is not reached), top speed and gradeability: value and unit.
 
+    ``starts``: initial values by name, such as ``{"battery.soc": 0.95}``.
     ``run`` is the result of ``full_accelerator``; by default it is computed here. The vehicle needs a body, pedals and a road.
     The top speed is the highest speed reached; an energy store may increase it. A gradeability of 100 % or more is not determined further;
     its unit is then "% or more".
     """
-    result = run or full_accelerator(vehicle, progress=progress)
-    grade = gradeability(vehicle, progress=progress)
+    result = run or full_accelerator(vehicle, starts=starts, progress=progress)
+    grade = gradeability(vehicle, starts=starts, progress=progress)
     rows = {
         "0 to 50 km/h": (time_between(result, 1e-3, 50 * KM_H), "s"),
         "0 to 60 mph": (time_between(result, 1e-3, 60 * MPH), "s"),

@@ -389,10 +389,9 @@ def test_parts_can_be_exchanged(short: str) -> None:
         ("engine=2", "(it takes MappedEngine, WillansEngine); or set its parameters: engine.J, "),
         ("radius=0.3", "did you mean front.wheels.radius or rear.wheels.radius?"),
         ("cycle=udds", "unknown CycleSpeed 'udds'; choose from CycleSpeed; or set cycle.cycle"),
-        (
-            "engine=WillansEngine.of(3)",
-            "WillansEngine has no variant 'of'; give its fields, as in WillansEngine(J=...",
-        ),
+        ("body=VehicleBody.of(3)", "VehicleBody has no variant 'of'; give its fields, as in VehicleBody(m=..."),
+        ("engine=WillansEngine.of(3)", "WillansEngine has no variant 'of'; choose from of_displacement"),
+        ("engine=WillansEngine.of_displacement(3)", "displacement = 3 m3 is outside its range (0, 0.1] m3"),
         ("engine=MappedEngine.gasolin()", "no variant 'gasolin'; choose from from_csv, gasoline, diesel"),
         ("engine=MappedEngine", "must be given"),
         ("engine=2", "engine is a component: give the name of a component"),
@@ -578,6 +577,16 @@ def test_run_from_another_charge(short: str, tmp_path: Path) -> None:
     assert pd.read_csv(out)["battery.soc"].iloc[0] == pytest.approx(0.95)
 
 
+def test_performance_from_another_charge() -> None:
+    """Nearly empty, the battery limits both the top speed, which is 200 km/h, and the slope, which is 62 %."""
+    text = done("performance", "ElectricCar", "--start", "battery.soc=0.032")
+    top, slope = (float(re.search(rf"{what} +(\S+)", text)[1]) for what in ("top speed", "gradeability"))  # type: ignore[index]
+    assert top < 60
+    assert slope < 40
+    text = refused("performance", "ElectricCar", "--start", "battery.soc=0.02", code=1)
+    assert "it covers 0 m in 60 s. battery delivers nothing: its state of charge of 0.02" in text
+
+
 @pytest.mark.parametrize(
     ("start", "said"),
     [
@@ -591,7 +600,9 @@ def test_run_from_another_charge(short: str, tmp_path: Path) -> None:
     ],
 )
 def test_starts_that_cannot_be(short: str, start: str, said: str) -> None:
-    assert said in refused("run", "ElectricCar", "--cycle", short, "--start", start)
+    for command in ("run", "view"):
+        assert said in refused(command, "ElectricCar", "--cycle", short, "--start", start)
+    assert said in refused("performance", "ElectricCar", "--start", start)
 
 
 def test_a_variable_that_is_set_as_a_parameter(short: str) -> None:

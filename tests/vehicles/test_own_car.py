@@ -43,6 +43,17 @@ def test_file_and_python_give_one_car(k: int, tmp_path: Path) -> None:
     assert run.time_outside == 0
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("cycle", "label"), [("udds", 125), ("hwfet", 100)])
+def test_the_leaf_uses_as_much_as_the_epa_measured(cycle: str, label: float) -> None:
+    """At the EPA's test mass, kerb weight and 136 kg. The label [mpge] is 0.7 times the test; 151 miles take 40 kWh from the battery."""
+    gallon, mile = 33705.0, 1.609344
+    charging = 40e3 / (151 * gallon / 112)
+    measured = charging * 0.7 * gallon / label / mile
+    run = drive_cycle(pt.replace(by_python()["leaf"], {"body.m": 1640 - 75 + 136}), cycle)
+    assert run.wh_per_km == pytest.approx(measured, rel=0.04)
+
+
 def test_a_row_of_parts_is_explained(tmp_path: Path) -> None:
     (tmp_path / "car.toml").write_text('class = "ManualCar"\n[gearbox]\ngears = [3.4, 2.0]\n', encoding="utf-8")
     with pytest.raises(

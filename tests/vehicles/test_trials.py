@@ -155,7 +155,7 @@ def test_gradeability_beyond_the_steepest_slope(
     limit: float, found: float, unit: str, monkeypatch: pytest.MonkeyPatch, start: pt.Result[Any]
 ) -> None:
     """A vehicle that climbs every slope is told from one at the end of the bisection."""
-    monkeypatch.setattr(Hill, "of", lambda vehicle: SimpleNamespace(climbed=lambda grade: grade <= limit))
+    monkeypatch.setattr(Hill, "of", lambda vehicle, starts: SimpleNamespace(climbed=lambda grade: grade <= limit))
     row = performance(SplitPathCar(), start).loc["gradeability"].to_dict()
     assert row["value"] == pytest.approx(found, abs=0.4)
     assert row["unit"] == unit

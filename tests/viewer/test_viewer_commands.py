@@ -102,6 +102,18 @@ def test_a_saved_run_is_converted(saved: Path, tmp_path: Path) -> None:
     assert "must end in .csv or .mat or .nc or .html" in called("convert", str(saved), str(tmp_path / "b.xyz"), code=2)
 
 
+def test_runs_from_another_charge_are_viewed_and_compared(saved: Path, tmp_path: Path) -> None:
+    """Both runs of a comparison start at the given charge; a saved run has started already."""
+    page, start = tmp_path / "run.html", ("--start", "battery.soc=0.95")
+    called("view", "ElectricCar", *SHORT, *start, "--out", str(page))
+    assert Page(page).curve("battery.soc")[1][0] == pytest.approx(0.95)
+    for runs in (("ElectricCar", "--set", "body.m=1600"), ("ElectricCar", "ElectricFourWheelDriveCar")):
+        called("compare", *runs, *SHORT, *start, "--signals", "battery.soc", "--report", str(page))
+        assert [Page(page).curve("battery.soc", k)[1][0] for k in (0, 1)] == pytest.approx([0.95, 0.95])
+    for command in (("view", str(saved)), ("compare", str(saved), str(saved))):
+        assert "--start need a vehicle" in called(*command, "--start", "body.v=1", code=2)
+
+
 def test_a_vehicle_that_stands_has_no_performance() -> None:
     """Ten thousand tonnes: friction holds them, and a top speed of 1e-13 km/h is no result."""
     text = called("performance", "ManualCar", "--set", "body.m=1e7", code=1)

@@ -246,3 +246,69 @@ def test_a_data_sheet_that_contradicts_itself_is_refused(changes: dict[str, Any]
     """More power at the largest torque than the largest power, or a largest power that takes more than the largest torque."""
     with pytest.raises(pt.ParameterError, match=rf"(?s){said}"):
         WillansEngine(**changes)
+
+
+def test_the_default_engine_has_1600_cm3() -> None:
+    assert WillansEngine.of_displacement("1.6 l") == ENGINE
+    assert WillansEngine.of_displacement(1.6e-3, P_max=82e3, e=0.4, J=0.2) == WillansEngine(e=0.4, J=0.2)
+    default = WillansEngine.of_displacement(1.6e-3, p_0="1.41 bar", p_2="0.50 bar")
+    assert default.motoring([0.0, 400.0, 600.0]) == pytest.approx(ENGINE.motoring([0.0, 400.0, 600.0]), rel=4e-3)
+
+
+@pytest.mark.parametrize(("displacement", "V"), [("1.0 l", 1.0e-3), ("2500 cm3", 2.5e-3)])
+def test_engines_of_all_displacements_have_the_same_mean_effective_pressures(displacement: str, V: float) -> None:
+    """Friction and full load over displacement depend on speed alone, fuel flow over displacement also on the mean effective pressure."""
+    engine, w = WillansEngine.of_displacement(displacement), np.linspace(50, 650, 25)[:, None]
+    for law in ("motoring", "full_load"):
+        np.testing.assert_allclose(getattr(engine, law)(w) / V, getattr(ENGINE, law)(w) / 1.6e-3, rtol=1e-12)
+    p = np.linspace(-1e5, 12e5, 14) / (4 * math.pi)
+    np.testing.assert_allclose(engine.fuel_flow(w, p * V) / V, ENGINE.fuel_flow(w, p * 1.6e-3) / 1.6e-3, rtol=1e-12)
+
+
+def test_an_engine_of_another_displacement_moves_in_the_same_time() -> None:
+    """Torques and moment of inertia are in proportion: two litres start, run up and run down as the default engine does."""
+    throttle = TimeTable(table=((0.0, 0.3), (2.0, 0.3), (2.0, 0.0), (4.0, 0.0)))
+
+    class Alone(pt.Component):
+        engine: WillansEngine
+        pedal: TimeTable = throttle
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.pedal.y, self.engine.throttle)
+
+    times = np.linspace(0, 4, 41)
+    one, other = (
+        pt.simulate(Alone(engine=engine), 4, times=times, rtol=1e-9)
+        for engine in (ENGINE, WillansEngine.of_displacement(2e-3))
+    )
+    assert one["engine.w"].max() > 300
+    np.testing.assert_allclose(other["engine.w"], one["engine.w"], atol=1e-5)
+    assert other["engine.fuel"][-1] == pytest.approx(2 / 1.6 * one["engine.fuel"][-1], rel=1e-7)
+
+
+def test_an_engine_by_displacement_power_and_friction() -> None:
+    """2 l with 150 kW and friction of 0.8 bar + 0.6 bar (w/400)^2: the torques of full load are in proportion to the power."""
+    engine = WillansEngine.of_displacement("2 l", P_max="150 kW", p_0="0.8 bar", p_2=60e3, w_tau=250)
+    w = np.linspace(200, 680, 24001)
+    assert (w * engine.full_load(w)).max() == pytest.approx(150e3, rel=1e-8)
+    assert engine.full_load(250.0) == pytest.approx(150 * 150 / 82)
+    assert engine.full_load(100.0) == pytest.approx(105 * 150 / 82)
+    assert engine.motoring([0.0, 400.0]) == pytest.approx([2e-3 / (4 * math.pi) * p for p in (0.8e5, 1.4e5)])
+    assert float(engine.J) == pytest.approx(0.15 * 2 / 1.6)
+    assert float(engine.tau_starter) == pytest.approx(60 * 2 / 1.6)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"displacement": 2.0}, "WillansEngine.of_displacement: displacement = 2"),
+        ({"displacement": 0}, "WillansEngine.of_displacement: displacement = 0"),
+        ({"displacement": "2 kg"}, "WillansEngine.of_displacement: displacement = '2 kg'"),
+        ({"displacement": 2e-3, "P_max": -1}, "WillansEngine.of_displacement: P_max = -1"),
+        ({"displacement": 2e-3, "p_0": "0.8 kW"}, "WillansEngine.of_displacement: p_0 = '0.8 kW'"),
+    ],
+)
+def test_sizes_that_no_engine_has(given: dict[str, Any], said: str) -> None:
+    with pytest.raises(pt.ParameterError) as caught:
+        WillansEngine.of_displacement(**given)
+    assert said in str(caught.value)

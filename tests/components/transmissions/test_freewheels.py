@@ -103,6 +103,29 @@ def test_an_overrunning_freewheel_has_an_operating_point() -> None:
     assert table.loc["3"].isna().all()
 
 
+@pytest.mark.parametrize("torque", [0.0, 0.05, 0.1, 0.5, 1.0])
+def test_an_idle_freewheel_leaves_its_gear_determined(torque: float) -> None:
+    """In reverse the race of the sprag may run ahead at any speed. The drag of 2 N.m exceeds the torque of the input."""
+    table: Any = gear_table(Automatic.of(CR_CR_FREEWHEELS), torque)
+    assert table.loc["R", "ratio"] == pytest.approx(CR_CR_FREEWHEELS.ratio("R"), rel=1e-9)
+    assert table.loc["R", "reverse"] == pytest.approx(2.0 - torque, rel=1e-9)
+    assert table.loc["R", "sprag"] == pytest.approx(0.0, abs=1e-6)
+    assert np.isnan(table.loc["R", "efficiency"])
+
+
+@pytest.mark.parametrize("coast", [0.2, 0.3])
+def test_elements_for_overrun_hold_the_torque_for_which_they_are_pressed(coast: float) -> None:
+    """The low brake is sized for 1.5 times the 400 N.m of reverse gear, in which it carries 1 + 1/rho of the input's torque."""
+    holds = coast * 600 * (1 + 1 / RHO) / CARRIED
+    gear_table(lossless(coast=coast), -0.99 * holds)
+    gear_table(lossless(coast=coast), 599.0)
+    with pytest.raises(pt.ParameterError) as caught:
+        gear_table(lossless(coast=coast), -1.01 * holds)
+    assert f"in gear 1: element low in gear 1 with coast = {coast} holds {holds:.4g} N.m at the input" in str(
+        caught.value
+    )
+
+
 class Bench(pt.Component):
     """A gearbox between an engine's inertia and a car's, with a lever and a torque by tables."""
 
