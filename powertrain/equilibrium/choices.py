@@ -13,7 +13,7 @@ import numpy as np
 
 from powertrain.compiler.hybrid import Contact, Friction, Switch
 from powertrain.compiler.matching import components
-from powertrain.equilibrium.placed import Law
+from powertrain.equilibrium.placed import Law, rest_of
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.symbols import Symbol
 from powertrain.modes import contact, friction, switch
@@ -77,11 +77,7 @@ def order(problem: Equilibrium, found: Sequence[LawModes]) -> list[Group]:
 
 
 def _moved_by_unknowns(problem: Equilibrium) -> list[bool]:
-    speeds = [
-        law.w if isinstance(law, Friction) else law.gap if isinstance(law, Contact) else Symbol(0)
-        for law in problem.laws
-    ]
-    return [bool(row.any()) for row in dependence(speeds, problem.u)] if problem.u else [False] * len(speeds)
+    return [bool(row.any()) for row in dependence([rest_of(law) for law in problem.laws], problem.u)]
 
 
 def _choice(law: Law, moved: bool) -> LawModes:
@@ -116,13 +112,9 @@ def possible(choice: LawModes, mode: float, hidden: Sequence[Symbol]) -> Symbol:
 
 def held_rows(problem: Equilibrium) -> list[tuple[int, Symbol]]:
     """Expressions that are zero while a law is stuck or a contact is closed: the number of the law, and its speed or gap."""
-    rows = []
-    for k, (law, moved) in enumerate(zip(problem.laws, _moved_by_unknowns(problem), strict=True)):
-        if moved and isinstance(law, Friction) and not law.prescribed and not law.algebraic:
-            rows.append((k, law.w))
-        elif moved and isinstance(law, Contact):
-            rows.append((k, law.gap))
-    return rows
+    moved = zip(problem.laws, _moved_by_unknowns(problem), strict=True)
+    own = [not (isinstance(law, Friction) and (law.prescribed or law.algebraic)) and moves for law, moves in moved]
+    return [(k, rest_of(law)) for k, law in enumerate(problem.laws) if own[k]]
 
 
 def with_modes(expressions: Sequence[Symbol], modes: Sequence[Symbol], values: Mapping[int, float]) -> list[Symbol]:

@@ -13,11 +13,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from powertrain.equilibrium.corrector import LAST_STEP
-from powertrain.equilibrium.laws import SteadyLaws
-from powertrain.equilibrium.points import Iterates, Mask
-from powertrain.numerics.buffers import Array
-from powertrain.numerics.newton import solved
+from powertrain.equilibrium.beginnings import euler_matrix
+from powertrain.equilibrium.laws import LAST_STEP, SteadyLaws
+from powertrain.equilibrium.points import AtRest, Iterates
+from powertrain.numerics.newton import relative, solved
 
 FIRST, GROWTH, FALL = 1e-4, 3.0, 0.25
 """The first step in seconds, and the factors by which steps grow and shrink."""
@@ -26,21 +25,20 @@ DESCRIBED = 0.3
 STEPS = 400
 
 
-def relaxed(laws: SteadyLaws, at: Iterates, given: Mask, side: Array) -> Iterates:
+def relaxed(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Iterates:
     """The state after a long motion from ``at``, or after ``STEPS`` steps; every law must be a switch."""
-    y, modes, n = at.y.copy(), at.modes.copy(), laws.unknowns
+    y, modes = at.y.copy(), at.modes.copy()
     length, active = np.full(len(y), FIRST), np.arange(len(y))
     for _ in range(STEPS):
         here = Iterates(at.grid[active], y[active], modes[active], at.tau[active])
         motion = laws.motion(here)
-        modes[active] = laws.next_modes(here, given[active], side[active]).modes
-        matrix = motion.rows_[:, :, :n].copy()
-        matrix[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / length[active, None]
+        modes[active] = laws.next_modes(here, rest.some(active)).modes
+        matrix = euler_matrix(laws, motion, length[active, None])
         step = solved(matrix, -motion.rows)
         there = Iterates(here.grid, here.y + step, modes[active], here.tau)
         defect = laws.motion(there).rows
-        defect[:, laws.rates] -= step[:, laws.rate_of[laws.rates]] / length[active, None]
-        scale = 1.0 + np.abs(here.y)
+        defect[:, laws.rates] -= step[:, laws.rated] / length[active, None]
+        scale = relative(here.y)
         size, left = (np.abs(v / scale).max(axis=1, initial=0.0) for v in (step, solved(matrix, -defect)))
         good = left <= DESCRIBED * size
         y[active[good]] = there.y[good]

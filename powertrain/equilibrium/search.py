@@ -1,8 +1,9 @@
-"""The modes of one group of laws if nothing else is unknown: all combinations that known values do not rule out."""
+"""Operating points whose only unknowns are modes: all combinations that known values do not rule out, group by group."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import product
 from math import prod
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import Contact, Friction
 from powertrain.equilibrium.choices import Group, LawModes, possible
-from powertrain.equilibrium.points import NONE, Index, Mask, Trials
+from powertrain.equilibrium.points import NONE, OK, SEVERAL, Index, Mask, Points
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.symbols import Symbol
 from powertrain.modes.tolerances import SAME
@@ -19,6 +20,72 @@ from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.buffers import Array
 
 _COLUMNS = 1 << 15
+
+
+@dataclass
+class Trials:
+    """Candidates for solutions, one per column: the point, the values so far, and what is known about it.
+
+    ``values``: of the grid and the modes. ``rest``: laws at rest under a prescribed motion.
+    """
+
+    point: Index
+    values: Rows
+    rest: Mask
+
+    def some(self, which: Index | Mask) -> Trials:
+        """Copies of some of them."""
+        return Trials(self.point[which], self.values[:, which], self.rest[:, which])
+
+    def per_point(self, count: int) -> Index:
+        """The number of candidates of each point."""
+        return np.bincount(self.point, minlength=count)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Trials]) -> Trials:
+        """All candidates, in the order of their points."""
+        names = ("point", "values", "rest")
+        whole = cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
+        return whole.some(np.argsort(whole.point, kind="stable"))
+
+
+class Combinations:
+    """Solves one steady problem whose only unknowns are modes. Serves one thread."""
+
+    def __init__(self, problem: Equilibrium, found: Sequence[LawModes], groups: Sequence[Group]) -> None:
+        self._laws, self._searches = len(found), [Search(problem, found, group) for group in groups]
+
+    def set_common(self, values: Array) -> None:
+        """Parameters and inputs that are the same for all points."""
+        for search in self._searches:
+            search.set_common(values)
+
+    def solve(self, grid: Rows, side: Rows) -> Points:
+        """The points of ``grid``; ``side`` as in ``Solver.solve``."""
+        laws, count = self._laws, grid.shape[1]
+        values, rest = np.vstack([grid, np.zeros((laws, count))]), np.zeros((laws, count), bool)
+        trials = Trials(np.arange(count), values.copy(), rest.copy())
+        status, involved = np.zeros(count, np.int8), np.zeros((laws, count), bool)
+        for search in self._searches:
+            before = trials
+            trials, failure, about = search.extend(before, side)
+            left, had = trials.per_point(count), before.per_point(count)
+            ended = left[before.point] == 0
+            lost = before.point[ended]
+            values[:, lost], rest[:, lost] = before.values[:, ended], before.rest[:, ended]
+            status[lost] = failure[ended]
+            for k, law in zip(search.group.laws, about, strict=True):
+                involved[k, lost] = law[ended]
+                involved[k, left > had] = True
+        found, best = np.unique(trials.point, return_index=True)
+        values[:, found], rest[:, found] = trials.values[:, best], trials.rest[:, best]
+        status[found] = np.where((trials.per_point(count) > 1)[found], SEVERAL, OK)
+        return Points(values[:0], values[len(grid) :], status, involved, rest)
+
+    def holds(self, grid: Rows, modes: Rows, apart: Mask) -> Mask:
+        """Whether the modes of all laws except those ``apart`` hold."""
+        values = np.vstack([grid, modes])
+        return np.asarray(np.logical_and.reduce([search.holds(values, apart) for search in self._searches]))
 
 
 class Search:

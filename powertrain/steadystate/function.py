@@ -115,7 +115,7 @@ def steady_function(
     if not point or any(np.ndim(value) for value in point.values()):
         raise ParameterError("at: give the values of one operating point, a number for each name")
     q = question(plant, point, outputs, parameters, inputs, free, guesses)
-    problem = formulate(plant.compiled, q.asked, 0.0, q.guesses, q.common[: len(plant.compiled.parameters)])
+    problem = formulate(plant.compiled, q.asked, q.common[: len(plant.compiled.parameters)])
     for w, lost in zip(q.wanted, problem.turning, strict=True):
         if lost:
             raise ParameterError(f"outputs: {w.name} depends on an angle that only rotates, so it has no steady value")

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain.compiler.hybrid import Friction
 from powertrain.equilibrium.choices import held_rows
-from powertrain.equilibrium.points import OK, STUCK_POINT, Look
+from powertrain.equilibrium.points import OK, STUCK_POINT
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as texts
 from powertrain.language.component import Component
@@ -21,6 +21,7 @@ from powertrain.modes.contact import CLOSED
 from powertrain.modes.friction import STUCK
 from powertrain.numerics.batch import LANES, Rows, Tape
 from powertrain.plant import Plant, plant_of
+from powertrain.steadystate.results import Look
 from powertrain.steadystate.steady import Question, What, kept, question, steady_map, written
 from powertrain.steadystate.steady_map import SteadyMap
 
@@ -75,7 +76,7 @@ def steady_gradient(
     for name in names:
         if name not in asked.axes:
             raise ParameterError(f"wrt: {name} is not on the grid{suggestion(name, asked.axes)}")
-    map_ = steady_map(plant, q, 0.0)
+    map_ = steady_map(plant, q)
     ordered, results = map_.run(spanned, q.common, Look(), None, keep=True)
     found = written(plant, q, map_, ordered, results)
     slopes = _slopes(plant, q, map_, names)
@@ -108,7 +109,7 @@ def steady_gradient(
 
 def _slopes(plant: Plant[Any], q: Question, map_: SteadyMap, names: list[str]) -> _Slopes:
     """The derivatives for these names, kept for the next call."""
-    place = kept(plant, "slopes", q, 0.0, tuple(names))
+    place = kept(plant, "slopes", q, tuple(names))
     found: _Slopes | None = place.get()
     if found is None or found.map is not map_:
         found = place.put(_Slopes(map_, [q.asked.axes.index(n) for n in names]))

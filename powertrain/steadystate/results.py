@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Look, Points
+from powertrain.equilibrium.points import NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Points
 from powertrain.modes.tolerances import ALIKE
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
@@ -17,6 +18,14 @@ from powertrain.steadystate.intervals import ranges
 
 MOST_LAWS = 62
 """Number of laws that can have a bit in the results."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """Options of a map: the values at one ``side`` of laws at rest, the ``first`` of several solutions."""
+
+    side: int | None = None
+    first: bool = False
 
 
 class MapResults:

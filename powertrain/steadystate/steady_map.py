@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import OK, Look
+from powertrain.equilibrium.points import OK
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
@@ -17,7 +17,7 @@ from powertrain.steadystate.axes import PAD, Grid
 from powertrain.steadystate.dataset import DataVariable
 from powertrain.steadystate.neighbours import Walker
 from powertrain.steadystate.progress import Bar
-from powertrain.steadystate.results import MapResults, block
+from powertrain.steadystate.results import Look, MapResults, block
 from powertrain.steadystate.rowwise import RowMap, RowPieces, make_plan
 
 _FAST = 2048
