@@ -11,10 +11,10 @@ import pytest
 
 from powertrain.compiler.hybrid import Friction
 from powertrain.equilibrium.beginnings import EulerStep, _condition_bound, _degenerate, _distinct, mobilities
+from powertrain.equilibrium.continuation import relaxed
 from powertrain.equilibrium.corrector import corrected, undetermined
 from powertrain.equilibrium.laws import Linearized, Motion, NextModes, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Iterates, SolvedPoints
-from powertrain.equilibrium.relaxation import relaxed
 from powertrain.equilibrium.solutions import Solutions
 from powertrain.equilibrium.system import Balance
 from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK

@@ -1,13 +1,12 @@
-"""One operating point: implicit Euler steps of growing length, each of which is one complementarity problem of all laws.
+"""Operating points at which Newton's method fails: implicit Euler steps of growing length follow the motion until it comes to rest.
 
-A steady state is where a simulation comes to rest. A step of length h from y,
+    (y' - y)/h = f(y', tau),   w = w(y'),   w > 0: tau = U,   w < 0: tau = L,   w = 0: L <= tau <= U
 
-    (y' - y)/h = f(y', tau),   w = w(y'),   w > 0: tau = U,   w < 0: tau = L,   w = 0: L <= tau <= U,
-
-linearised at y, is the problem of ``powertrain.modes.complementarity`` with speeds in place of rates. Steps grow until they are Newton
-steps. A step for which one linearisation is not valid is shortened: along it a decreasing limit may have changed sign, or a clutch opened.
-The term 1/h holds motions that nothing else holds. Torques that grow with others (lossy meshes) come last: without them the problem is
-convex and gives all modes, and its speeds give the directions of sliding.
+Linearised at y, a step is the problem of ``powertrain.modes.complementarity`` with speeds in place of rates. Steps grow until they are
+Newton steps. A step for which one linearisation is not valid is shortened: along it a decreasing limit may have changed sign, a clutch
+opened, or a torque saturated. The term 1/h holds motions that nothing else holds. Torques that grow with others (lossy meshes) come last:
+without them the problem is convex and gives all modes, and its speeds give the directions of sliding. Without laws, all points take their
+steps at once.
 
 C. T. Kelley, D. E. Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998) 508.
 """
@@ -21,16 +20,16 @@ from itertools import product
 import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
-from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
+from powertrain.equilibrium.beginnings import beginnings, euler_matrix, euler_step, mobilities
 from powertrain.equilibrium.corrector import corrected
-from powertrain.equilibrium.laws import Linearized, SteadyLaws
+from powertrain.equilibrium.laws import LAST_STEP, Linearized, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Iterates, Mask, SolvedPoints
 from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws, Point
 from powertrain.modes.contact import CLOSED
 from powertrain.modes.friction import FORWARD, STUCK
 from powertrain.modes.tolerances import NO_WIDTH, REST, STILL
 from powertrain.numerics.buffers import Array
-from powertrain.numerics.newton import relative
+from powertrain.numerics.newton import relative, solved
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
 """First and longest step in seconds, from steps that follow the motion to Newton steps, and the factor by which they grow or shrink."""
@@ -42,6 +41,11 @@ ROUNDS = 40
 FAR = 1e10
 """Unknowns above this diverge."""
 MOST_PIECES = 8
+RELAXED_FIRST, RELAXED_GROWTH, RELAXED_FALL = 1e-4, 3.0, 0.25
+"""Without laws: the first step in seconds, and the factors by which steps grow and shrink."""
+RELAXED_DESCRIBED = 0.3
+"""``DESCRIBED`` without laws."""
+RELAXED_ROUNDS = 400
 
 
 @dataclass(frozen=True)
@@ -209,3 +213,30 @@ class Continuation:
             if all((2.0 * v - 1.0) * g[k] >= -size[k] for k, v in zip(bending, piece, strict=True)):
                 return replace(answer, modes={**answer.modes, **dict(zip(places, piece, strict=True))})
         return None
+
+
+def relaxed(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Iterates:
+    """The state after a long motion from ``at``, or after ``RELAXED_ROUNDS`` steps; every law must be a switch.
+
+    Where a torque saturates, its slope does not show where saturation ends, and no Newton step leads on. The motion does.
+    """
+    y, modes = at.y.copy(), at.modes.copy()
+    length, active = np.full(len(y), RELAXED_FIRST), np.arange(len(y))
+    for _ in range(RELAXED_ROUNDS):
+        here = Iterates(at.grid[active], y[active], modes[active], at.tau[active])
+        motion = laws.motion(here)
+        modes[active] = laws.next_modes(here, rest.some(active)).modes
+        matrix = euler_matrix(laws, motion, length[active, None])
+        step = solved(matrix, -motion.rows)
+        there = Iterates(here.grid, here.y + step, modes[active], here.tau)
+        defect = laws.motion(there).rows
+        defect[:, laws.rates] -= step[:, laws.rated] / length[active, None]
+        scale = relative(here.y)
+        size, left = (np.abs(v / scale).max(axis=1, initial=0.0) for v in (step, solved(matrix, -defect)))
+        good = left <= RELAXED_DESCRIBED * size
+        y[active[good]] = there.y[good]
+        length[active] *= np.where(good, RELAXED_GROWTH, RELAXED_FALL)
+        active = active[(length[active] < LAST_STEP) & (length[active] > RELAXED_FIRST**3)]
+        if not active.size:
+            break
+    return Iterates(at.grid, y, modes, at.tau)

@@ -13,10 +13,9 @@ from math import prod
 import numpy as np
 
 from powertrain.compiler.hybrid import Friction, Switch
-from powertrain.equilibrium.choices import choices, order
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, SolvedPoints
-from powertrain.equilibrium.search import Combinations
+from powertrain.equilibrium.search import Combinations, choices, order
 from powertrain.equilibrium.solutions import Between, Solutions
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.symbols import scalars
@@ -105,7 +104,7 @@ class Solver:
         """Solve for modes and unknowns as one problem."""
         count, moving = grid.shape[1], self._moving
         best = self._solutions.solve(grid.T, side[moving].T)
-        status = np.select([best.number == 0, best.number > 1], [DIVERGED, SEVERAL], OK).astype(np.int8)
+        status = np.select([~best.solved.done, best.several], [DIVERGED, SEVERAL], OK).astype(np.int8)
         rest, involved = np.zeros((len(self.choices), count), bool), best.differing.T.copy()
         rest[moving] = best.rest.T
         nameless = (status != OK) & ~involved.any(axis=0)

@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from powertrain.equilibrium.beginnings import beginnings
-from powertrain.equilibrium.continuation import Continuation
+from powertrain.equilibrium.continuation import Continuation, relaxed
 from powertrain.equilibrium.corrector import corrected, undetermined
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, SolvedPoints, taken
-from powertrain.equilibrium.relaxation import relaxed
 from powertrain.equilibrium.system import Balance
 from powertrain.modes.friction import BACKWARD, STUCK
 from powertrain.modes.tolerances import SAME
@@ -39,10 +38,10 @@ _OPEN = 2.0
 
 @dataclass(frozen=True)
 class Best:
-    """One solution per point, the number of different ones (2: several), laws at rest under a given motion, laws that differ."""
+    """One solution per point, where there are ``several``, the laws at rest under a given motion, and those whose modes differ."""
 
     solved: SolvedPoints
-    number: NDArray[np.intp]
+    several: Mask
     rest: Mask
     differing: Mask
 
@@ -64,7 +63,7 @@ class Solutions:
     def solve(self, grid: Array, side: Array) -> Best:
         """The points of ``grid``, one per row; ``side`` as in ``AtRest``."""
         laws, count = self.laws, len(grid)
-        number = np.zeros(count, np.intp)
+        several = np.zeros(count, bool)
         differing = np.zeros((laws.balance.modes.numel(), count), bool).T
         start = beginnings(laws, grid, side)
         best, beyond, begun = self._nothing(start.rest), self._nothing(start.rest), list[Array]()
@@ -74,23 +73,21 @@ class Solutions:
             other, both = np.zeros(count, bool), np.flatnonzero(best.done & found.done)
             if both.size:
                 other[both] = self._differ(grid[both], best.some(both), found.some(both))
-            number[other] = 2
+            several |= other
             differing |= other[:, None] & (best.modes != found.modes)
-            new = found.done & ~best.done
-            number[new] = 1
-            best.take(new | (other & (self._rank(found) < self._rank(best))), found)
+            better = other & (self._rank(found) < self._rank(best))
+            best.take((found.done & ~best.done) | better, found)
         if not laws.count:
             self._relax(best, start.start, grid, start.rest)
         self._rest_of(best, grid, side)
         best.take(beyond.done & ~best.done, beyond)
-        number[best.done & (number == 0)] = 1
         known = np.flatnonzero(best.done)
         at = Iterates(grid, best.y, best.modes, best.tau).some(known)
         rest = AtRest(best.given, best.yields, side).some(known)
-        number[known[undetermined(laws, at, rest)]] = 2
+        several[known[undetermined(laws, at, rest)]] = True
         after, resting = laws.next_modes(at, rest), np.zeros_like(best.given)
         resting[known] = rest.given & after.still & after.open
-        return Best(best, number, resting, differing)
+        return Best(best, several, resting, differing)
 
     def _nothing(self, rest: AtRest) -> SolvedPoints:
         laws, count = self.laws, len(rest.given)

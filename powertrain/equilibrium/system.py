@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import Guard, HybridDae, Opened
+from powertrain.compiler.hybrid import Friction, Guard, HybridDae, Opened
 from powertrain.equilibrium.elimination import Condition, Unknown, blocks_of, solved_block
 from powertrain.equilibrium.placed import (
     Law,
@@ -26,6 +26,7 @@ from powertrain.equilibrium.placed import (
     influential,
     lost_outputs,
     relative_rate,
+    rest_of,
     state_of,
     turning_together,
 )
@@ -247,3 +248,21 @@ def _initial_values(compiled: Compiled) -> dict[str, float]:
         if not dependence([slope], unknown).any() and rise != 0.0 and np.isfinite(value / rise):
             found[names[key(unknown[0])]] = -value / rise
     return found
+
+
+def moved_by_unknowns(problem: Equilibrium) -> list[bool]:
+    """The laws whose motion depends on implicit unknowns."""
+    return [bool(row.any()) for row in dependence([rest_of(law) for law in problem.laws], problem.u)]
+
+
+def held_rows(problem: Equilibrium) -> list[tuple[int, Symbol]]:
+    """Expressions that are zero while a law is stuck or a contact is closed: the number of the law, and its speed or gap."""
+    moved = zip(problem.laws, moved_by_unknowns(problem), strict=True)
+    own = [not (isinstance(law, Friction) and (law.prescribed or law.algebraic)) and moves for law, moves in moved]
+    return [(k, rest_of(law)) for k, law in enumerate(problem.laws) if own[k]]
+
+
+def with_modes(expressions: Sequence[Symbol], modes: Sequence[Symbol], values: Mapping[int, float]) -> list[Symbol]:
+    """Expressions with some modes replaced by numbers, simplified accordingly."""
+    numbers = [Symbol(v) for v in values.values()]
+    return _changed([ca.densify(e) for e in expressions], [modes[k] for k in values], numbers)

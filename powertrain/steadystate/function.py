@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import Friction
-from powertrain.equilibrium.choices import choices, held_rows, with_modes
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import OK
-from powertrain.equilibrium.system import Equilibrium, formulate
+from powertrain.equilibrium.search import choices
+from powertrain.equilibrium.system import Equilibrium, formulate, held_rows, with_modes
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name
 from powertrain.language.component import Component

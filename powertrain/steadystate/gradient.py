@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.compiler.hybrid import Friction
-from powertrain.equilibrium.choices import held_rows
 from powertrain.equilibrium.points import OK, STUCK_POINT
+from powertrain.equilibrium.system import held_rows
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as texts
 from powertrain.language.component import Component

@@ -16,13 +16,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.hybrid import Switch
-from powertrain.equilibrium.choices import bounded, with_modes
+from powertrain.compiler.hybrid import Friction, Switch
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.system import Equilibrium
+from powertrain.equilibrium.system import Equilibrium, with_modes
 from powertrain.language.symbols import Symbol
 from powertrain.modes.guards import guard_margin
-from powertrain.modes.tolerances import EPS
+from powertrain.modes.tolerances import EPS, INFINITE
 from powertrain.numerics.batch import LANES, Tape, all_hold, column_tape, dependence, different
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.vectorised import VectorTape
@@ -45,7 +44,9 @@ class Walker:
         self._compile = compile
         self.problem, self.choices, self.groups = problem, solver.choices, solver.groups
         self._wanted = [*problem.outputs, *problem.rates]
-        self._guards = [*bounded(problem), *(guard_margin(g) for g in problem.guards)]
+        found = [*problem.solved, *(law.torque for law in problem.laws if isinstance(law, Friction))]
+        self._guards = [margin for e in found for margin in (INFINITE - e, INFINITE + e)]
+        self._guards += [guard_margin(g) for g in problem.guards]
         self._switches = [k for k, c in enumerate(self.choices) if isinstance(c.law, Switch)]
         self._relevant: dict[Key, list[int]] = {}
         self._parts: dict[Key, tuple[list[Symbol], list[Symbol], list[list[Symbol]]]] = {}
