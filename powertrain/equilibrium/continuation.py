@@ -131,11 +131,9 @@ class Continuation:
         for attempt in self._held, self._settled:
             found = attempt(first, np.zeros(laws.count), rest)
             if found is not None and laws.tied.any():
-                x, m = found.y[0], found.modes[0]
+                x, m, tau = found.y[0], found.modes[0], found.tau[0]
                 again = replace(first, x=x, m=m, lossless=False, open=~every, step=LONGEST_STEP)
-                found = self._corrected(again.at(found.tau[0]), again, rest, True) or self._settled(
-                    again, found.tau[0], rest
-                )
+                found = self._corrected(again.at(tau), again, rest, True) or self._settled(again, tau, rest)
             if found is not None and within(found)[0]:
                 return found
         return None

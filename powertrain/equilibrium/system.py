@@ -31,6 +31,8 @@ from powertrain.equilibrium.placed import (
     turning_together,
 )
 from powertrain.language.symbols import Symbol, column, key, scalars
+from powertrain.modes.contact import CLOSED
+from powertrain.modes.friction import STUCK
 from powertrain.numerics.batch import dependence
 from powertrain.numerics.buffers import Array
 
@@ -255,11 +257,12 @@ def moved_by_unknowns(problem: Equilibrium) -> list[bool]:
     return [bool(row.any()) for row in dependence([rest_of(law) for law in problem.laws], problem.u)]
 
 
-def held_rows(problem: Equilibrium) -> list[tuple[int, Symbol]]:
-    """Expressions that are zero while a law is stuck or a contact is closed: the number of the law, and its speed or gap."""
+def held_rows(problem: Equilibrium) -> list[tuple[Symbol, int, float]]:
+    """Expressions that are zero while a law is stuck or a contact is closed: its speed or gap, its number, and that mode."""
     moved = zip(problem.laws, moved_by_unknowns(problem), strict=True)
-    own = [not (isinstance(law, Friction) and (law.prescribed or law.algebraic)) and moves for law, moves in moved]
-    return [(k, rest_of(law)) for k, law in enumerate(problem.laws) if own[k]]
+    own = [moves and not (isinstance(law, Friction) and (law.prescribed or law.algebraic)) for law, moves in moved]
+    modes = [STUCK if isinstance(law, Friction) else CLOSED for law in problem.laws]
+    return [(rest_of(law), k, modes[k]) for k, law in enumerate(problem.laws) if own[k]]
 
 
 def with_modes(expressions: Sequence[Symbol], modes: Sequence[Symbol], values: Mapping[int, float]) -> list[Symbol]:

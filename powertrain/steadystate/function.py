@@ -10,19 +10,16 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.hybrid import Friction
-from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import OK
 from powertrain.equilibrium.search import choices
-from powertrain.equilibrium.system import Equilibrium, formulate, held_rows, with_modes
+from powertrain.equilibrium.system import Equilibrium, held_rows, with_modes
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
-from powertrain.modes.contact import CLOSED
-from powertrain.modes.friction import STUCK
 from powertrain.plant import Plant, plant_of
-from powertrain.steadystate.steady import What, question, steady
+from powertrain.steadystate.results import Look
+from powertrain.steadystate.steady import What, question, steady_map, written
 
 Array = NDArray[np.float64]
 _ACCURACY = 1e-10
@@ -115,18 +112,16 @@ def steady_function(
     if not point or any(np.ndim(value) for value in point.values()):
         raise ParameterError("at: give the values of one operating point, a number for each name")
     q = question(plant, point, outputs, parameters, inputs, free, guesses)
-    problem = formulate(plant.compiled, q.asked, q.common[: len(plant.compiled.parameters)])
+    map_ = steady_map(plant, q)
+    problem, solver = map_.problem, map_.solver
     for w, lost in zip(q.wanted, problem.turning, strict=True):
         if lost:
             raise ParameterError(f"outputs: {w.name} depends on an angle that only rotates, so it has no steady value")
     v = np.array([float(point[name]) for name in q.asked.axes])
-    solver = Solver(problem)
     solver.set_common(q.common)
     solved = solver.solve(v[:, None])
     if solved.status[0] != OK or solved.rest.any():
-        problems = steady(
-            plant, point, outputs=outputs, parameters=parameters, inputs=inputs, free=free, guesses=guesses
-        ).attrs["problems"]
+        problems = written(plant, q, map_, *map_.run(q.grid, q.common, Look(), None)).attrs["problems"]
         raise ParameterError(
             f"at: the operating point is not unique or does not exist: {problems or 'friction at rest'}"
         )
@@ -147,9 +142,7 @@ def _function(
     problem: Equilibrium, modes: Array, u: Array, v: Array, common: Array, count: int
 ) -> tuple[ca.Function, tuple[str, ...]]:
     """The function of (v, p), and the names of the margins."""
-    held = [
-        row for k, row in held_rows(problem) if modes[k] == (STUCK if isinstance(problem.laws[k], Friction) else CLOSED)
-    ]
+    held = [row for row, k, mode in held_rows(problem) if modes[k] == mode]
     margins = {
         f"{choice.law.name}": choice.margins[mode]
         for choice, mode in zip(choices(problem), modes.tolist(), strict=True)

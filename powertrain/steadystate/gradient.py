@@ -10,15 +10,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.compiler.hybrid import Friction
 from powertrain.equilibrium.points import OK, STUCK_POINT
 from powertrain.equilibrium.system import held_rows
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as texts
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
-from powertrain.modes.contact import CLOSED
-from powertrain.modes.friction import STUCK
 from powertrain.numerics.batch import LANES, Rows, Tape
 from powertrain.plant import Plant, plant_of
 from powertrain.steadystate.results import Look
@@ -109,10 +106,11 @@ def steady_gradient(
 
 def _slopes(plant: Plant[Any], q: Question, map_: SteadyMap, names: list[str]) -> _Slopes:
     """The derivatives for these names, kept for the next call."""
-    place = kept(plant, "slopes", q, tuple(names))
-    found: _Slopes | None = place.get()
-    if found is None or found.map is not map_:
-        found = place.put(_Slopes(map_, [q.asked.axes.index(n) for n in names]))
+    found: _Slopes = kept(
+        plant, "slopes", q, tuple(names),
+        lambda slopes: slopes.map is map_,
+        lambda: _Slopes(map_, [q.asked.axes.index(n) for n in names]),
+    )  # fmt: skip
     found.tape.set_common(q.common)
     return found
 
@@ -127,7 +125,7 @@ class _Slopes:
         axes = column([problem.grid[k] for k in places])
         u = column(problem.u) if problem.u else Symbol(0, 1)
         y = column(problem.outputs)
-        rows = column([*problem.rows, *(row for _, row in self.held)]) if problem.u else Symbol(0, 1)
+        rows = column([*problem.rows, *(row for row, _, _ in self.held)]) if problem.u else Symbol(0, 1)
         self.shape = y.numel(), len(places), u.numel(), rows.numel()
         parts = [y, ca.jacobian(y, axes), ca.jacobian(y, u), ca.jacobian(rows, axes), ca.jacobian(rows, u)]
         flat = [e for p in parts for e in ca.vertsplit(ca.vec(ca.densify(p).T)) if p.numel()]
@@ -166,10 +164,9 @@ class _Slopes:
         """The change of the implicit unknowns; rows of laws that are not stuck do not count."""
         first = len(self.problem.rows)
         r_a, r_u = r_a.copy(), r_u.copy()
-        for j, (k, _) in enumerate(self.held, first):
-            holds = modes[k] == (STUCK if isinstance(self.problem.laws[k], Friction) else CLOSED)
-            r_a[j] *= holds
-            r_u[j] *= holds
+        for j, (_, k, mode) in enumerate(self.held, first):
+            r_a[j] *= modes[k] == mode
+            r_u[j] *= modes[k] == mode
         count = r_a.shape[-1]
         moved = [-np.linalg.lstsq(r_u[..., p], r_a[..., p], rcond=None)[0] for p in range(count)]
         return np.array(moved, float).reshape(count, r_u.shape[1], r_a.shape[1]).transpose(1, 2, 0)

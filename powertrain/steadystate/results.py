@@ -42,12 +42,8 @@ class MapResults:
         self.solved: list[Points] | None = None
         self._ends: list[tuple[NDArray[np.intp], Rows, Rows]] = []
 
-    def solve(self, grid: Rows, first: int) -> Array | None:
-        """Solve consecutive points; return the modes of the last good one."""
-        return self.solve_at(grid, first + np.arange(grid.shape[1]))
-
-    def solve_at(self, grid: Rows, places: NDArray[np.intp]) -> Array | None:
-        """Solve some points and store them."""
+    def solve(self, grid: Rows, places: NDArray[np.intp]) -> Array | None:
+        """Solve points, the numbers of which are ``places``, and store them; return the modes of the last good one."""
         end = self.look.side
         side = None if end is None else np.full((len(self.solver.choices), grid.shape[1]), float(end))
         points = self.solver.solve(grid, side)

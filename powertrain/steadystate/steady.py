@@ -277,41 +277,29 @@ def _version() -> str:
 _local = threading.local()
 
 
-def kept(plant: Plant[Any], kind: str, q: Question, more: Hashable = ()) -> Kept:
-    """Where the prepared form of a question is kept for the next call with the same names; functions serve one thread."""
+def kept(
+    plant: Plant[Any], kind: str, q: Question, more: Hashable, valid: Callable[[T], bool], make: Callable[[], T]
+) -> T:
+    """The prepared form of a question, kept for the next call with the same names; functions serve one thread."""
     plants: weakref.WeakKeyDictionary[Plant[Any], dict[Any, Any]] = _local.__dict__.setdefault(
         kind, weakref.WeakKeyDictionary()
     )
+    asked, others = q.asked, plants.setdefault(plant, {})
     texts = tuple((w.name, w.asked, w.picked.name or str(w.picked.expression)) for w in q.wanted)
-    asked = q.asked
-    names = (asked.axes, asked.held, asked.free, tuple(asked.guesses.items()), asked.time)
-    return Kept(plants.setdefault(plant, {}), (*names, texts, more))
-
-
-@dataclass(frozen=True)
-class Kept:
-    """A slot among ``_KEPT``."""
-
-    others: dict[Any, Any]
-    identity: Hashable
-
-    def get(self) -> Any:
-        """The value in the slot, or None."""
-        return self.others.get(self.identity)
-
-    def put(self, value: T) -> T:
-        """Keep a value and return it."""
-        if len(self.others) >= _KEPT:
-            self.others.clear()
-        self.others[self.identity] = value
-        return value
+    identity = (asked.axes, asked.held, asked.free, tuple(asked.guesses.items()), asked.time, texts, more)
+    found: T | None = others.get(identity)
+    if found is None or not valid(found):
+        found = make()
+        if len(others) >= _KEPT:
+            others.clear()
+        others[identity] = found
+    return found
 
 
 def steady_map(plant: Plant[Any], q: Question, compile: bool = False) -> SteadyMap:
     """The prepared map, kept for the next call with the same names."""
-    values, place = q.common[: len(plant.compiled.parameters)], kept(plant, "maps", q, compile)
-    found: SteadyMap | None = place.get()
-    return found if found is not None and found.valid(values) else place.put(_prepared(plant, q, values, compile))
+    values = q.common[: len(plant.compiled.parameters)]
+    return kept(plant, "maps", q, compile, lambda m: m.valid(values), lambda: _prepared(plant, q, values, compile))
 
 
 def _prepared(plant: Plant[Any], q: Question, parameters: Array, compile: bool) -> SteadyMap:

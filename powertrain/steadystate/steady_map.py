@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import Any
 
 import numpy as np
@@ -16,13 +17,14 @@ from powertrain.numerics.buffers import Array
 from powertrain.steadystate.axes import PAD, Grid
 from powertrain.steadystate.dataset import DataVariable
 from powertrain.steadystate.neighbours import Walker
-from powertrain.steadystate.progress import Bar
 from powertrain.steadystate.results import Look, MapResults, block
 from powertrain.steadystate.rowwise import RowMap, RowPieces, make_plan
 
 _FAST = 2048
 _SLOW_BLOCK = 16384
 _SHORT_ROW = 64
+_PATIENCE = 2.0
+"""Seconds without a progress bar."""
 
 
 class SteadyMap:
@@ -64,7 +66,7 @@ class SteadyMap:
         for first, count, values in grid.pieces():
             for low in range(0, count, _SLOW_BLOCK):
                 high = min(low + _SLOW_BLOCK, count)
-                results.solve(block(values, low, high), first + low)
+                results.solve(block(values, low, high), np.arange(first + low, first + high))
                 bar.reach(first + high)
         bar.close()
         return grid, results
@@ -149,7 +151,7 @@ class SteadyMap:
         rows = [row[first:] for row in results.rows]
 
         def careful(low: int, high: int) -> Array | None:
-            return results.solve(block(values, low, high), first + low)
+            return results.solve(block(values, low, high), np.arange(first + low, first + high))
 
         walker.walk(count, values, rows, careful, (lambda i: None) if bar is None else (lambda i: bar.reach(first + i)))
 
@@ -166,4 +168,29 @@ class SteadyMap:
         where = np.flatnonzero(suspects & (results.status == OK))
         for low in range(0, where.size, _SLOW_BLOCK):
             some = where[low : low + _SLOW_BLOCK]
-            results.solve_at(grid.at(some), some)
+            results.solve(grid.at(some), some)
+
+
+class Bar:
+    """A progress bar over points: always, never, or (None) if the computation takes more than two seconds."""
+
+    def __init__(self, wanted: bool | None, total: int) -> None:
+        self._wanted, self._total = wanted, total
+        self._bar: Any = None
+        self._start = time.perf_counter()
+
+    def reach(self, count: int) -> None:
+        """Set the number of points that are done."""
+        if self._wanted is False:
+            return
+        if self._bar is None and (self._wanted or time.perf_counter() - self._start > _PATIENCE):
+            from tqdm.auto import tqdm
+
+            self._bar = tqdm(total=self._total, unit=" points", desc="steady")
+        if self._bar is not None:
+            self._bar.update(count - self._bar.n)
+
+    def close(self) -> None:
+        """The end."""
+        if self._bar is not None:
+            self._bar.close()
