@@ -57,7 +57,7 @@ ORDER = [
     "equilibrium: points placed elimination system search",
     "equilibrium: laws corrector beginnings continuation solutions operating",
     "steadystate: axes intervals neighbours rowwise results",
-    "steadystate: dataset steady_map",
+    "steadystate: steady_map dataset",
     "steadystate: steady gradient function",
     "variational: record unknowns objectives partials",
     "variational: functional transitions instants curvature corners mapping simultaneous saltation begin crossing sweeps second "

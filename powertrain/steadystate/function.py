@@ -18,8 +18,9 @@ from powertrain.language.arguments import by_name
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
 from powertrain.plant import Plant, plant_of
+from powertrain.steadystate.dataset import dataset
 from powertrain.steadystate.results import Look
-from powertrain.steadystate.steady import What, question, steady_map, written
+from powertrain.steadystate.steady import What, question, steady_map
 
 Array = NDArray[np.float64]
 _ACCURACY = 1e-10
@@ -121,7 +122,7 @@ def steady_function(
     solver.set_common(q.common)
     solved = solver.solve(v[:, None])
     if solved.status[0] != OK or solved.rest.any():
-        problems = written(plant, q, map_, *map_.run(q.grid, q.common, Look(), None)).attrs["problems"]
+        problems = dataset(plant, q.grid, map_, *map_.run(q.grid, q.common, Look(), None)).attrs["problems"]
         raise ParameterError(
             f"at: the operating point is not unique or does not exist: {problems or 'friction at rest'}"
         )

@@ -18,8 +18,9 @@ from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.batch import LANES, Rows, Tape
 from powertrain.plant import Plant, plant_of
+from powertrain.steadystate.dataset import dataset
 from powertrain.steadystate.results import Look
-from powertrain.steadystate.steady import Question, What, kept, question, steady_map, written
+from powertrain.steadystate.steady import Question, What, kept, question, steady_map
 from powertrain.steadystate.steady_map import SteadyMap
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ def steady_gradient(
             raise ParameterError(f"wrt: {name} is not on the grid{suggestion(name, asked.axes)}")
     map_ = steady_map(plant, q)
     ordered, results = map_.run(spanned, q.common, Look(), None, keep=True)
-    found = written(plant, q, map_, ordered, results)
+    found = dataset(plant, q.grid, map_, ordered, results)
     slopes = _slopes(plant, q, map_, names)
     status = found.status.values.ravel()
     points = spanned.at(np.arange(spanned.size))

@@ -28,6 +28,15 @@ class Look:
     first: bool = False
 
 
+@dataclass(frozen=True)
+class DataVariable:
+    """What a map gives at every point: a requested signal, or the rate of a held one."""
+
+    name: str
+    unit: str
+    doc: str
+
+
 class MapResults:
     """The results of all points, flat, in the order of the walk; with ``room`` for values beyond the end.
 

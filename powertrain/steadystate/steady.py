@@ -24,8 +24,8 @@ from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant, plant_of
 from powertrain.signals import Picked, Signals, signals_of
 from powertrain.steadystate.axes import Grid, make_grid
-from powertrain.steadystate.dataset import DataVariable, dataset, rate_unit
-from powertrain.steadystate.results import Look, MapResults
+from powertrain.steadystate.dataset import dataset
+from powertrain.steadystate.results import DataVariable, Look
 from powertrain.steadystate.steady_map import SteadyMap
 
 if TYPE_CHECKING:
@@ -117,14 +117,7 @@ def steady(
     q = question(plant, grid, outputs, parameters, inputs, free, guesses, held, t)
     map_ = steady_map(plant, q, flag("compile", compile))
     ordered, results = map_.run(q.grid, q.common, look, None if progress is None else flag("progress", progress))
-    return written(plant, q, map_, ordered, results)
-
-
-def written(plant: Plant[Any], q: Question, map_: SteadyMap, ordered: Grid, results: MapResults) -> xr.Dataset:
-    """The results of a map with their descriptions."""
-    found = dataset(plant.compiled, map_.problem, map_.quantities, q.grid, ordered, results)
-    found.attrs.update(model=type(plant.model).__name__, powertrain_version=_version())
-    return found
+    return dataset(plant, q.grid, map_, ordered, results)
 
 
 @dataclass(frozen=True)
@@ -268,12 +261,6 @@ def _check_values(plant: Plant[Any], grid: Grid, guesses: Mapping[str, float], p
             raise ParameterError(f"guesses: the model has no variable {name}{suggestion(name, plant.compiled.signals)}")
 
 
-def _version() -> str:
-    from powertrain import __version__
-
-    return __version__
-
-
 _local = threading.local()
 
 
@@ -314,6 +301,11 @@ def _prepared(plant: Plant[Any], q: Question, parameters: Array, compile: bool) 
         DataVariable(w.name, w.picked.unit, w.picked.doc or w.picked.label) for w in (wanted[k] for k in steady_ones)
     ]
     quantities += [
-        DataVariable(f"der({n})", rate_unit(signals[n].unit), f"Rate of {n}, which is held") for n in asked.held
+        DataVariable(f"der({n})", _rate_unit(signals[n].unit), f"Rate of {n}, which is held") for n in asked.held
     ]
     return SteadyMap(problem, quantities, parameters, frozenset(plant.compiled.parameters), compile)
+
+
+def _rate_unit(unit: str) -> str:
+    """The unit of a rate: 'rad/s' -> 'rad/s2', 'rad' -> 'rad/s'."""
+    return f"{unit[:-2]}/s2" if unit.endswith("/s") else f"{unit}/s"

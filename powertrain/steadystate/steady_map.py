@@ -15,9 +15,8 @@ from powertrain.equilibrium.system import Equilibrium
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 from powertrain.steadystate.axes import PAD, Grid
-from powertrain.steadystate.dataset import DataVariable
 from powertrain.steadystate.neighbours import Walker
-from powertrain.steadystate.results import Look, MapResults, block
+from powertrain.steadystate.results import DataVariable, Look, MapResults, block
 from powertrain.steadystate.rowwise import RowMap, RowPieces, make_plan
 
 _FAST = 2048
@@ -41,8 +40,7 @@ class SteadyMap:
         self._given = given
         self.problem, self.quantities, self._parameters = problem, quantities, parameters
         self.solver = Solver(problem, compile)
-        self.walker = None if problem.u else Walker(problem, self.solver, compile)
-        self._rows_map = RowMap(self.walker) if self.walker is not None else None
+        self._rows = None if problem.u else RowMap(Walker(problem, self.solver, compile))
         self._orders: dict[Any, list[str]] = {}
         self._plans: dict[Any, RowPieces | None] = {}
 
@@ -58,8 +56,8 @@ class SteadyMap:
         ``keep``: with modes and unknowns of every point, so every point is solved on its own.
         """
         self.solver.set_common(common)
-        if grid.size >= _FAST and not keep and self.walker is not None:
-            return self._walked(self.walker, grid, common, look, progress)
+        if grid.size >= _FAST and not keep and self._rows is not None:
+            return self._walked(self._rows, grid, common, look, progress)
         results = MapResults(self.solver, len(self.quantities), grid.size, look)
         results.solved = [] if keep else None
         bar = Bar(progress, grid.size)
@@ -72,15 +70,15 @@ class SteadyMap:
         return grid, results
 
     def _walked(
-        self, walker: Walker, grid: Grid, common: Array, look: Look, progress: bool | None
+        self, rows: RowMap, grid: Grid, common: Array, look: Look, progress: bool | None
     ) -> tuple[Grid, MapResults]:
         """The map of an explicit model from point to point."""
         ordered, bar = self._slowest_first(grid), Bar(progress, grid.size)
         results = MapResults(self.solver, len(self.quantities), ordered.size, look)
-        walker.set_common(common)
-        finite = self._by_rows(walker, results, ordered, common, bar)
+        rows.walker.set_common(common)
+        finite = self._by_rows(rows, results, ordered, common, bar)
         if finite is None:
-            self._by_points(walker, results, ordered, bar)
+            self._by_points(rows.walker, results, ordered, bar)
         if not finite:
             self._look_again(results, ordered)
         bar.close()
@@ -103,7 +101,7 @@ class SteadyMap:
             self._plans.clear()
         return grid.ordered(self._orders[identity])
 
-    def _by_rows(self, walker: Walker, results: MapResults, grid: Grid, common: Array, bar: Bar) -> bool | None:
+    def _by_rows(self, by_rows: RowMap, results: MapResults, grid: Grid, common: Array, bar: Bar) -> bool | None:
         """Fill the map by rows along the last dimension, if only one axis changes along it; whether all values are known to be finite."""
         last = [i for i, a in enumerate(grid.axes) if grid.dims[-1] in a.dims]
         if len(last) != 1 or grid.axes[last[0]].dims != (grid.dims[-1],) or grid.shape[-1] < _SHORT_ROW:
@@ -115,7 +113,7 @@ class SteadyMap:
             values = np.insert(slow[:, rows], fast, x[columns], axis=0)
             found = self.solver.solve(values)
             for k in np.flatnonzero(found.status == OK)[:: max(1, rows.size // 64)]:
-                walker.enter(found.modes[:, k])
+                by_rows.walker.enter(found.modes[:, k])
             return found.modes
 
         identity = grid.identity()
@@ -126,10 +124,9 @@ class SteadyMap:
             return None
 
         def rest(places: NDArray[np.intp]) -> None:
-            self._apart(walker, results, places, [np.pad(v, (0, PAD), "edge") for v in grid.at(places)])
+            self._apart(by_rows.walker, results, places, [np.pad(v, (0, PAD), "edge") for v in grid.at(places)])
 
-        assert self._rows_map is not None
-        return self._rows_map.fill(fast, x, slow, plan, common, results.rows, rest, bar.reach)
+        return by_rows.fill(fast, x, slow, plan, common, results.rows, rest, bar.reach)
 
     def _by_points(self, walker: Walker, results: MapResults, grid: Grid, bar: Bar) -> None:
         """Fill the map from point to point; the last points separately, because the walk writes beyond its end."""
