@@ -118,7 +118,8 @@ class Solver:
         """The implicit unknowns, which may be torques of laws."""
         balance, wanted = self.problem.balance, self.problem.u_names
         names = {n: found.y[:, i] for i, n in enumerate(balance.names)}
-        names |= {s.name(): found.tau[:, i] for i, s in enumerate(scalars(balance.tau))}
+        forces = np.where(self._solutions.laws.contact, -found.tau, found.tau)
+        names |= {s.name(): forces[:, i] for i, s in enumerate(scalars(balance.tau))}
         return np.array([names[n] for n in wanted]).reshape(len(wanted), len(found.y))
 
     def _within(self, grid: Array, found: SolvedPoints) -> Mask:
