@@ -185,7 +185,7 @@ class Continuation:
         laws, moved, scale = self.laws, here.y[0] - point.x, relative(point.x)
         entries, left = laws.equations(laws.fixed(here, rest, point.lossless, point.step), here.z)
         left[0, laws.rates] -= moved[laws.rated] / point.step
-        correction = laws.solver(entries)(-left)[0, : laws.unknowns]
+        correction = laws.pattern.solver(entries)(-left)[0, : laws.unknowns]
         size, most = (np.abs(v / scale).max(initial=0.0) for v in (correction, moved))
         return bool(size <= DESCRIBED * most + STILL)
 

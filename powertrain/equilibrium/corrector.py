@@ -78,7 +78,7 @@ def _shared(laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool, firm: 
     motion = laws.motion(here)
     entries, left = laws.equations(laws.fixed(here, rest, lossless), here.z)
     left[:, n:] -= stuck[some] * rest.yields * here.tau
-    step = laws.solver(entries)(-left)
+    step = laws.pattern.solver(entries)(-left)
     tau = here.tau + step[:, n:]
     creep = motion.speed + np.einsum("pij,pj->pi", motion.speed_, step)
     drive = creep - rest.yields * tau if firm else None
@@ -103,7 +103,14 @@ def _newton(
         return size
 
     z, fine = newton(
-        equations, at.z, still=STILL, most=most, halvings=halvings, sizes=sizes, factors=laws.solver, together=TOGETHER
+        equations,
+        at.z,
+        still=STILL,
+        most=most,
+        halvings=halvings,
+        sizes=sizes,
+        factors=laws.pattern.solver,
+        together=TOGETHER,
     )
     return Iterates(at.grid, z[:, :n], at.modes, z[:, n:]), fine
 
@@ -116,7 +123,7 @@ def undetermined(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Mask:
     """
     n = laws.unknowns
     entries, right = laws.equations(laws.fixed(at, rest), at.z)
-    solve, right = laws.solver(entries), np.zeros_like(right)
+    solve, right = laws.pattern.solver(entries), np.zeros_like(right)
     drifts = np.zeros(len(right), bool)
     for row, unknown in zip(laws.rates, laws.rated, strict=True):
         right[:, row] = 1.0

@@ -29,7 +29,6 @@ from powertrain.modes.tolerances import BALANCED, NO_WIDTH, REST, balance_tolera
 from powertrain.numerics.batch import Columns, picked
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.elimination import Pattern
-from powertrain.numerics.newton import Solver
 
 HELD, UPPER, LOWER, LEAST, NOTHING = range(5)
 """The equation of a law: its speed is zero, or its torque equals a limit, the smallest torque between the limits, or zero."""
@@ -115,15 +114,11 @@ class SteadyLaws:
         return picked([at.grid, at.modes, kinds, yields, np.full((len(at.y), 1), step)], self._fixed)
 
     def equations(self, fixed: list[Array], z: Array) -> tuple[Array, Array]:
-        """The entries of the matrix for ``solver``, and the values, one row per point, of ``fixed`` for the same points."""
+        """The entries of the matrix of ``pattern``, and the values, one row per point, of ``fixed`` for the same points."""
         with np.errstate(all="ignore"):
             found = self._equations.of_needed([*fixed, *picked([z], self._moving)], len(z))
         size = self.pattern.rows.size
         return found[:size].T, found[size:].T
-
-    def solver(self, entries: Array) -> Solver:
-        """The solver of the matrices."""
-        return self.pattern.solver(entries)
 
     def held(self, at: Iterates) -> tuple[Array, Array]:
         """The equations with all laws stuck: entries of the matrix and values, one row per point."""
@@ -167,7 +162,7 @@ def _equations(b: Balance, compile: bool) -> tuple[Pattern, Columns]:
         own = ca.SX(ca.DM.triplet([0], [b.y.numel() + k], [1.0], 1, z.numel()))
         options = {HELD: held[k, :] - yields[k] * own, UPPER: own - high[k, :], LOWER: own - low[k, :]}
         matrix = ca.vertcat(matrix, _chosen(kinds[k], options | {LEAST: own, NOTHING: own}))
-        smallest = ca.fmin(ca.fmax(0, ca.fmin(b.lower[k], b.upper[k])), ca.fmax(b.lower[k], b.upper[k]))
+        smallest = friction.least_torque(ca.fmin(b.lower[k], b.upper[k]), ca.fmax(b.lower[k], b.upper[k]))
         torque = {UPPER: b.tau[k] - b.upper[k], LOWER: b.tau[k] - b.lower[k], LEAST: b.tau[k] - smallest}
         values.append(_chosen(kinds[k], torque | {HELD: b.speed[k], NOTHING: b.tau[k]}))
     varying = scalars(ca.vertcat(b.grid, b.modes, kinds, yields, step, z))
