@@ -72,6 +72,14 @@ class SolvedPoints(_OfPoints):
     given: Mask
     yields: Array
 
+    def at(self, grid: Array) -> Iterates:
+        """The solutions as iterates at points of ``grid``."""
+        return Iterates(grid, self.y, self.modes, self.tau)
+
+    def at_rest(self, side: Array) -> AtRest:
+        """What their laws do at rest."""
+        return AtRest(self.given, self.yields, side)
+
     def take(self, which: Mask, other: SolvedPoints) -> None:
         """Copy some of the other solutions."""
         for f in fields(self):

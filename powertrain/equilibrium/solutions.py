@@ -20,7 +20,7 @@ from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation, relaxed
 from powertrain.equilibrium.corrector import corrected, undetermined
 from powertrain.equilibrium.laws import SteadyLaws
-from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, SolvedPoints, taken
+from powertrain.equilibrium.points import AtRest, Index, Mask, SolvedPoints, taken
 from powertrain.equilibrium.system import Balance
 from powertrain.modes.friction import BACKWARD, STUCK
 from powertrain.modes.tolerances import SAME
@@ -82,8 +82,7 @@ class Solutions:
         self._rest_of(best, grid, side)
         best.take(beyond.done & ~best.done, beyond)
         known = np.flatnonzero(best.done)
-        at = Iterates(grid, best.y, best.modes, best.tau).some(known)
-        rest = AtRest(best.given, best.yields, side).some(known)
+        at, rest = best.at(grid).some(known), best.at_rest(side).some(known)
         several[known[undetermined(laws, at, rest)]] = True
         after, resting = laws.next_modes(at, rest), np.zeros_like(best.given)
         resting[known] = rest.given & after.still & after.open
@@ -101,15 +100,14 @@ class Solutions:
         laws, count = self.laws, len(grid)
         found = self._nothing(rest)
         found.y += first
-        at = Iterates(grid, found.y, found.modes, found.tau)
-        modes = laws.next_modes(at, rest).modes
+        modes = laws.next_modes(found.at(grid), rest).modes
         seen = np.zeros(count, bool)
         for other in begun:
             seen |= (modes == other).all(axis=1)
         new = np.flatnonzero(~seen)
         begun.append(modes)
         found.modes[:] = modes
-        end, found.done[new] = corrected(laws, replace(at, modes=modes).some(new), rest.some(new), firm=True)
+        end, found.done[new] = corrected(laws, found.at(grid).some(new), rest.some(new), firm=True)
         found.y[new], found.modes[new], found.tau[new] = end.y, end.modes, end.tau
         return found
 
@@ -125,7 +123,7 @@ class Solutions:
         left = np.flatnonzero(~best.done)
         if not left.size:
             return
-        begin, rest = Iterates(grid, first, best.modes, best.tau).some(left), rest.some(left)
+        begin, rest = replace(best.at(grid), y=first).some(left), rest.some(left)
         end, good = corrected(self.laws, relaxed(self.laws, begin, rest), rest)
         done = left[good]
         best.done[done], best.y[done], best.modes[done] = True, end.y[good], end.modes[good]
@@ -161,8 +159,7 @@ class Solutions:
     def _spread(self, found: SolvedPoints, grid: Array, side: Array, left: Index, sources: Index) -> Index:
         """Start at points from the solutions of others; return the points that now have one."""
         some = found.some(sources)
-        start = Iterates(grid[left], some.y, some.modes, some.tau)
-        end, good = corrected(self.laws, start, AtRest(some.given, some.yields, side[left]), firm=True)
+        end, good = corrected(self.laws, some.at(grid[left]), some.at_rest(side[left]), firm=True)
         some.y[:], some.modes[:], some.tau[:] = end.y, end.modes, end.tau
         good[good] = self.within(grid[left[good]], some.some(good))
         found.put(left[good], some.some(good))
@@ -170,8 +167,7 @@ class Solutions:
 
     def _differ(self, grid: Array, one: SolvedPoints, other: SolvedPoints) -> Mask:
         """Whether two solutions differ in unknowns, or in the torque of a sliding law."""
-        at, rest = Iterates(grid, one.y, one.modes, one.tau), AtRest(one.given, one.yields, np.ones_like(one.tau))
-        slides = ~self.laws.next_modes(at, rest).still
+        slides = ~self.laws.next_modes(one.at(grid), one.at_rest(np.ones_like(one.tau))).still
         y = np.abs(one.y - other.y) > SAME * (1.0 + np.abs(one.y))
         large = 1.0 + np.abs(one.tau).max(axis=1, initial=0.0)
         tau = slides & (np.abs(one.tau - other.tau) > SAME * large[:, None])
@@ -209,8 +205,7 @@ class Between:
     def solve(self, grid: Array, side: Array, resting: Mask, near: SolvedPoints) -> SolvedPoints:
         """The points of ``grid`` from solved ones nearby; ``resting`` laws are at ``side``, where -1 and 1 are the limits."""
         laws, share = self.laws, np.where(resting, side, _OPEN)
-        start = Iterates(np.hstack([grid, share]), near.y, near.modes, near.tau)
-        end, done = corrected(laws, start, AtRest(near.given, near.yields, np.ones_like(side)))
+        end, done = corrected(laws, near.at(np.hstack([grid, share])), near.at_rest(np.ones_like(side)))
         modes = end.modes.copy()
         modes[:, laws.law_modes] = np.where(resting, side, modes[:, laws.law_modes])
         return SolvedPoints(done, end.y, modes, end.tau, near.given, near.yields)
