@@ -10,13 +10,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import OK
-from powertrain.equilibrium.search import choices
-from powertrain.equilibrium.system import Equilibrium, held_rows, with_modes
+from powertrain.equilibrium.system import held_rows, with_modes
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name
 from powertrain.language.component import Component
-from powertrain.language.symbols import Symbol, column
+from powertrain.language.symbols import column
 from powertrain.plant import Plant, plant_of
 from powertrain.steadystate.dataset import dataset
 from powertrain.steadystate.results import Look
@@ -114,21 +114,20 @@ def steady_function(
         raise ParameterError("at: give the values of one operating point, a number for each name")
     q = question(plant, point, outputs, parameters, inputs, free, guesses)
     map_ = steady_map(plant, q)
-    problem, solver = map_.problem, map_.solver
+    problem = map_.problem
     for w, lost in zip(q.wanted, problem.turning, strict=True):
         if lost:
             raise ParameterError(f"outputs: {w.name} depends on an angle that only rotates, so it has no steady value")
     v = np.array([float(point[name]) for name in q.asked.axes])
-    solver.set_common(q.common)
-    solved = solver.solve(v[:, None])
+    solved = map_.solver.solve(v[:, None])
     if solved.status[0] != OK or solved.rest.any():
-        problems = dataset(plant, q.grid, map_, *map_.run(q.grid, q.common, Look(), None)).attrs["problems"]
+        problems = dataset(plant, q.grid, map_, *map_.run(q.grid, Look(), None)).attrs["problems"]
         raise ParameterError(
             f"at: the operating point is not unique or does not exist: {problems or 'friction at rest'}"
         )
     modes, u = solved.modes[:, 0], solved.u[:, 0]
     count = len(plant.compiled.parameters)
-    function, margins = _function(problem, modes, u, v, q.common, count)
+    function, margins = _function(map_.solver, modes, u, v, q.common, count)
     known = plant.compiled
     units = {n: known.parameters[n].unit for n in known.parameters} | {n: i.unit for n, i in known.inputs.items()}
     units |= {n: known.signals[n].unit for n in q.asked.axes if n in known.signals and n not in units}
@@ -140,19 +139,19 @@ def steady_function(
 
 
 def _function(
-    problem: Equilibrium, modes: Array, u: Array, v: Array, common: Array, count: int
+    solver: Solver, modes: Array, u: Array, v: Array, common: Array, count: int
 ) -> tuple[ca.Function, tuple[str, ...]]:
     """The function of (v, p), and the names of the margins."""
+    problem = solver.problem
     held = [row for row, k, mode in held_rows(problem) if modes[k] == mode]
     margins = {
-        f"{choice.law.name}": choice.margins[mode]
-        for choice, mode in zip(choices(problem), modes.tolist(), strict=True)
+        f"{choice.law.name}": choice.margins[mode] for choice, mode in zip(solver.choices, modes.tolist(), strict=True)
     }
     given = dict(enumerate(modes.tolist()))
-    written = with_modes([*problem.outputs, *margins.values(), *problem.rows, *held], problem.modes, given)
+    parts = with_modes([*problem.outputs, *margins.values(), *problem.rows, *held], problem.modes, given)
     first, second = len(problem.outputs), len(problem.outputs) + len(margins)
-    y, margin, rows = (column(part) for part in (written[:first], written[first:second], written[second:]))
-    grid, unknown = column(problem.grid), column(problem.u) if problem.u else Symbol(0, 1)
+    y, margin, rows = (column(part) for part in (parts[:first], parts[first:second], parts[second:]))
+    grid, unknown = column(problem.grid), column(problem.u)
     values = ca.Function("powertrain_steady_values", [unknown, grid, problem.common], [y, margin])
     V, P = ca.MX.sym("v", len(v)), ca.MX.sym("p", count)
     whole = ca.vertcat(P, ca.DM(common[count:]))

@@ -15,7 +15,7 @@ from powertrain.equilibrium.system import held_rows
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as texts
 from powertrain.language.component import Component
-from powertrain.language.symbols import Symbol, column
+from powertrain.language.symbols import column
 from powertrain.numerics.batch import LANES, Rows, Tape
 from powertrain.plant import Plant, plant_of
 from powertrain.steadystate.dataset import dataset
@@ -75,7 +75,7 @@ def steady_gradient(
         if name not in asked.axes:
             raise ParameterError(f"wrt: {name} is not on the grid{suggestion(name, asked.axes)}")
     map_ = steady_map(plant, q)
-    ordered, results = map_.run(spanned, q.common, Look(), None, keep=True)
+    ordered, results = map_.run(spanned, Look(), None, keep=True)
     found = dataset(plant, q.grid, map_, ordered, results)
     slopes = _slopes(plant, q, map_, names)
     status = found.status.values.ravel()
@@ -122,11 +122,10 @@ class _Slopes:
     def __init__(self, map_: SteadyMap, places: list[int]) -> None:
         problem = map_.problem
         self.map, self.solver, self.problem = map_, map_.solver, problem
-        self.held = held_rows(problem) if problem.u else []
+        self.held = held_rows(problem)
         axes = column([problem.grid[k] for k in places])
-        u = column(problem.u) if problem.u else Symbol(0, 1)
-        y = column(problem.outputs)
-        rows = column([*problem.rows, *(row for row, _, _ in self.held)]) if problem.u else Symbol(0, 1)
+        u, y = column(problem.u), column(problem.outputs)
+        rows = column([*problem.rows, *(row for row, _, _ in self.held)])
         self.shape = y.numel(), len(places), u.numel(), rows.numel()
         parts = [y, ca.jacobian(y, axes), ca.jacobian(y, u), ca.jacobian(rows, axes), ca.jacobian(rows, u)]
         flat = [e for p in parts for e in ca.vertsplit(ca.vec(ca.densify(p).T)) if p.numel()]

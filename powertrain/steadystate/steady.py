@@ -116,7 +116,7 @@ def steady(
     plant, t = plant_of(plant), number("time", time, "s")
     q = question(plant, grid, outputs, parameters, inputs, free, guesses, held, t)
     map_ = steady_map(plant, q, flag("compile", compile))
-    ordered, results = map_.run(q.grid, q.common, look, None if progress is None else flag("progress", progress))
+    ordered, results = map_.run(q.grid, look, None if progress is None else flag("progress", progress))
     return dataset(plant, q.grid, map_, ordered, results)
 
 
@@ -284,9 +284,11 @@ def kept(
 
 
 def steady_map(plant: Plant[Any], q: Question, compile: bool = False) -> SteadyMap:
-    """The prepared map, kept for the next call with the same names."""
+    """The prepared map with the values of the question, kept for the next call with the same names."""
     values = q.common[: len(plant.compiled.parameters)]
-    return kept(plant, "maps", q, compile, lambda m: m.valid(values), lambda: _prepared(plant, q, values, compile))
+    map_ = kept(plant, "maps", q, compile, lambda m: m.valid(values), lambda: _prepared(plant, q, values, compile))
+    map_.set_common(q.common)
+    return map_
 
 
 def _prepared(plant: Plant[Any], q: Question, parameters: Array, compile: bool) -> SteadyMap:

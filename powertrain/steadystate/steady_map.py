@@ -48,16 +48,19 @@ class SteadyMap:
         """Whether the formulation is also valid for these parameters."""
         return not self.problem.together or np.array_equal(parameters, self._parameters)
 
-    def run(
-        self, grid: Grid, common: Array, look: Look, progress: bool | None, *, keep: bool = False
-    ) -> tuple[Grid, MapResults]:
+    def set_common(self, values: Array) -> None:
+        """Parameters and inputs that are the same for all points."""
+        self.solver.set_common(values)
+        if self._rows is not None:
+            self._rows.walker.set_common(values)
+
+    def run(self, grid: Grid, look: Look, progress: bool | None, *, keep: bool = False) -> tuple[Grid, MapResults]:
         """Solve all points of a grid; return the grid, with its dimensions in the order of the results, and the results.
 
         ``keep``: with modes and unknowns of every point, so every point is solved on its own.
         """
-        self.solver.set_common(common)
         if grid.size >= _FAST and not keep and self._rows is not None:
-            return self._walked(self._rows, grid, common, look, progress)
+            return self._walked(self._rows, grid, look, progress)
         results = MapResults(self.solver, len(self.quantities), grid.size, look)
         results.solved = [] if keep else None
         bar = Bar(progress, grid.size)
@@ -69,14 +72,11 @@ class SteadyMap:
         bar.close()
         return grid, results
 
-    def _walked(
-        self, rows: RowMap, grid: Grid, common: Array, look: Look, progress: bool | None
-    ) -> tuple[Grid, MapResults]:
+    def _walked(self, rows: RowMap, grid: Grid, look: Look, progress: bool | None) -> tuple[Grid, MapResults]:
         """The map of an explicit model from point to point."""
         ordered, bar = self._slowest_first(grid), Bar(progress, grid.size)
         results = MapResults(self.solver, len(self.quantities), ordered.size, look)
-        rows.walker.set_common(common)
-        finite = self._by_rows(rows, results, ordered, common, bar)
+        finite = self._by_rows(rows, results, ordered, bar)
         if finite is None:
             self._by_points(rows.walker, results, ordered, bar)
         if not finite:
@@ -101,7 +101,7 @@ class SteadyMap:
             self._plans.clear()
         return grid.ordered(self._orders[identity])
 
-    def _by_rows(self, by_rows: RowMap, results: MapResults, grid: Grid, common: Array, bar: Bar) -> bool | None:
+    def _by_rows(self, by_rows: RowMap, results: MapResults, grid: Grid, bar: Bar) -> bool | None:
         """Fill the map by rows along the last dimension, if only one axis changes along it; whether all values are known to be finite."""
         last = [i for i, a in enumerate(grid.axes) if grid.dims[-1] in a.dims]
         if len(last) != 1 or grid.axes[last[0]].dims != (grid.dims[-1],) or grid.shape[-1] < _SHORT_ROW:
@@ -126,7 +126,7 @@ class SteadyMap:
         def rest(places: NDArray[np.intp]) -> None:
             self._apart(by_rows.walker, results, places, [np.pad(v, (0, PAD), "edge") for v in grid.at(places)])
 
-        return by_rows.fill(fast, x, slow, plan, common, results.rows, rest, bar.reach)
+        return by_rows.fill(fast, x, slow, plan, results.rows, rest, bar.reach)
 
     def _by_points(self, walker: Walker, results: MapResults, grid: Grid, bar: Bar) -> None:
         """Fill the map from point to point; the last points separately, because the walk writes beyond its end."""
