@@ -13,7 +13,6 @@ from math import prod
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import Contact, Friction, Switch
 from powertrain.compiler.matching import components
@@ -151,15 +150,14 @@ class Combinations:
         laws, count = self._laws, grid.shape[1]
         values, rest = np.vstack([grid, np.zeros((laws, count))]), np.zeros((laws, count), bool)
         trials = Trials(np.arange(count), values.copy(), rest.copy())
-        status, involved = np.zeros(count, np.int8), np.zeros((laws, count), bool)
+        status, involved = np.full(count, NONE, np.int8), np.zeros((laws, count), bool)
         for search in self._searches:
             before = trials
-            trials, failure, about = search.extend(before, side)
+            trials, about = search.extend(before, side)
             left, had = trials.per_point(count), before.per_point(count)
             ended = left[before.point] == 0
             lost = before.point[ended]
             values[:, lost], rest[:, lost] = before.values[:, ended], before.rest[:, ended]
-            status[lost] = failure[ended]
             for k, law in zip(search.group.laws, about, strict=True):
                 involved[k, lost] = law[ended]
                 involved[k, left > had] = True
@@ -201,13 +199,11 @@ class Search:
         self._table.set_common(values)
         self._possible.set_common(values)
 
-    def extend(self, trials: Trials, side: Rows) -> tuple[Trials, NDArray[np.int8], Mask]:
-        """All extensions of the trials by this group; the status of trials without any, and the laws of the group responsible."""
-        count = trials.point.size
-        status, involved = np.full(count, NONE, np.int8), np.ones((len(self.choices), count), bool)
+    def extend(self, trials: Trials, side: Rows) -> tuple[Trials, Mask]:
+        """All extensions of the trials by this group, and which of its laws are responsible where there are none."""
         if not self.group.coupled:
             involved = self._take(trials, side)
-            return trials.some(np.flatnonzero(~involved.any(axis=0))), status, involved
+            return trials.some(np.flatnonzero(~involved.any(axis=0))), involved
         found = [trials.some(np.zeros(0, np.intp))]
         patterns, which = np.unique(self._possible(trials.values) >= 0.0, axis=1, return_inverse=True)
         for g, pattern in enumerate(patterns.T):
@@ -216,7 +212,7 @@ class Search:
             for low in range(0, some.size if number else 0, max(1, _COLUMNS // max(number, 1))):
                 here = some[low : low + max(1, _COLUMNS // number)]
                 found.append(self._combine(trials.some(here), side, np.array(list(product(*options))).T))
-        return Trials.joined(found), status, involved
+        return Trials.joined(found), np.ones((len(self.choices), trials.point.size), bool)
 
     def holds(self, values: Rows, apart: Mask) -> Mask:
         """Whether the modes of the group's laws hold, except those ``apart``."""
@@ -267,9 +263,8 @@ class Search:
         for i, k in enumerate(self.group.laws):
             rests = self._rests(table, i)
             trials.rest[k] |= rests
-            holds &= self._holds(table, i, trials.values) | (
-                rests & (trials.values[self.places[i]] == side[k, trials.point])
-            )
+            rests &= trials.values[self.places[i]] == side[k, trials.point]
+            holds &= self._holds(table, i, trials.values) | rests
         return holds
 
     def _signature(self, table: Rows) -> Rows:
