@@ -10,15 +10,13 @@ import numpy as np
 import pytest
 
 from powertrain.compiler.hybrid import Friction
-from powertrain.equilibrium.balance import Balance
 from powertrain.equilibrium.beginnings import EulerStep, _condition_bound, _degenerate, _distinct, mobilities
-from powertrain.equilibrium.corrector import Near, corrected, fixed, undetermined
-from powertrain.equilibrium.laws import Motion, SteadyLaws
-from powertrain.equilibrium.linearized import Linearized
-from powertrain.equilibrium.points import Iterates, SolvedPoints
-from powertrain.equilibrium.relaxation import relaxed
-from powertrain.equilibrium.rules import NextModes
+from powertrain.equilibrium.continuation import relaxed
+from powertrain.equilibrium.corrector import corrected, undetermined
+from powertrain.equilibrium.laws import Linearized, Motion, NextModes, SteadyLaws
+from powertrain.equilibrium.points import AtRest, Iterates, SolvedPoints
 from powertrain.equilibrium.solutions import Solutions
+from powertrain.equilibrium.system import Balance
 from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
 
 Matrix = np.ndarray[Any, Any]
@@ -105,15 +103,15 @@ def test_points_with_equal_slopes_are_found() -> None:
 def test_torques_that_follow_each_other_without_limit(gain: float, locked: bool) -> None:
     """tau_1 = 1 + gain tau_2 and tau_2 = 1 + gain tau_1 grow as 1/(1 - gain^2)."""
     laws, at = sliding(np.array([[0.0, gain], [gain, 0.0]]))
-    near = Near(np.zeros((1, 2), bool), np.full((1, 2), 1e-8))
-    assert undetermined(laws, at, near, np.ones((1, 2))).tolist() == [locked]
+    rest = AtRest(np.zeros((1, 2), bool), np.full((1, 2), 1e-8), np.ones((1, 2)))
+    assert undetermined(laws, at, rest).tolist() == [locked]
 
 
 @pytest.mark.parametrize(("damping", "open_"), [(1.0, False), (1e-5, False), (1e-9, True)])
 def test_a_motion_that_nothing_holds(damping: float, open_: bool) -> None:
     laws, at = sliding(np.zeros((1, 1)), damping)
-    near = Near(np.zeros((1, 1), bool), np.full((1, 1), 1e-8))
-    assert undetermined(laws, at, near, np.ones((1, 1))).tolist() == [open_]
+    rest = AtRest(np.zeros((1, 1), bool), np.full((1, 1), 1e-8), np.ones((1, 1)))
+    assert undetermined(laws, at, rest).tolist() == [open_]
 
 
 @pytest.mark.parametrize("damping", [(1e-9, 1.0), (1.0, 1e-9), (1.0, 1.0)])
@@ -125,8 +123,8 @@ def test_any_motion_that_nothing_holds_counts(damping: tuple[float, float]) -> N
         return ca.SX(0, 1)
 
     laws = by_hand(2, 0, lambda y, tau: ca.DM(damping) * (1 - y), nothing, nothing, nothing)
-    at, near = Iterates(none, np.ones((1, 2)), none, none), Near(none.astype(bool), none)
-    assert undetermined(laws, at, near, none).tolist() == [min(damping) < 1e-6]
+    at, rest = Iterates(none, np.ones((1, 2)), none, none), AtRest(none.astype(bool), none, none)
+    assert undetermined(laws, at, rest).tolist() == [min(damping) < 1e-6]
 
 
 def one_law(speed: float, width: float = 2.0, residual: float = 0.0) -> tuple[SteadyLaws, Iterates]:
@@ -145,7 +143,7 @@ def one_law(speed: float, width: float = 2.0, residual: float = 0.0) -> tuple[St
 
 
 def next_modes(laws: SteadyLaws, at: Iterates) -> NextModes:
-    return laws.next_modes(at, np.zeros((1, 1), bool), np.ones((1, 1)))
+    return laws.next_modes(at, AtRest(np.zeros((1, 1), bool), np.zeros((1, 1)), np.ones((1, 1))))
 
 
 @pytest.mark.parametrize(("width", "mode"), [(5e-11, FREE), (5e-9, STUCK)])
@@ -203,9 +201,9 @@ def test_stuck_laws_yield_in_newtons_matrix() -> None:
     """Row of a stuck law: its speed, less what it yields; of a sliding one: its torque, less its limit."""
     laws, at = sliding(np.zeros((2, 2)), speed=2.0)
     at.modes[0], at.tau[0] = (STUCK, FORWARD), (7.0, 3.0)
-    near = Near(np.zeros((1, 2), bool), np.array([[3e-8, 5e-8]]))
-    entries, value = laws.equations(fixed(laws, at, near, np.ones((1, 2)), length=4.0), at.z)
-    matrix = laws.equations.pattern.dense(entries)
+    rest = AtRest(np.zeros((1, 2), bool), np.array([[3e-8, 5e-8]]), np.ones((1, 2)))
+    entries, value = laws.equations(laws.fixed(at, rest, step=4.0), at.z)
+    matrix = laws.pattern.dense(entries)
     np.testing.assert_array_equal(matrix, [[[-1.25, -1.0, -1.0], [1.0, -3e-8, 0.0], [0.0, 0.0, 1.0]]])
     np.testing.assert_array_equal(value, [[-8.0, 2.0, 2.0]])
 
@@ -228,17 +226,17 @@ def test_what_is_zero_of_a_law(
     """A torque of 4 N.m at 5 rad/s, whose limits are 2 y and 6 y: the smallest between them is the lower."""
     laws = by_hand(1, 1, lambda y, tau: -y, lambda y, tau: y, lambda y, tau: 2 * y, lambda y, tau: 6 * y)
     at = Iterates(np.zeros((1, 0)), np.array([[5.0]]), np.array([[mode]]), np.array([[4.0]]))
-    near, sides = Near(np.array([[given]]), np.array([[1e-8]])), np.array([[side]])
-    entries, found = laws.equations(fixed(laws, at, near, sides, lossless), at.z)
+    rest = AtRest(np.array([[given]]), np.array([[1e-8]]), np.array([[side]]))
+    entries, found = laws.equations(laws.fixed(at, rest, lossless), at.z)
     assert found[0].tolist() == [-5.0, value]
-    assert laws.equations.pattern.dense(entries)[0, 1].tolist() == slopes
+    assert laws.pattern.dense(entries)[0, 1].tolist() == slopes
 
 
 def test_a_limit_that_is_infinite_is_not_seen_from_the_other() -> None:
     laws = by_hand(1, 1, lambda y, tau: -y, lambda y, tau: y, lambda y, tau: -1 / y, lambda y, tau: tau + 1)
     at = Iterates(np.zeros((1, 0)), np.zeros((1, 1)), np.array([[FORWARD]]), np.array([[4.0]]))
-    near = Near(np.zeros((1, 1), bool), np.array([[1e-8]]))
-    entries, found = laws.equations(fixed(laws, at, near, np.ones((1, 1))), at.z)
+    rest = AtRest(np.zeros((1, 1), bool), np.array([[1e-8]]), np.ones((1, 1)))
+    entries, found = laws.equations(laws.fixed(at, rest), at.z)
     assert found[0, 1] == -1.0
     assert np.isfinite(entries).all()
 
@@ -253,9 +251,10 @@ def test_a_motion_is_followed_in_steps_that_grow() -> None:
         return Motion(1.0 - at.y, none, np.full((1, 1, 1), -1.0), np.zeros((1, 0, 1)))
 
     laws = SimpleNamespace(
-        unknowns=1, rates=np.array([0]), rate_of=np.array([0]), motion=motion, next_modes=lambda at, given, side: at
+        unknowns=1, rates=np.array([0]), rated=np.array([0]), motion=motion, next_modes=lambda at, rest: at
     )
-    end = relaxed(laws, Iterates(none, np.full((1, 1), -300.0), none, none), none.astype(bool), none)  # type: ignore[arg-type]
+    rest = AtRest(none.astype(bool), none, none)
+    end = relaxed(laws, Iterates(none, np.full((1, 1), -300.0), none, none), rest)  # type: ignore[arg-type]
     assert end.y[0, 0] == pytest.approx(1.0, abs=1e-9)
     assert calls == 2 * (1 + int(np.log(1e11) / np.log(3.0)))
 
@@ -281,8 +280,8 @@ def test_shared_torques_hold_the_load_though_each_law_yields(softer: float) -> N
         upper=lambda y, tau: 3e3 * ca.DM.ones(2),
     )
     at = Iterates(np.zeros((1, 0)), np.zeros((1, 1)), np.full((1, 2), STUCK), np.zeros((1, 2)))
-    near = Near(np.zeros((1, 2), bool), np.array([[1e-6, softer * 1e-6]]))
-    end, done = corrected(laws, at, near, np.ones((1, 2)), changes=4)
+    rest = AtRest(np.zeros((1, 2), bool), np.array([[1e-6, softer * 1e-6]]), np.ones((1, 2)))
+    end, done = corrected(laws, at, rest)
     assert done.all()
     share = np.array([softer, 1.0]) / (softer + 1.0)
     np.testing.assert_allclose(end.tau[0], 1000.0 * share, rtol=1e-5)

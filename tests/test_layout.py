@@ -54,10 +54,10 @@ ORDER = [
     "native: code driver",
     "analysis: linear_model operating_point reduction perturbation linearization energy_terms quadrature jumps audit",
     "analysis: identity archive cases dispatch sweep sweeping sampling surrogate",
-    "equilibrium: fraction points balance placed turning blocks system choices search",
-    "equilibrium: equations rules laws linearized corrector between relaxation beginnings continuation solutions operating",
+    "equilibrium: points placed elimination system search",
+    "equilibrium: laws corrector beginnings continuation solutions operating",
     "steadystate: axes intervals neighbours rowwise results",
-    "steadystate: progress dataset steady_map",
+    "steadystate: steady_map dataset",
     "steadystate: steady gradient function",
     "variational: record unknowns objectives partials",
     "variational: functional transitions instants curvature corners mapping simultaneous saltation begin crossing sweeps second "

@@ -556,7 +556,7 @@ def test_roots_of_fractions_that_are_not_written_so() -> None:
     """A product of two ratios that is one ratio; nothing with a kink or of a higher degree."""
     import casadi as ca
 
-    from powertrain.equilibrium.fraction import root_of_fraction
+    from powertrain.equilibrium.elimination import root_of_fraction
 
     x, p = ca.SX.sym("x"), ca.SX.sym("p")
     ratio = (1 + 2 * x) / (3 - p * x)

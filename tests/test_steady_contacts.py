@@ -80,3 +80,35 @@ def test_friction_leaves_the_place_open() -> None:
     found = pt.steady(Pressed(), {"force": [3.0]}, outputs=["mass.s"])
     assert found.status.item() == SEVERAL
     assert np.isnan(found["mass.s"].item())
+
+
+class SoftPress(pt.Component):
+    """A mass pressed against a wall whose force enters by its square as well; a slider rubs on the wall with half of that force."""
+
+    push: pt.Input = pt.signal_input("N", "Force towards the wall")
+    pull: pt.Input = pt.signal_input("N", "Force along the wall")
+    gap: pt.Variable = pt.variable("m", "Distance from the wall", start=0.0)
+    v: pt.Variable = pt.variable("m/s", "Speed away from the wall")
+    s: pt.Variable = pt.variable("m", "Position along the wall")
+    w: pt.Variable = pt.variable("m/s", "Speed along the wall")
+    N: pt.Variable = pt.variable("N", "Force of the wall")
+    F: pt.Variable = pt.variable("N", "Friction")
+
+    def equations(self) -> pt.Equations:
+        yield self.v == pt.der(self.gap)
+        yield self.w == pt.der(self.s)
+        yield pt.unilateral(self.gap, self.N)
+        yield pt.friction(self.w, self.F, -self.N / 2, self.N / 2)
+        yield 2.0 * pt.der(self.v) == self.N + 0.1 * self.N**2 - self.push.value - 5.0 * self.v
+        yield 3.0 * pt.der(self.w) == self.pull.value - self.F - 4.0 * self.w
+
+
+def test_force_of_a_contact_that_is_an_implicit_unknown() -> None:
+    """N + N^2/10 = push; the slider stays up to N/2, and moves at (pull - N/2)/4 beyond."""
+    push, pull = np.array([10.0, 20.0]), np.array([1.0, 3.0, 20.0])
+    found = pt.steady(SoftPress(), {"push": push, "pull": pull}, outputs=["N", "F", "w"])
+    assert (found.status == OK).all(), found.attrs["problems"]
+    N = np.broadcast_to(5 * (np.sqrt(1 + 0.4 * push) - 1)[:, None], (2, 3))
+    np.testing.assert_allclose(found["N"], N, rtol=1e-9)
+    np.testing.assert_allclose(found["F"], np.minimum(pull, N / 2), rtol=1e-9)
+    np.testing.assert_allclose(found["w"], np.maximum(pull - N / 2, 0) / 4, rtol=1e-9, atol=1e-12)

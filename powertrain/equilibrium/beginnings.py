@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
-from powertrain.equilibrium.corrector import Near
 from powertrain.equilibrium.laws import Motion, SteadyLaws
-from powertrain.equilibrium.points import Index, Iterates, Mask, taken
+from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, taken
 from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import solved
@@ -24,14 +23,14 @@ SINGULAR = 1e14
 
 @dataclass(frozen=True)
 class Beginnings:
-    """For each point: the laws whose motion is given, and the compliances of the others.
+    """For each point: where the search starts, and what its laws do at rest.
 
     ``sliding`` is the motion, as a change of the unknowns, that torques affect most, scaled so that laws slide at unit speed; zero if
-    there is none. ``start``: where the search starts.
+    there is none.
     """
 
     start: Array
-    near: Near
+    rest: AtRest
     sliding: Array
 
 
@@ -50,8 +49,7 @@ def euler_step(laws: SteadyLaws, value: Motion, step: float) -> EulerStep:
     Where the equations do not determine the unknowns, it is the least-squares step of least length: elimination would let round-off
     choose the length. One step of iterative refinement corrects the solution, and its size shows the round-off in it.
     """
-    n = laws.unknowns
-    matrix = _euler(laws, value, step)
+    n, matrix = laws.unknowns, euler_matrix(laws, value, step)
     right = -np.concatenate([value.rows[:, :, None], value.rows_[:, :, n:]], axis=2)
     some = np.flatnonzero(_degenerate(matrix) & np.isfinite(matrix).all(axis=(1, 2)))
     first = _solutions(matrix, right, some)
@@ -68,9 +66,10 @@ def _solutions(matrix: Array, right: Array, degenerate: Index) -> Array:
     return found
 
 
-def _euler(laws: SteadyLaws, value: Motion, step: float) -> Array:
+def euler_matrix(laws: SteadyLaws, value: Motion, step: float | Array) -> Array:
+    """The derivatives of the rows of such a step by the unknowns; ``step`` is one length, or a column of one for each point."""
     matrix = value.rows_[:, :, : laws.unknowns].copy()
-    matrix[:, laws.rates, laws.rate_of[laws.rates]] -= 1.0 / step
+    matrix[:, laws.rates, laws.rated] -= 1.0 / step
     return np.asarray(matrix)
 
 
@@ -124,28 +123,31 @@ def mobilities(value: Motion, step: EulerStep) -> tuple[Mask, Array, Array]:
     return given, np.where(given, 1.0, np.where(own > 0.0, own, moved)), slope
 
 
-def beginnings(laws: SteadyLaws, grid: Array) -> Beginnings:
-    """The beginnings for the points of ``grid``, one per row."""
+def beginnings(laws: SteadyLaws, grid: Array, side: Array) -> Beginnings:
+    """The beginnings for the points of ``grid``, whose rest is approached from ``side``, one per row."""
     count = len(grid)
     start = np.repeat(laws.balance.start[:, None], count, 1).T
     at = Iterates(grid, start, np.zeros((laws.balance.modes.numel(), count)).T, np.zeros((laws.count, count)).T)
-    entries, value = laws.held(at)
-    first, place = _distinct(entries)
-    some = laws.motion_of(taken(entries, first), taken(value, first))
-    degenerate = _degenerate(_euler(laws, some, SHORT_STEP))
+    some, place = _motions(laws, at)
+    degenerate = _degenerate(euler_matrix(laws, some, SHORT_STEP))
     if degenerate.any():  # at rest a ratio moves nothing: start where speeds are as prescribed
         there = np.flatnonzero(degenerate[place])
-        move = euler_step(laws, laws.motion_of(taken(entries, there), taken(value, there)), SHORT_STEP).move
+        move = euler_step(laws, laws.motion(at.some(there)), SHORT_STEP).move
         good = np.isfinite(move).all(axis=1)
         at.y[there[good]] += move[good]
-        entries, value = laws.held(at)
-        first, place = _distinct(entries)
-        some = laws.motion_of(taken(entries, first), taken(value, first))
+        some, place = _motions(laws, at)
     step = euler_step(laws, some, SHORT_STEP)
     given, reach, slope = mobilities(some, step)
     sliding = _sliding(~given & ~laws.contact, reach, slope, step.along)
-    near = Near(taken(given, place), taken(COMPLIANCE * reach, place))
-    return Beginnings(at.y, near, taken(sliding, place))
+    rest = AtRest(taken(given, place), taken(COMPLIANCE * reach, place), side)
+    return Beginnings(at.y, rest, taken(sliding, place))
+
+
+def _motions(laws: SteadyLaws, at: Iterates) -> tuple[Motion, Index]:
+    """The motions with different slopes, and the place of every point among them."""
+    entries, value = laws.held(at)
+    first, place = _distinct(entries)
+    return laws.motion_of(taken(entries, first), taken(value, first)), place
 
 
 def _distinct(entries: Array) -> tuple[Index, Index]:

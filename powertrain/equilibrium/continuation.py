@@ -1,13 +1,12 @@
-"""One operating point: implicit Euler steps of growing length, each of which is one complementarity problem of all laws.
+"""Operating points at which Newton's method fails: implicit Euler steps of growing length follow the motion until it comes to rest.
 
-A steady state is where a simulation comes to rest. A step of length h from y,
+    (y' - y)/h = f(y', tau),   w = w(y'),   w > 0: tau = U,   w < 0: tau = L,   w = 0: L <= tau <= U
 
-    (y' - y)/h = f(y', tau),   w = w(y'),   w > 0: tau = U,   w < 0: tau = L,   w = 0: L <= tau <= U,
-
-linearised at y, is the problem of ``powertrain.modes.complementarity`` with speeds in place of rates. Steps grow until they are Newton
-steps. A step for which one linearisation is not valid is shortened: along it a decreasing limit may have changed sign, or a clutch opened.
-The term 1/h holds motions that nothing else holds. Torques that grow with others (lossy meshes) come last: without them the problem is
-convex and gives all modes, and its speeds give the directions of sliding.
+Linearised at y, a step is the problem of ``powertrain.modes.complementarity`` with speeds in place of rates. Steps grow until they are
+Newton steps. A step for which one linearisation is not valid is shortened: along it a decreasing limit may have changed sign, a clutch
+opened, or a torque saturated. The term 1/h holds motions that nothing else holds. Torques that grow with others (lossy meshes) come last:
+without them the problem is convex and gives all modes, and its speeds give the directions of sliding. Without laws, all points take their
+steps at once.
 
 C. T. Kelley, D. E. Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998) 508.
 """
@@ -21,16 +20,16 @@ from itertools import product
 import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
-from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
-from powertrain.equilibrium.corrector import CHANGES, Near, corrected, fixed
-from powertrain.equilibrium.laws import SteadyLaws
-from powertrain.equilibrium.linearized import Linearized
-from powertrain.equilibrium.points import Iterates, SteadyPoint
-from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws, Mask, Point
+from powertrain.equilibrium.beginnings import beginnings, euler_matrix, euler_step, mobilities
+from powertrain.equilibrium.corrector import corrected
+from powertrain.equilibrium.laws import LAST_STEP, Linearized, SteadyLaws
+from powertrain.equilibrium.points import AtRest, Iterates, Mask, SolvedPoints
+from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws, Point
+from powertrain.modes.contact import CLOSED
 from powertrain.modes.friction import FORWARD, STUCK
 from powertrain.modes.tolerances import NO_WIDTH, REST, STILL
 from powertrain.numerics.buffers import Array
-from powertrain.numerics.newton import relative
+from powertrain.numerics.newton import relative, solved
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
 """First and longest step in seconds, from steps that follow the motion to Newton steps, and the factor by which they grow or shrink."""
@@ -42,6 +41,11 @@ ROUNDS = 40
 FAR = 1e10
 """Unknowns above this diverge."""
 MOST_PIECES = 8
+RELAXED_FIRST, RELAXED_GROWTH, RELAXED_FALL = 1e-4, 3.0, 0.25
+"""Without laws: the first step in seconds, and the factors by which steps grow and shrink."""
+RELAXED_DESCRIBED = 0.3
+"""``DESCRIBED`` without laws."""
+RELAXED_ROUNDS = 400
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,10 @@ class _Trial(Point):
     step: float
     lossless: bool
     open: Mask
+
+    def at(self, tau: Array) -> Iterates:
+        """The iterate with these torques, as one row."""
+        return Iterates(self.p[None], self.x[None], self.m[None], tau[None])
 
 
 @dataclass(frozen=True)
@@ -77,13 +85,10 @@ class _StepLaws:
     def at(self, point: Point, tau: Array) -> _Step:
         """The laws near ``tau``; nan if an equation has no value there."""
         assert isinstance(point, _Trial)
-        laws, n = self.laws, point.x.size
-        one = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
-        many = self.linearized(one, point.lossless)
-        step = euler_step(laws, many, point.step)
-        givens, reaches, rate_slopes = mobilities(many, step)
-        v = type(many)(**{name: getattr(many, name)[0] for name in many.__dataclass_fields__})
-        move, along, given, reach = step.move[0], step.along[0], givens[0], reaches[0]
+        n, many = point.x.size, self.linearized(point.at(tau), point.lossless)
+        step = euler_step(self.laws, many, point.step)
+        given, reach, rate_slope = (each[0] for each in mobilities(many, step))
+        v, move, along = many.first(), step.move[0], step.along[0]
 
         def after(value: Array, slope: Array) -> tuple[Array, Array]:
             return value + slope[:, :n] @ move, slope[:, n:] + slope[:, :n] @ along
@@ -93,8 +98,8 @@ class _StepLaws:
         g, g_slope = after(v.g, v.g_)
         yields = COMPLIANCE * reach
         rate = np.where(given & (np.abs(rate) <= v.zone), 0.0, rate)
-        slopes = rate_slopes[0], lower_slope, upper_slope, g_slope
-        peak = np.ones(laws.count)  # the point of breaking loose is not an operating point
+        slopes = rate_slope, lower_slope, upper_slope, g_slope
+        peak = np.ones(self.count)  # the point of breaking loose is not an operating point
         return _Step(v.speed, rate, lower, upper, peak, reach, yields, g, *slopes, move, along, given, v.zone)
 
     def at_rest(self, point: Point, near: LinearLaws, zone: float) -> Mask:
@@ -108,55 +113,46 @@ class _StepLaws:
 
 
 class Continuation:
-    """Finds operating points of one steady problem, one by one."""
+    """Finds operating points of one steady problem, one by one: all arrays have one row."""
 
     def __init__(self, laws: SteadyLaws) -> None:
         self.laws, self._steps = laws, _StepLaws(laws)
         self.problem = Complementarity(laws.balance.dae, self._steps)
 
-    def solve(
-        self, grid: Array, start: Array, side: Array, within: Callable[[SteadyPoint], bool]
-    ) -> SteadyPoint | None:
-        """A solution for values of the grid from a start of the unknowns; ``side`` as in ``SteadyLaws.following``.
+    def solve(self, grid: Array, side: Array, within: Callable[[SolvedPoints], Mask]) -> SolvedPoints | None:
+        """A solution for values of the grid; ``side`` as in ``AtRest``.
 
         If Newton's method leads to a root beyond the limits of the model, such as a battery's low voltage, continuation steps follow.
         """
         laws, every = self.laws, np.ones(self.laws.count, bool)
         self._steps.linearized.set_common(laws.common)
-        modes = np.zeros(laws.balance.modes.numel())
-        first = _Trial(0.0, start, np.zeros(0), modes, grid, FIRST_STEP, True, every)
+        rest, modes = beginnings(laws, grid, side).rest, np.zeros(laws.balance.modes.numel())
+        first = _Trial(0.0, laws.balance.start, np.zeros(0), modes, grid[0], FIRST_STEP, True, every)
         for attempt in self._held, self._settled:
-            found = attempt(first, np.zeros(laws.count), side)
+            found = attempt(first, np.zeros(laws.count), rest)
             if found is not None and laws.tied.any():
-                again = replace(first, x=found.y, m=found.modes, lossless=False, open=~every, step=LONGEST_STEP)
-                found = self._corrected(again, found.tau, side) or self._settled(again, found.tau, side)
-            if found is not None and within(found):
+                x, m, tau = found.y[0], found.modes[0], found.tau[0]
+                again = replace(first, x=x, m=m, lossless=False, open=~every, step=LONGEST_STEP)
+                found = self._corrected(again.at(tau), again, rest, True) or self._settled(again, tau, rest)
+            if found is not None and within(found)[0]:
                 return found
         return None
 
-    def _near(self, grid: Array) -> Near:
-        found = beginnings(self.laws, grid[None]).near
-        return Near(found.given[0], found.yields[0])
-
-    def _held(self, point: _Trial, tau: Array, side: Array) -> SteadyPoint | None:
+    def _held(self, point: _Trial, tau: Array, rest: AtRest) -> SolvedPoints | None:
         """The solution of the semismooth Newton method with all laws initially stuck."""
-        near = self._near(point.p)
-        here = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
-        modes = self.laws.next_modes(here, near.given[None], side[None], lossless=point.lossless).modes[0].copy()
-        modes[self.laws.tied_modes] = FORWARD
-        return self._corrected(replace(point, m=modes), tau, side)
+        here = point.at(tau)
+        modes = self.laws.next_modes(here, rest, lossless=point.lossless).modes.copy()
+        modes[:, self.laws.tied_modes] = FORWARD
+        return self._corrected(replace(here, modes=modes), point, rest, True)
 
-    def _corrected(self, point: _Trial, tau: Array, side: Array) -> SteadyPoint | None:
-        """The solution of the semismooth Newton method from the modes of ``point``."""
-        near = self._near(point.p)
-        here = Iterates(point.p[None], point.x[None], point.m[None], tau[None])
-        some = Near(near.given[None], near.yields[None])
-        end, fine = corrected(self.laws, here, some, side[None], point.lossless, CHANGES, True)
-        return SteadyPoint(end.y[0], end.modes[0], end.tau[0], near.given, near.yields) if fine[0] else None
+    def _corrected(self, here: Iterates, point: _Trial, rest: AtRest, firm: bool) -> SolvedPoints | None:
+        """The solution of the semismooth Newton method from ``here``."""
+        end, fine = corrected(self.laws, here, rest, point.lossless, firm)
+        return SolvedPoints(fine, end.y, end.modes, end.tau, rest.given, rest.yields) if fine[0] else None
 
-    def _settled(self, point: _Trial, tau: Array, side: Array) -> SteadyPoint | None:
+    def _settled(self, point: _Trial, tau: Array, rest: AtRest) -> SolvedPoints | None:
         """Take steps, each followed by Newton's method for the resulting modes, until the modes hold."""
-        laws, near = self.laws, self._near(point.p)
+        laws = self.laws
         for _ in range(ROUNDS):
             answer = self._answer(point, tau)
             if answer is None or answer.tau is None:  # a limit changes sign along a step that is too long
@@ -168,36 +164,30 @@ class Continuation:
             y = point.x + step.move + step.along @ (answer.tau - tau)
             if not (np.abs(y) <= FAR).all():
                 return None
-            here = Iterates(point.p[None], y[None], m[None], answer.tau[None])
-            if point.step > LEAST_STEP and not self._described(here, point, y - point.x, near, side):
+            after = replace(point, m=m, x=y)
+            here = after.at(answer.tau)
+            if point.step > LEAST_STEP and not self._described(here, point, rest):
                 point = replace(point, step=point.step / GROWTH)
                 continue
-            end, fine = corrected(
-                laws, here, Near(near.given[None], near.yields[None]), side[None], point.lossless, CHANGES
-            )
-            if fine[0]:
-                return SteadyPoint(end.y[0], end.modes[0], end.tau[0], near.given, near.yields)
+            if (found := self._corrected(here, point, rest, False)) is not None:
+                return found
             value = self._steps.linearized(here, point.lossless)
             m[laws.switch_modes] = value.g[0] > 0.0
             turned = np.sign(value.speed[0]) * np.sign(step.speed) < 0
-            stuck = np.where(laws.contact, m[laws.law_modes] == 1.0, m[laws.law_modes] == STUCK)
+            stuck = m[laws.law_modes] == np.where(laws.contact, CLOSED, STUCK)
             wide = point.open if point.lossless else turned | stuck
-            point = replace(point, m=m, x=y, step=min(GROWTH * point.step, LONGEST_STEP), open=wide)
+            point = replace(after, step=min(GROWTH * point.step, LONGEST_STEP), open=wide)
             tau = answer.tau
         return None
 
-    def _described(self, here: Iterates, point: _Trial, moved: Array, near: Near, side: Array) -> bool:
+    def _described(self, here: Iterates, point: _Trial, rest: AtRest) -> bool:
         """Whether one linearisation is valid for the step: its Newton correction is shorter than the step."""
-        laws, n = self.laws, self.laws.unknowns
-        some = Near(near.given[None], near.yields[None])
-        given = fixed(laws, here, some, side[None], point.lossless, point.step)
-        entries, left = laws.equations(given, here.z)
-        left[0, laws.rates] -= moved[laws.rate_of[laws.rates]] / point.step
-        correction = laws.equations.solver(entries)(-left)[0, :n]
-        scale = relative(point.x)
-        return bool(
-            np.abs(correction / scale).max(initial=0.0) <= DESCRIBED * np.abs(moved / scale).max(initial=0.0) + STILL
-        )
+        laws, moved, scale = self.laws, here.y[0] - point.x, relative(point.x)
+        entries, left = laws.equations(laws.fixed(here, rest, point.lossless, point.step), here.z)
+        left[0, laws.rates] -= moved[laws.rated] / point.step
+        correction = laws.pattern.solver(entries)(-left)[0, : laws.unknowns]
+        size, most = (np.abs(v / scale).max(initial=0.0) for v in (correction, moved))
+        return bool(size <= DESCRIBED * most + STILL)
 
     def _answer(self, point: _Trial, tau: Array) -> Answer | None:
         """The problem with the kinks of the bounds; if that fails, one problem for each combination of their pieces."""
@@ -221,3 +211,30 @@ class Continuation:
             if all((2.0 * v - 1.0) * g[k] >= -size[k] for k, v in zip(bending, piece, strict=True)):
                 return replace(answer, modes={**answer.modes, **dict(zip(places, piece, strict=True))})
         return None
+
+
+def relaxed(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Iterates:
+    """The state after a long motion from ``at``, or after ``RELAXED_ROUNDS`` steps; every law must be a switch.
+
+    Where a torque saturates, its slope does not show where saturation ends, and no Newton step leads on. The motion does.
+    """
+    y, modes = at.y.copy(), at.modes.copy()
+    length, active = np.full(len(y), RELAXED_FIRST), np.arange(len(y))
+    for _ in range(RELAXED_ROUNDS):
+        here = Iterates(at.grid[active], y[active], modes[active], at.tau[active])
+        motion = laws.motion(here)
+        modes[active] = laws.next_modes(here, rest.some(active)).modes
+        matrix = euler_matrix(laws, motion, length[active, None])
+        step = solved(matrix, -motion.rows)
+        there = Iterates(here.grid, here.y + step, modes[active], here.tau)
+        defect = laws.motion(there).rows
+        defect[:, laws.rates] -= step[:, laws.rated] / length[active, None]
+        scale = relative(here.y)
+        size, left = (np.abs(v / scale).max(axis=1, initial=0.0) for v in (step, solved(matrix, -defect)))
+        good = left <= RELAXED_DESCRIBED * size
+        y[active[good]] = there.y[good]
+        length[active] *= np.where(good, RELAXED_GROWTH, RELAXED_FALL)
+        active = active[(length[active] < LAST_STEP) & (length[active] > RELAXED_FIRST**3)]
+        if not active.size:
+            break
+    return Iterates(at.grid, y, modes, at.tau)

@@ -1,18 +1,39 @@
-"""The laws of a steady problem at many points: their equations in given modes, the modes that follow, and motions with their slopes."""
+"""The laws of a steady problem at iterates of many points: their equations in given modes, and the modes that follow.
+
+    f(y, tau) - (y - y')/h = 0                  rows; the last term only for rates
+    w(y, tau) - yields (tau - tau') = 0         stuck laws: at rest, except for their compliance
+    tau - U(y, tau) = 0, tau - L(y, tau) = 0    laws at a limit
+
+y' and tau' are the values before the step. The last terms enter only the matrix, and hold motions that nothing else holds.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from functools import reduce
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
-from powertrain.equilibrium.balance import Balance
-from powertrain.equilibrium.equations import HELD, LEAST, LOWER, NOTHING, UPPER, Equations
-from powertrain.equilibrium.points import Iterates, Mask
-from powertrain.equilibrium.rules import NextModes, SteadyRules
-from powertrain.modes.friction import FORWARD, FREE, STUCK
+from powertrain.compiler.hybrid import Contact, Friction
+from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask
+from powertrain.equilibrium.system import Balance
+from powertrain.language.symbols import Symbol, column, scalars
+from powertrain.modes import contact, friction, switch
+from powertrain.modes.contact import CLOSED
+from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
+from powertrain.modes.tolerances import BALANCED, NO_WIDTH, REST, balance_tolerance
+from powertrain.numerics.batch import Columns, picked
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.elimination import Pattern
+
+HELD, UPPER, LOWER, LEAST, NOTHING = range(5)
+"""The equation of a law: its speed is zero, or its torque equals a limit, the smallest torque between the limits, or zero."""
+LAST_STEP = 1e7
+"""Step [s] that holds motions that nothing else holds."""
 
 
 @dataclass(frozen=True)
@@ -25,12 +46,33 @@ class Motion:
     speed_: Array
 
 
+@dataclass(frozen=True)
+class NextModes:
+    """What follows at iterates: the modes, equal to those of the iterates if these hold, and whether all equations are zero.
+
+    ``still``: laws whose speed is zero; ``open``: laws whose limits differ. One row per point.
+    """
+
+    modes: Array
+    balanced: Mask
+    still: Mask
+    open: Mask
+
+    def put(self, which: Index, other: NextModes) -> None:
+        """Replace some points."""
+        for f in fields(self):
+            getattr(self, f.name)[which] = getattr(other, f.name)
+
+
 class SteadyLaws:
-    """The laws of one steady problem. Serves one thread."""
+    """The laws of one steady problem in z = (y, tau). Serves one thread.
+
+    ``tied`` laws always transmit torque, which grows with other torques. ``rates`` are the rows that are rates, of the unknowns ``rated``.
+    """
 
     def __init__(self, balance: Balance, compile: bool = False) -> None:
-        dae, b = balance.dae, _of_torques(balance)
-        self.balance, self.count, self.unknowns = b, b.tau.numel(), b.y.numel()
+        dae = balance.dae
+        self.balance, self.count, self.unknowns = balance, balance.tau.numel(), balance.y.numel()
         self.frictions, switches = len(dae.frictions), len(dae.switches)
         laws = np.arange(self.count)
         self.contact = laws >= self.frictions
@@ -40,57 +82,215 @@ class SteadyLaws:
         self.law_modes = np.where(self.contact, laws + switches, laws)
         self.tied_modes = self.law_modes[self.tied]
         self.switch_modes = self.frictions + np.arange(switches)
-        self.rate_of, self.rates = b.rate_of, np.flatnonzero(b.rate_of >= 0)
-        self.common = np.zeros(b.common.numel())
-        self.equations, self._rules = Equations(b, compile), SteadyRules(b, compile)
+        self.rates = np.flatnonzero(balance.rate_of >= 0)
+        self.rated = balance.rate_of[self.rates]
+        self.common = np.zeros(balance.common.numel())
+        self.pattern, self._equations = _equations(balance, compile)
+        self._rules = _rules(balance, compile)
+        needed, z = self._equations.needed, balance.grid.numel() + balance.modes.numel() + 2 * self.count + 1
+        self._fixed, self._moving = needed[needed < z], needed[needed >= z] - z
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
         self.common = values.copy()
         self._rules.set_common(values)
-        self.equations.set_common(values)
+        self._equations.set_common(values)
 
-    def next_modes(
-        self, at: Iterates, given: Mask, side: Array, drive: Array | None = None, lossless: bool = False
-    ) -> NextModes:
-        """The modes that follow.
+    def fixed(self, at: Iterates, rest: AtRest, lossless: bool = False, step: float = LAST_STEP) -> list[Array]:
+        """Everything constant while z changes, for the modes of the points, one row per quantity.
 
-        ``given`` are laws whose motion is given; ``side`` is the side from which their rest is approached. ``drive`` is the rate of each
-        law against its own compliance, where it matters. ``lossless``: torques that depend on others are left out.
+        ``step`` is h. ``lossless``: torques that depend on others are left out.
         """
-        return self._rules(at, given, side, drive, lossless)
+        mode = at.modes.T[self.law_modes].T
+        mode = np.where(rest.given & (mode == STUCK), rest.side, mode)
+        held = np.where(self.contact, mode == CLOSED, mode == STUCK) & ~rest.given
+        upper = self.contact | (mode == FORWARD) | (mode == FREE)
+        kinds = np.where(upper, float(UPPER), float(LOWER))
+        kinds = np.where(rest.given & (mode == STUCK), LEAST, kinds)
+        kinds = np.where(self.tied & lossless, NOTHING, kinds)
+        return self._constant(at, np.where(held, HELD, kinds), rest.yields, step)
+
+    def _constant(self, at: Iterates, kinds: Array, yields: Array, step: float) -> list[Array]:
+        return picked([at.grid, at.modes, kinds, yields, np.full((len(at.y), 1), step)], self._fixed)
+
+    def equations(self, fixed: list[Array], z: Array) -> tuple[Array, Array]:
+        """The entries of the matrix of ``pattern``, and the values, one row per point, of ``fixed`` for the same points."""
+        with np.errstate(all="ignore"):
+            found = self._equations.of_needed([*fixed, *picked([z], self._moving)], len(z))
+        size = self.pattern.rows.size
+        return found[:size].T, found[size:].T
+
+    def held(self, at: Iterates) -> tuple[Array, Array]:
+        """The equations with all laws stuck: entries of the matrix and values, one row per point."""
+        kinds, none = np.full_like(at.tau, HELD), np.zeros_like(at.tau)
+        return self.equations(self._constant(at, kinds, none, np.inf), at.z)
+
+    def motion_of(self, entries: Array, value: Array) -> Motion:
+        """The motion of which these are the equations."""
+        n, matrix = self.unknowns, self.pattern.dense(entries)
+        return Motion(value[:, :n], value[:, n:], matrix[:, :n], matrix[:, n:])
 
     def motion(self, at: Iterates) -> Motion:
         """Rows and speeds at the points, and their slopes."""
         return self.motion_of(*self.held(at))
 
-    def held(self, at: Iterates) -> tuple[Array, Array]:
-        """The equations with all laws stuck: entries of the matrix and values, one row per point."""
-        kinds, none = np.full_like(at.tau, HELD), np.zeros_like(at.tau)
-        return self.equations(self.equations.given(at.grid, at.modes, kinds, none, np.inf), at.z)
+    def next_modes(self, at: Iterates, rest: AtRest, drive: Array | None = None, lossless: bool = False) -> NextModes:
+        """The modes that follow.
 
-    def motion_of(self, entries: Array, value: Array) -> Motion:
-        """The motion of which these are the equations."""
-        n, matrix = self.unknowns, self.equations.pattern.dense(entries)
-        return Motion(value[:, :n], value[:, n:], matrix[:, :n], matrix[:, n:])
-
-    def kinds(self, at: Iterates, given: Mask, side: Array, lossless: bool = False) -> Array:
-        """The equation of each law in its mode, as a number of ``equations``; ``given`` and ``side`` as in ``following``."""
-        mode = at.modes.T[self.law_modes].T
-        mode = np.where(given & (mode == STUCK), side, mode)
-        held = np.where(self.contact, mode == 1.0, mode == STUCK) & ~given
-        upper = self.contact | (mode == FORWARD) | (mode == FREE)
-        kinds = np.where(upper, float(UPPER), float(LOWER))
-        kinds = np.where(given & (mode == STUCK), LEAST, kinds)
-        kinds = np.where(self.tied & lossless, NOTHING, kinds)
-        return np.where(held, HELD, kinds)
+        ``drive`` is the rate of each law against its own compliance, where it matters. ``lossless``: torques that depend on others are
+        left out, and these laws move with their speed.
+        """
+        drive = np.zeros_like(at.tau) if drive is None else drive
+        which = np.full((len(at.y), 1), float(lossless))
+        with np.errstate(all="ignore"):
+            found = self._rules.of_points([at.grid, at.modes, at.y, at.tau, rest.given, rest.side, drive, which])
+        modes = self.balance.modes.numel()
+        flags = (found[modes:] != 0.0).T
+        return NextModes(found[:modes].T, flags[:, 0], flags[:, 1 : 1 + self.count], flags[:, 1 + self.count :])
 
 
-def _of_torques(b: Balance) -> Balance:
-    """The same with torques only: minus the forces of contacts."""
-    if not b.dae.contacts:
-        return b
-    sign = ca.DM([1.0] * len(b.dae.frictions) + [-1.0] * len(b.dae.contacts))
-    given = [b.rows, b.speed, b.lower, b.upper, b.conditions]
-    rows, speed, lower, upper, conditions = ca.substitute(given, [b.tau], [sign * b.tau])
-    return replace(b, rows=rows, speed=speed, lower=lower, upper=upper, conditions=conditions)
+def _equations(b: Balance, compile: bool) -> tuple[Pattern, Columns]:
+    """The entries of the matrix and the values, in terms of grid, modes, kinds of the laws, yields, h and z."""
+    count = b.tau.numel()
+    kinds, yields, step = Symbol.sym("kinds", count), Symbol.sym("yields", count), Symbol.sym("h")
+    z = ca.vertcat(b.y, b.tau)
+    matrix, values = ca.jacobian(b.rows, z), [b.rows]
+    for i in np.flatnonzero(b.rate_of >= 0).tolist():
+        matrix[i, int(b.rate_of[i])] -= 1 / step
+    held, low, high = (ca.jacobian(e, z) for e in (b.speed, b.lower, b.upper))
+    for k in range(count):
+        own = ca.SX(ca.DM.triplet([0], [b.y.numel() + k], [1.0], 1, z.numel()))
+        options = {HELD: held[k, :] - yields[k] * own, UPPER: own - high[k, :], LOWER: own - low[k, :]}
+        matrix = ca.vertcat(matrix, _chosen(kinds[k], options | {LEAST: own, NOTHING: own}))
+        smallest = friction.least_torque(ca.fmin(b.lower[k], b.upper[k]), ca.fmax(b.lower[k], b.upper[k]))
+        torque = {UPPER: b.tau[k] - b.upper[k], LOWER: b.tau[k] - b.lower[k], LEAST: b.tau[k] - smallest}
+        values.append(_chosen(kinds[k], torque | {HELD: b.speed[k], NOTHING: b.tau[k]}))
+    varying = scalars(ca.vertcat(b.grid, b.modes, kinds, yields, step, z))
+    outputs = [*(matrix.nz[k] for k in range(matrix.nnz())), *scalars(ca.vertcat(*values))]
+    return Pattern(matrix.sparsity()), Columns("steady_equations", varying, b.common, outputs, compile)
+
+
+def _chosen(kind: Symbol, options: Mapping[int, Symbol]) -> Symbol:
+    """The entries of the option with this number; those of other options may have no value."""
+    places = sorted({j for e in options.values() for j in e.sparsity().get_col()})
+    chosen = ca.SX(1, next(iter(options.values())).shape[1])
+    for j in places:
+        chosen[j] = sum((ca.if_else(kind == k, e[j], 0) for k, e in options.items()), Symbol(0))
+    return chosen
+
+
+def _rules(b: Balance, compile: bool) -> Columns:
+    """The fields of ``NextModes``, in terms of grid, modes, z and the arguments of ``SteadyLaws.next_modes``."""
+    given, side, drive = (ca.SX.sym(name, b.tau.numel()) for name in ("given", "side", "drive"))
+    lossless, z = ca.SX.sym("lossless"), ca.vertcat(b.y, b.tau)
+    zones, m, first = rest_zones(b), scalars(b.modes), len(b.dae.frictions)
+    last = first + len(b.dae.switches)
+    laws = zip(_laws(b, lossless), [*m[:first], *m[last:]], zones, *map(scalars, (drive, side, given)), strict=True)
+    moved = [_next_mode(law, lossless, mode, *values) for law, mode, *values in laws]
+    conditions = zip(m[first:last], scalars(b.conditions), _terms(b.conditions, z), strict=True)
+    turned = [switch.next_steady_mode(mode, g, REST * (1 + terms)) for mode, g, terms in conditions]
+    balanced = [ca.fabs(r) <= BALANCED * (1 + t) for r, t in zip(scalars(b.rows), _terms(b.rows, z), strict=True)]
+    still = [ca.fabs(w) <= zone for w, zone in zip(scalars(b.speed), zones, strict=True)]
+    wide = [high - low > NO_WIDTH for low, high in zip(scalars(b.lower), scalars(b.upper), strict=True)]
+    varying = [s for e in (b.grid, b.modes, z, given, side, drive, lossless) for s in scalars(e)]
+    outputs = [*moved[:first], *turned, *moved[first:], reduce(ca.logic_and, balanced, Symbol(1)), *still, *wide]
+    return Columns("steady_rules", varying, b.common, outputs, compile)
+
+
+def rest_zones(b: Balance) -> list[Symbol]:
+    """Speeds of the laws below these count as rest."""
+    return [REST * (1 + terms) for terms in _terms(b.speed, b.y)]
+
+
+def _terms(expressions: Symbol, unknowns: Symbol) -> list[Symbol]:
+    """For each expression, the size of the terms that the unknowns contribute to it."""
+    return scalars(ca.fabs(ca.jacobian(expressions, unknowns)) @ ca.fabs(unknowns))
+
+
+def _laws(b: Balance, lossless: Symbol) -> list[Friction | Contact]:
+    """All laws that move, with speed, torque, limits and uncertainty at the iterate.
+
+    The uncertainty is the same for all: the laws' own hysteresis follows from torques in given modes, and these are iterates. An iterate
+    may have its limits in the wrong order.
+    """
+    known = balance_tolerance(reduce(ca.fmax, map(ca.fabs, scalars(b.tau)), Symbol(0)))
+    found: list[Friction | Contact] = []
+    sides = zip(*map(scalars, (b.tau, b.speed, b.lower, b.upper, b.peak)), strict=True)
+    laws: list[Friction | Contact] = [*b.dae.frictions, *b.dae.contacts]
+    for law, (tau, speed, lower, upper, peak) in zip(laws, sides, strict=True):
+        low, high = ca.fmin(lower, upper), ca.fmax(lower, upper)
+        if isinstance(law, Contact):
+            found.append(replace(law, gap=speed, force=peak * high - tau, known=known, rounding=Symbol(0)))
+            continue
+        if not law.may_free:
+            low, high = (ca.if_else(lossless, 0, limit) for limit in (low, high))
+        found.append(
+            replace(law, w=speed, torque=tau, lower=low, upper=high, peak=peak, known=known, rounding=Symbol(0))
+        )
+    return found
+
+
+def _next_mode(
+    law: Friction | Contact, lossless: Symbol, mode: Symbol, zone: Symbol, drive: Symbol, side: Symbol, given: Symbol
+) -> Symbol:
+    if isinstance(law, Contact):
+        return contact.next_steady_mode(law, mode, zone)
+    new = friction.next_steady_mode(law, mode, zone, drive, side, given)
+    return new if law.may_free else ca.if_else(lossless, ca.if_else(law.w < 0, BACKWARD, FORWARD), new)
+
+
+@dataclass(frozen=True)
+class LawValues(Motion):
+    """Also the limits and conditions, with their slopes; speeds below ``zone`` count as rest."""
+
+    zone: Array
+    lower: Array
+    upper: Array
+    g: Array
+    lower_: Array
+    upper_: Array
+    g_: Array
+
+    def first(self) -> LawValues:
+        """The values at the first point."""
+        return LawValues(*(getattr(self, f.name)[0] for f in fields(self)))
+
+
+class Linearized:
+    """Values and slopes of the laws, for continuation: more than Newton's method for given modes needs. Serves one thread."""
+
+    def __init__(self, laws: SteadyLaws) -> None:
+        b, self._tied = laws.balance, laws.tied
+        moved, values = ca.vertcat(b.y, b.tau), [b.rows, b.speed, b.lower, b.upper, b.conditions]
+        parts = [*values, *(ca.jacobian(e, moved) for e in values), column(rest_zones(b))]
+        self._shapes = [e.shape for e in parts]
+        self._ends = np.cumsum([0, *(e.numel() for e in parts)])
+        self._places = np.concatenate([first + _by_rows(e) for first, e in zip(self._ends, parts, strict=False)])
+        outputs = [e.nz[k] for e in parts for k in range(e.nnz())]
+        varying = scalars(ca.vertcat(b.grid, b.modes, moved))
+        self._columns = Columns("steady_balance", varying, b.common, outputs)
+
+    def set_common(self, values: Array) -> None:
+        """Parameters and inputs that are the same for all points."""
+        self._columns.set_common(values)
+
+    def __call__(self, at: Iterates, lossless: bool) -> LawValues:
+        """Everything at the points; ``lossless``: torques that depend on others are left out."""
+        with np.errstate(all="ignore"):
+            found = self._columns.of_points([at.grid, at.modes, at.y, at.tau])
+        entries = np.zeros((int(self._ends[-1]), len(at.y)))
+        entries[self._places] = found
+        cuts = zip(self._shapes, pairwise(self._ends), strict=True)
+        parts = [entries[first:last].reshape(*shape, len(at.y)).transpose(2, 0, 1) for shape, (first, last) in cuts]
+        rows, speed, lower, upper, g, zone = (part[:, :, 0] for part in (*parts[:5], parts[-1]))
+        rows_, speed_, lower_, upper_, g_ = parts[5:-1]
+        if lossless:
+            for each in (lower, upper, lower_, upper_):
+                each[:, self._tied] = 0.0
+        return LawValues(rows, speed, rows_, speed_, zone, lower, upper, g, lower_, upper_, g_)
+
+
+def _by_rows(expression: ca.SX) -> NDArray[np.intp]:
+    """The positions of its structural entries, counted row by row."""
+    pattern = expression.sparsity()
+    return np.array(pattern.row(), np.intp) * expression.shape[1] + np.array(pattern.get_col(), np.intp)

@@ -1,87 +1,90 @@
-"""The request of a steady problem, and the model with grid symbols in place of held values, inputs and parameters."""
+"""The model as a steady problem sees it: what is given stands in its place, and angles that merely turn are left out.
+
+Nothing depends on such an angle, or only differences of several of them matter.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import Contact, Friction, Switch, TimeSignal
-from powertrain.language.symbols import Symbol, column, key
+from powertrain.compiler.index import generic
+from powertrain.errors import ParameterError
+from powertrain.language.symbols import Symbol, column, key, scalars
 from powertrain.modes.friction import held_at_rest
+from powertrain.numerics.batch import dependence
 from powertrain.numerics.buffers import Array
 
 Law = Friction | Switch | Contact
 Turning = dict[int, dict[int, float]]
 """States of which only differences matter: {omitted state: {other state: ratio at which they turn together}}."""
+_NOTHING = 1e-9
+"""Shares of the largest slope, and of one turn, that count as round-off."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """Names on the grid, those among them that prescribe variables or hold states, unknowns to be found, and requested expressions."""
+    """What is asked of a model at a ``time``.
+
+    Names on the grid, those among them that prescribe variables or hold states, unknowns to be found with ``guesses``, and requested
+    expressions.
+    """
 
     axes: tuple[str, ...]
     prescribed: tuple[str, ...]
     held: tuple[str, ...]
     free: tuple[str, ...]
     wanted: tuple[Symbol, ...]
-
-
-@dataclass(frozen=True)
-class Unknown:
-    """A state, an algebraic unknown, or an input or parameter to be found."""
-
-    symbol: Symbol
-    name: str
+    guesses: Mapping[str, float] = field(default_factory=dict)
+    time: float = 0.0
 
 
 class Placed:
-    """The model with grid symbols in place of held values, inputs and parameters."""
+    """The model with grid symbols in place of held values, inputs and parameters.
 
-    def __init__(self, compiled: Compiled, asked: Request, time: float, parameters: Array) -> None:
+    ``laws``: frictions, switches, contacts. ``everything`` that a state can influence: rates, residuals, laws (except their
+    uncertainties), guards, prescribed variables.
+    """
+
+    def __init__(self, compiled: Compiled, asked: Request, parameters: Array) -> None:
         dae = self.dae = compiled.dae
-        self.values = {key(dae.p[i]): float(value) for i, value in enumerate(parameters)}
-        self.compiled, self.asked = compiled, asked
+        self.compiled, self.asked, self.parameters = compiled, asked, parameters
         self.axis = {n: Symbol.sym(n) for n in asked.axes}
         self.free = {n: Symbol.sym(n) for n in asked.free}
-        known = self.axis | self.free
+        known, time = self.axis | self.free, Symbol(asked.time)
         frictions = [replace(f, rounding=Symbol(0)) for f in dae.frictions]  # the value of angles makes no difference
         contacts = [replace(c, rounding=Symbol(0)) for c in dae.contacts]
         self.laws: list[Law] = [*frictions, *dae.switches, *contacts]
-        self.inputs = {n: Symbol.sym(n) for n in compiled.inputs}
+        inputs = {n: Symbol.sym(n) for n in compiled.inputs}
+        self.common = ca.vertcat(dae.p, column(list(inputs.values())))
         m = [Symbol(v) for v in dae.held_start.tolist()]
         for name, place in compiled.discretes.items():
             m[place] = self.axis.get(name, m[place])
         for law in self.laws:
             m[law.index] = dae.m[law.index]
         for s in dae.schedules:
-            value = known.get(s.name, self.inputs[s.name]) if s.name in self.inputs else Symbol(_at(s, time))
-            m[s.index : s.index + 3] = [Symbol(time), value, Symbol(0)]
-        p = [known.get(n, dae.p[i]) for i, n in enumerate(compiled.parameters)]
-        self.arguments = [Symbol(time), dae.x, dae.z, column(m), column(p)]
+            value = known.get(s.name, inputs[s.name]) if s.name in inputs else Symbol(_at(s, asked.time))
+            m[s.index : s.index + 3] = [time, value, Symbol(0)]
+        p = column([known.get(n, dae.p[i]) for i, n in enumerate(compiled.parameters)])
+        self._given = [time, column(m), p]
         shared = [(law.rests, held_at_rest(law)) for law in dae.frictions if law.rests is not None]
         for (index, _), rests in zip(shared, self.put([rests for _, rests in shared]), strict=True):
             m[index] = rests
-        self.arguments[3] = column(m)
-        self.common = (
-            column([*ca.vertsplit(dae.p), *self.inputs.values()])
-            if dae.p.numel()
-            else column(list(self.inputs.values()))
-        )
-        self.everything = self._everything()
+        self._given = [time, column(m), p]
+        self.everything = self.put(self._everything())
 
     def put(self, expressions: Sequence[Symbol]) -> list[Symbol]:
-        """Expressions of (t, x, z, m, p) in the symbols of the grid."""
+        """Expressions of the model in the symbols of the grid."""
         dae = self.dae
-        function = ca.Function("powertrain_put", [dae.t, dae.x, dae.z, dae.m, dae.p], [column(list(expressions))])
-        result = function.call(self.arguments)[0]
-        return list(ca.vertsplit(ca.densify(result))) if result.numel() else []
+        return [ca.densify(e) for e in ca.substitute(list(expressions), [dae.t, dae.m, dae.p], self._given)]
 
     def _everything(self) -> list[Symbol]:
-        """Everything a state can influence: rates, residuals, laws (except their uncertainties), guards, prescribed variables."""
         dae = self.dae
         found = [dae.xdot, dae.residual]
         for law in [*self.laws, *dae.guards]:
@@ -91,25 +94,7 @@ class Placed:
                 if isinstance(getattr(law, f.name), ca.SX) and f.name not in ("time", "known", "still", "share")
             ]
         found += [self.compiled.signals[n].expression for n in self.asked.prescribed]
-        whole = column(found)
-        return self.put(list(ca.vertsplit(ca.densify(whole)))) if whole.numel() else []
-
-    def put_all(self, columns: Sequence[Symbol], tau: Symbol) -> list[Symbol]:
-        """The same for columns that also contain the torques of the laws."""
-        dae = self.dae
-        z = dae.z if dae.opened is None else dae.z[: dae.opened.residual.numel()]
-        t, x, _, m, p = self.arguments
-        function = ca.Function("powertrain_put", [dae.t, dae.x, z, dae.m, dae.p, tau], list(columns))
-        found: list[Symbol] = function.call([t, x, z, m, p, tau])
-        return [ca.densify(e) for e in found]
-
-    def rate(self, i: int, turning: Turning, xdot: Symbol) -> Symbol:
-        """The rate of a state relative to those with which it turns together."""
-        return xdot[i] - sum((row[i] * xdot[k] for k, row in turning.items() if i in row), Symbol(0))
-
-    def state_of(self, name: str) -> int:
-        """The index of the state that a variable is, up to its sign; -1 if it is none."""
-        return state_of(self.compiled, name)
+        return scalars(column(found))
 
 
 def state_of(compiled: Compiled, name: str) -> int:
@@ -121,5 +106,90 @@ def state_of(compiled: Compiled, name: str) -> int:
     return places.get(key(expression), -1) if expression.is_symbolic() else -1
 
 
+def rest_of(law: Law) -> Symbol:
+    """What is zero while a law is at rest: its speed, or the gap of a contact; zero for a switch."""
+    return law.w if isinstance(law, Friction) else law.gap if isinstance(law, Contact) else Symbol(0)
+
+
 def _at(schedule: TimeSignal, time: float) -> float:
     return float(np.interp(time, schedule.times, schedule.values))
+
+
+def influential(placed: Placed) -> list[int]:
+    """The states on which anything depends. ParameterError if the request holds another one."""
+    found = np.asarray(dependence(placed.everything, scalars(placed.dae.x)).any(axis=0))
+    for name in placed.asked.held:
+        if not found[state_of(placed.compiled, name)]:
+            raise ParameterError(
+                f"grid: {name} only rotates; nothing in the model depends on it, so it has no steady value"
+            )
+    return [int(i) for i in np.flatnonzero(found)]
+
+
+def turning_together(placed: Placed, kept: Sequence[int]) -> Turning:
+    """The states of which only differences matter. ParameterError if that changes along the grid."""
+    found, moved = _null_directions(placed, kept, placed.parameters), placed.parameters.copy()
+    moved[[i for i, n in enumerate(placed.compiled.parameters) if n in placed.axis or n in placed.free]] *= 1.01
+    if found and not _alike(found, _null_directions(placed, kept, moved)):
+        names = ", ".join(placed.dae.state_names[i] for i in (*found, *next(iter(found.values()))))
+        raise ParameterError(
+            f"steady: {names} turn together by ratios that change along the grid; "
+            "declare their difference as a variable with prefer=True"
+        )
+    return found
+
+
+def _alike(one: Turning, other: Turning) -> bool:
+    return one.keys() == other.keys() and all(
+        one[i].keys() == other[i].keys() and all(abs(one[i][j] - other[i][j]) < _NOTHING for j in one[i]) for i in one
+    )
+
+
+def _null_directions(placed: Placed, kept: Sequence[int], parameters: Array) -> Turning:
+    if not kept:
+        return {}
+    p, jacobian = placed.dae.p, ca.jacobian(column(placed.everything), column([placed.dae.x[i] for i in kept]))
+    own = {key(s) for s in scalars(p)}
+    symbols = [s for s in ca.symvar(jacobian) if key(s) not in own]
+    function = ca.Function("powertrain_turning", [column(symbols), p], [ca.densify(jacobian)])
+    stacks = []
+    for k in range(3):
+        point = np.random.default_rng(k).uniform(0.3, 2.0, len(symbols))
+        value = np.nan_to_num(np.array(function(point, parameters)), nan=1.0, posinf=1.0, neginf=1.0)
+        stacks.append(value / np.maximum(np.abs(value).max(axis=1, keepdims=True), 1e-300))
+    _, sizes, basis = np.linalg.svd(np.vstack(stacks))
+    null = basis[int((sizes > _NOTHING * max(sizes.max(), 1e-300)).sum()) :]
+    pivots: dict[int, Array] = {}
+    for _ in range(len(null)):
+        row, place = (int(i) for i in np.unravel_index(int(np.abs(null).argmax()), null.shape))
+        pivot = null[row] / null[row, place]
+        null = np.delete(null - np.outer(null[:, place], pivot), row, axis=0)
+        pivots = {other: each - each[place] * pivot for other, each in pivots.items()}
+        pivots[place] = pivot
+    turning: Turning = {}
+    for place, pivot in pivots.items():
+        shares = {kept[j]: float(pivot[j]) for j in range(len(kept)) if j not in pivots and abs(pivot[j]) > _NOTHING}
+        turning[kept[place]] = shares
+    return turning
+
+
+def relative_rate(i: int, turning: Turning, xdot: Symbol) -> Symbol:
+    """The rate of a state relative to those with which it turns together."""
+    return xdot[i] - sum((row[i] * xdot[k] for k, row in turning.items() if i in row), Symbol(0))
+
+
+def lost_outputs(placed: Placed, cyclic: Sequence[int], turning: Turning) -> list[bool]:
+    """The requested expressions that depend on how far the model has turned."""
+    wanted, x = placed.put(placed.asked.wanted), placed.dae.x
+    lost: NDArray[np.bool_] = np.asarray(dependence(wanted, [x[i] for i in cyclic if i not in turning]).any(axis=1))
+    values = {key(s): float(v) for s, v in zip(scalars(placed.dae.p), placed.parameters, strict=True)}
+    for i, shares in turning.items():
+        direction = ca.DM.zeros(x.numel())
+        for j, share in (shares | {i: 1.0}).items():
+            direction[j] = share
+        change = ca.jtimes(column(wanted), x, direction)
+        symbols = ca.symvar(change)
+        point = [values.get(key(s), generic(s)) for s in symbols]  # angles turn together at ratios of the parameters
+        number = ca.Function("powertrain_lost", [column(symbols)], [change])(point)
+        lost = np.asarray(lost | (np.abs(np.array(number).ravel()) > _NOTHING))
+    return [bool(lost[i]) for i in range(len(wanted))]

@@ -1,10 +1,9 @@
-"""Operating points and their status; during the search, the solutions that are still possible."""
+"""Operating points and their status; the iterates and solutions of many points, one per row."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,17 +25,18 @@ def taken(values: NDArray[T], which: Index | Mask) -> NDArray[T]:
     return values.T.take(index, axis=-1).T
 
 
+class _OfPoints:
+    """A record of arrays with one row per point."""
+
+    def some(self, which: Index | Mask) -> Self:
+        """The values of some of the points."""
+        each: Any = self
+        return type(self)(*(taken(getattr(self, f.name), which) for f in fields(each)))
+
+
 @dataclass(frozen=True)
-class Look:
-    """Options of a search: ``side`` of laws at rest, ``first`` of several solutions."""
-
-    side: int | None = None
-    first: bool = False
-
-
-@dataclass(frozen=True)
-class Iterates:
-    """Iterates, one per row: grid values, unknowns, modes (of frictions, switches, contacts), torques (minus forces)."""
+class Iterates(_OfPoints):
+    """Iterates: grid values, unknowns, modes (of frictions, switches, contacts), torques (minus forces)."""
 
     grid: Array
     y: Array
@@ -48,25 +48,22 @@ class Iterates:
         """Unknowns and torques."""
         return np.concatenate([self.y, self.tau], axis=1)
 
-    def some(self, which: Index | Mask) -> Iterates:
-        """Some of them."""
-        return Iterates(*(taken(getattr(self, f.name), which) for f in fields(self)))
-
 
 @dataclass(frozen=True)
-class SteadyPoint:
-    """An operating point, with the values from which its neighbours are solved."""
+class AtRest(_OfPoints):
+    """Laws at rest: those whose motion is ``given`` rest at the ``side`` (1 or -1) from which rest is approached.
 
-    y: Array
-    modes: Array
-    tau: Array
+    ``yields`` are the compliances of the others.
+    """
+
     given: Mask
     yields: Array
+    side: Array
 
 
 @dataclass
-class SolvedPoints:
-    """The solutions from one start, one per row; nan where there is none."""
+class SolvedPoints(_OfPoints):
+    """Solutions, with what their neighbours start from; nan where there is none."""
 
     done: Mask
     y: Array
@@ -75,9 +72,13 @@ class SolvedPoints:
     given: Mask
     yields: Array
 
-    def some(self, which: Index | Mask) -> SolvedPoints:
-        """A subset of them."""
-        return SolvedPoints(*(taken(getattr(self, f.name), which) for f in fields(self)))
+    def at(self, grid: Array) -> Iterates:
+        """The solutions as iterates at points of ``grid``."""
+        return Iterates(grid, self.y, self.modes, self.tau)
+
+    def at_rest(self, side: Array) -> AtRest:
+        """What their laws do at rest."""
+        return AtRest(self.given, self.yields, side)
 
     def take(self, which: Mask, other: SolvedPoints) -> None:
         """Copy some of the other solutions."""
@@ -85,11 +86,10 @@ class SolvedPoints:
             mine = getattr(self, f.name)
             np.copyto(mine, getattr(other, f.name), where=which.reshape(-1, *[1] * (mine.ndim - 1)))
 
-    def put(self, p: int | Index, found: SteadyPoint | SolvedPoints) -> None:
-        """Copy one solution, or some."""
-        self.done[p] = True
-        for name in ("y", "modes", "tau", "given", "yields"):
-            getattr(self, name)[p] = getattr(found, name)
+    def put(self, which: Index, found: SolvedPoints) -> None:
+        """Copy solutions to some of the points."""
+        for f in fields(self):
+            getattr(self, f.name)[which] = getattr(found, f.name)
 
 
 @dataclass
@@ -105,36 +105,3 @@ class Points:
     involved: Mask
     rest: Mask
     solved: SolvedPoints | None = None
-
-
-@dataclass
-class Trials:
-    """Candidates for solutions, one per column: the point, the values so far, and what is known about it.
-
-    ``values``: of the grid and the modes. ``rest``: laws at rest under a prescribed motion.
-    """
-
-    point: Index
-    values: Rows
-    rest: Mask
-
-    @classmethod
-    def of(cls, grid: Rows, laws: int) -> Trials:
-        """One candidate for every point of ``grid``, with unknown modes."""
-        count = grid.shape[1]
-        return cls(np.arange(count), np.vstack([grid, np.zeros((laws, count))]), np.zeros((laws, count), bool))
-
-    def some(self, which: Index | Mask) -> Trials:
-        """Copies of some of them."""
-        return Trials(self.point[which], self.values[:, which], self.rest[:, which])
-
-    def per_point(self, count: int) -> Index:
-        """The number of candidates of each point."""
-        return np.bincount(self.point, minlength=count)
-
-    @classmethod
-    def joined(cls, parts: Sequence[Trials]) -> Trials:
-        """All candidates, in the order of their points."""
-        names = ("point", "values", "rest")
-        whole = cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
-        return whole.some(np.argsort(whole.point, kind="stable"))

@@ -2,25 +2,26 @@
 
 The starts are the model's own, and all movable laws sliding forward or backward. They are the same for every point, so whether a point
 has several solutions does not depend on the grid. A point that no start solves begins at the solution of its nearest neighbour; the
-remaining points are solved by continuation.
+remaining points are solved by continuation. ``Between`` starts from known solutions instead.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from powertrain.equilibrium.beginnings import beginnings
-from powertrain.equilibrium.continuation import Continuation
-from powertrain.equilibrium.corrector import CHANGES, Near, corrected, undetermined
+from powertrain.equilibrium.continuation import Continuation, relaxed
+from powertrain.equilibrium.corrector import corrected, undetermined
 from powertrain.equilibrium.laws import SteadyLaws
-from powertrain.equilibrium.points import Index, Iterates, Mask, SolvedPoints, SteadyPoint, taken
-from powertrain.equilibrium.relaxation import relaxed
+from powertrain.equilibrium.points import AtRest, Index, Mask, SolvedPoints, taken
+from powertrain.equilibrium.system import Balance
 from powertrain.modes.friction import BACKWARD, STUCK
 from powertrain.modes.tolerances import SAME
 from powertrain.numerics.buffers import Array
@@ -31,14 +32,16 @@ MOST_SOURCES = 8
 """Neighbours whose solutions are tried at a point as they become available."""
 OTHERS = 4
 """Neighbours of a point that are tried besides the nearest one."""
+_OPEN = 2.0
+"""Marks a law that does not rest."""
 
 
 @dataclass(frozen=True)
 class Best:
-    """One solution per point, the number of different ones (2: several), laws at rest under a given motion, laws that differ."""
+    """One solution per point, where there are ``several``, the laws at rest under a given motion, and those whose modes differ."""
 
     solved: SolvedPoints
-    number: NDArray[np.intp]
+    several: Mask
     rest: Mask
     differing: Mask
 
@@ -58,58 +61,53 @@ class Solutions:
         return Continuation(self.laws)
 
     def solve(self, grid: Array, side: Array) -> Best:
-        """The points of ``grid``, one per row; ``side`` as in ``SteadyLaws.following``, one row per point."""
+        """The points of ``grid``, one per row; ``side`` as in ``AtRest``."""
         laws, count = self.laws, len(grid)
-        number = np.zeros(count, np.intp)
+        several = np.zeros(count, bool)
         differing = np.zeros((laws.balance.modes.numel(), count), bool).T
-        start = beginnings(laws, grid)
-        best, beyond, begun = self._nothing(start.near), self._nothing(start.near), list[Array]()
+        start = beginnings(laws, grid, side)
+        best, beyond, begun = self._nothing(start.rest), self._nothing(start.rest), list[Array]()
         for speed in SPEEDS if start.sliding.any() else SPEEDS[:1]:
-            found = self._from(start.start + speed * start.sliding, grid, side, start.near, begun)
+            found = self._from(start.start + speed * start.sliding, grid, start.rest, begun)
             self._leave(found, beyond, grid)
             other, both = np.zeros(count, bool), np.flatnonzero(best.done & found.done)
             if both.size:
                 other[both] = self._differ(grid[both], best.some(both), found.some(both))
-            number[other] = 2
+            several |= other
             differing |= other[:, None] & (best.modes != found.modes)
-            new = found.done & ~best.done
-            number[new] = 1
-            best.take(new | (other & (self._rank(found) < self._rank(best))), found)
+            better = other & (self._rank(found) < self._rank(best))
+            best.take((found.done & ~best.done) | better, found)
         if not laws.count:
-            self._relax(best, start.start, grid, side)
-        self._rest_of(best, beyond, grid, side)
+            self._relax(best, start.start, grid, start.rest)
+        self._rest_of(best, grid, side)
         best.take(beyond.done & ~best.done, beyond)
-        number[best.done & (number == 0)] = 1
         known = np.flatnonzero(best.done)
-        at = Iterates(grid, best.y, best.modes, best.tau).some(known)
-        near, sides = Near(best.given, best.yields).some(known), taken(side, known)
-        number[known[undetermined(laws, at, near, sides)]] = 2
-        after, rest = laws.next_modes(at, near.given, sides), np.zeros_like(best.given)
-        rest[known] = near.given & after.still & after.open
-        return Best(best, number, rest, differing)
+        at, rest = best.at(grid).some(known), best.at_rest(side).some(known)
+        several[known[undetermined(laws, at, rest)]] = True
+        after, resting = laws.next_modes(at, rest), np.zeros_like(best.given)
+        resting[known] = rest.given & after.still & after.open
+        return Best(best, several, resting, differing)
 
-    def _nothing(self, near: Near) -> SolvedPoints:
-        laws, count = self.laws, len(near.given)
+    def _nothing(self, rest: AtRest) -> SolvedPoints:
+        laws, count = self.laws, len(rest.given)
         sizes = laws.unknowns, laws.balance.modes.numel(), laws.count
         y, modes, tau = (np.zeros((n, count)).T for n in sizes)
-        given, yields = near.given.copy(order="K"), near.yields.copy(order="K")
+        given, yields = rest.given.copy(order="K"), rest.yields.copy(order="K")
         return SolvedPoints(np.zeros(count, bool), y, modes, tau, given, yields)
 
-    def _from(self, first: Array, grid: Array, side: Array, near: Near, begun: list[Array]) -> SolvedPoints:
+    def _from(self, first: Array, grid: Array, rest: AtRest, begun: list[Array]) -> SolvedPoints:
         """The solutions from one start with the modes implied by its speeds; none at points where another start had these modes."""
         laws, count = self.laws, len(grid)
-        found = self._nothing(near)
+        found = self._nothing(rest)
         found.y += first
-        at = Iterates(grid, found.y, found.modes, found.tau)
-        modes = laws.next_modes(at, found.given, side).modes
+        modes = laws.next_modes(found.at(grid), rest).modes
         seen = np.zeros(count, bool)
         for other in begun:
             seen |= (modes == other).all(axis=1)
         new = np.flatnonzero(~seen)
         begun.append(modes)
         found.modes[:] = modes
-        start, some = Iterates(grid, found.y, modes, found.tau).some(new), near.some(new)
-        end, found.done[new] = corrected(laws, start, some, taken(side, new), changes=CHANGES, firm=True)
+        end, found.done[new] = corrected(laws, found.at(grid).some(new), rest.some(new), firm=True)
         found.y[new], found.modes[new], found.tau[new] = end.y, end.modes, end.tau
         return found
 
@@ -120,20 +118,17 @@ class Solutions:
         beyond.take(out, found)
         found.done[out] = False
 
-    def _relax(self, best: SolvedPoints, first: Array, grid: Array, side: Array) -> None:
+    def _relax(self, best: SolvedPoints, first: Array, grid: Array, rest: AtRest) -> None:
         """Solve remaining points by following their motion until it comes to rest."""
         left = np.flatnonzero(~best.done)
         if not left.size:
             return
-        near = Near(best.given[left], best.yields[left])
-        begin = Iterates(grid[left], first[left], best.modes[left], best.tau[left])
-        end, good = corrected(
-            self.laws, relaxed(self.laws, begin, near.given, side[left]), near, side[left], changes=CHANGES
-        )
+        begin, rest = replace(best.at(grid), y=first).some(left), rest.some(left)
+        end, good = corrected(self.laws, relaxed(self.laws, begin, rest), rest)
         done = left[good]
         best.done[done], best.y[done], best.modes[done] = True, end.y[good], end.modes[good]
 
-    def _rest_of(self, best: SolvedPoints, beyond: SolvedPoints, grid: Array, side: Array) -> None:
+    def _rest_of(self, best: SolvedPoints, grid: Array, side: Array) -> None:
         """Solve remaining points from their neighbours, else by continuation."""
         failed, tries, rank = np.zeros(len(grid), bool), np.zeros(len(grid), int), np.ones(len(grid), int)
         place, fresh = _scaled(grid), np.flatnonzero(best.done)
@@ -153,25 +148,18 @@ class Solutions:
                 fresh = self._spread(best, grid, side, again, known[near[np.arange(again.size), rank[again]]])
                 rank[again] += 1
                 continue
-            p = int(left[0])
-            within = partial(self._one_within, grid[p])
-            one = self._continuation.solve(grid[p], self.laws.balance.start, side[p], within)
+            p = left[:1]
+            one = self._continuation.solve(grid[p], side[p], partial(self.within, grid[p]))
             if one is None:
                 failed[p] = True
             else:
                 best.put(p, one)
-                fresh = np.array([p])
-
-    def _one_within(self, grid: Array, point: SteadyPoint) -> bool:
-        one = self._nothing(Near(point.given[None], point.yields[None]))
-        one.put(0, point)
-        return bool(self.within(grid[None], one)[0])
+                fresh = p
 
     def _spread(self, found: SolvedPoints, grid: Array, side: Array, left: Index, sources: Index) -> Index:
         """Start at points from the solutions of others; return the points that now have one."""
         some = found.some(sources)
-        start = Iterates(grid[left], some.y, some.modes, some.tau)
-        end, good = corrected(self.laws, start, Near(some.given, some.yields), side[left], changes=CHANGES, firm=True)
+        end, good = corrected(self.laws, some.at(grid[left]), some.at_rest(side[left]), firm=True)
         some.y[:], some.modes[:], some.tau[:] = end.y, end.modes, end.tau
         good[good] = self.within(grid[left[good]], some.some(good))
         found.put(left[good], some.some(good))
@@ -179,8 +167,7 @@ class Solutions:
 
     def _differ(self, grid: Array, one: SolvedPoints, other: SolvedPoints) -> Mask:
         """Whether two solutions differ in unknowns, or in the torque of a sliding law."""
-        at = Iterates(grid, one.y, one.modes, one.tau)
-        slides = ~self.laws.next_modes(at, one.given, np.ones_like(one.tau)).still
+        slides = ~self.laws.next_modes(one.at(grid), one.at_rest(np.ones_like(one.tau))).still
         y = np.abs(one.y - other.y) > SAME * (1.0 + np.abs(one.y))
         large = 1.0 + np.abs(one.tau).max(axis=1, initial=0.0)
         tau = slides & (np.abs(one.tau - other.tau) > SAME * large[:, None])
@@ -199,3 +186,26 @@ def _scaled(grid: Array) -> Array:
     with np.errstate(all="ignore"):
         scaled = (grid - low) / np.where(high > low, high - low, 1.0)
     return np.asarray(np.nan_to_num(scaled, posinf=1.0, neginf=0.0))
+
+
+class Between:
+    """Points with the torque of a law between its limits, for laws at rest under a prescribed motion. Serves one thread.
+
+    Equilibrium does not determine such a torque. It is prescribed as a fraction between the limits: both limits of the law are set to it,
+    and all else is solved for as at any point.
+    """
+
+    def __init__(self, balance: Balance) -> None:
+        share = ca.SX.sym("share", balance.tau.numel())
+        inside, part = ca.fabs(share) <= 1.0, (1.0 + share) / 2.0
+        mixed = balance.lower + part * (balance.upper - balance.lower)
+        lower, upper = (ca.if_else(inside, mixed, bound) for bound in (balance.lower, balance.upper))
+        self.laws = SteadyLaws(replace(balance, grid=ca.vertcat(balance.grid, share), lower=lower, upper=upper))
+
+    def solve(self, grid: Array, side: Array, resting: Mask, near: SolvedPoints) -> SolvedPoints:
+        """The points of ``grid`` from solved ones nearby; ``resting`` laws are at ``side``, where -1 and 1 are the limits."""
+        laws, share = self.laws, np.where(resting, side, _OPEN)
+        end, done = corrected(laws, near.at(np.hstack([grid, share])), near.at_rest(np.ones_like(side)))
+        modes = end.modes.copy()
+        modes[:, laws.law_modes] = np.where(resting, side, modes[:, laws.law_modes])
+        return SolvedPoints(done, end.y, modes, end.tau, near.given, near.yields)

@@ -13,18 +13,57 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import Guard
-from powertrain.equilibrium.balance import Balance, changed, opened, start_of
-from powertrain.equilibrium.blocks import blocks_of, solved_block
-from powertrain.equilibrium.placed import Law, Placed, Request, Turning, Unknown
-from powertrain.equilibrium.turning import influential, lost_outputs, refuse_turning, turning_together
-from powertrain.language.symbols import Symbol, column, key
+from powertrain.compiler.hybrid import Friction, Guard, HybridDae, Opened
+from powertrain.equilibrium.elimination import Condition, Unknown, blocks_of, solved_block
+from powertrain.equilibrium.placed import (
+    Law,
+    Placed,
+    Request,
+    Turning,
+    influential,
+    lost_outputs,
+    relative_rate,
+    rest_of,
+    state_of,
+    turning_together,
+)
+from powertrain.language.symbols import Symbol, column, key, scalars
+from powertrain.modes.contact import CLOSED
+from powertrain.modes.friction import STUCK
+from powertrain.numerics.batch import dependence
 from powertrain.numerics.buffers import Array
 
 
-@dataclass
+@dataclass(frozen=True)
+class Balance:
+    """The conditions of a steady state for given torques ``tau`` of the laws (minus the force of a contact).
+
+    ``rows`` are zero at the unknowns ``y``; all is in terms of grid, y, modes, common values and tau. ``speed`` are the relative speeds of
+    friction laws and the gaps of contacts, ``lower`` and ``upper`` the limits of their torques, multiplied by ``peak`` while stuck;
+    ``conditions`` are those of switches. ``rate_of`` is the unknown whose rate a row is, or -1. ``start`` is where a search for y starts.
+    """
+
+    dae: HybridDae
+    grid: Symbol
+    y: Symbol
+    names: tuple[str, ...]
+    start: Array
+    modes: Symbol
+    common: Symbol
+    tau: Symbol
+    rows: Symbol
+    rate_of: NDArray[np.intp]
+    speed: Symbol
+    lower: Symbol
+    upper: Symbol
+    conditions: Symbol
+    peak: Symbol
+
+
+@dataclass(frozen=True)
 class Equilibrium:
     """The steady problem as expressions of grid values, implicit unknowns ``u``, modes and common values.
 
@@ -37,7 +76,6 @@ class Equilibrium:
     grid: list[Symbol]
     u: list[Symbol]
     u_names: list[str]
-    u_start: Array
     modes: list[Symbol]
     common: Symbol
     rows: list[Symbol]
@@ -52,118 +90,107 @@ class Equilibrium:
     balance: Balance
 
 
-def formulate(
-    compiled: Compiled, asked: Request, time: float, guesses: Mapping[str, float], parameters: Array
-) -> Equilibrium:
+def formulate(compiled: Compiled, asked: Request, parameters: Array) -> Equilibrium:
     """The steady problem of a model. ParameterError if the conditions do not determine it."""
-    dae = compiled.dae
-    placed = Placed(compiled, asked, time, parameters)
-    kept = influential(dae, placed.everything)
-    refuse_turning(asked, kept, placed)
-    turning = turning_together(compiled, kept, placed, parameters)
+    dae, placed = compiled.dae, Placed(compiled, asked, parameters)
+    kept = influential(placed)
+    turning = turning_together(placed, kept)
     unknowns = [Unknown(dae.x[i], dae.state_names[i]) for i in kept if i not in turning]
     unknowns += [Unknown(dae.z[i], dae.z[i].name()) for i in range(dae.z.numel())]
     unknowns += [Unknown(placed.free[n], n) for n in asked.free]
-    held = {placed.state_of(n) for n in asked.held}
+    held = {state_of(compiled, n) for n in asked.held}
     moving = [i for i in kept if i not in turning and i not in held]
-    rates = placed.put([placed.rate(i, turning, dae.xdot) for i in moving])
-    residuals = placed.put([dae.residual[i] for i in range(dae.z.numel())])
+    rates = placed.put([relative_rate(i, turning, dae.xdot) for i in moving])
     given = placed.put([compiled.signals[n].expression for n in asked.prescribed])
-    conditions = [(r, f"der({dae.state_names[i]}) = 0") for r, i in zip(rates, moving, strict=True)]
-    conditions += [(r, f"the equation of {dae.z[i].name()}") for i, r in enumerate(residuals)]
-    conditions += [(e - placed.axis[n], f"{n} as the grid says") for e, n in zip(given, asked.prescribed, strict=True)]
-    balance = _balance(placed, moving, unknowns, turning, guesses)
-    return _reduce(placed, unknowns, conditions, balance, guesses, turning)
+    conditions = [Condition(r, f"der({dae.state_names[i]}) = 0") for r, i in zip(rates, moving, strict=True)]
+    conditions += [
+        Condition(r, f"the equation of {dae.z[i].name()}") for i, r in enumerate(placed.put(scalars(dae.residual)))
+    ]
+    conditions += [
+        Condition(e - placed.axis[n], f"{n} as the grid says") for e, n in zip(given, asked.prescribed, strict=True)
+    ]
+    return _reduced(placed, unknowns, conditions, _balance(placed, moving, unknowns, turning), turning)
 
 
-def _reduce(
-    placed: Placed,
-    unknowns: list[Unknown],
-    conditions: list[tuple[Symbol, str]],
-    balance: Balance,
-    guesses: Mapping[str, float],
-    turning: Turning,
+def _reduced(
+    placed: Placed, unknowns: list[Unknown], conditions: list[Condition], balance: Balance, turning: Turning
 ) -> Equilibrium:
-    """Solve what is linear and independent of modes; the rest remains implicit."""
+    """The problem with everything solved that is linear and independent of modes; the rest remains implicit."""
     dae, asked = placed.dae, placed.asked
-    symbols = [u.symbol for u in unknowns]
-    rows = [c for c, _ in conditions]
-    order = blocks_of(placed, unknowns, conditions, rows)
-    cyclic = [dae.x[i] for i in range(dae.x.numel()) if key(dae.x[i]) not in {key(s) for s in symbols}]
-    old, new = list(cyclic), [Symbol(0)] * len(cyclic)
-    implicit_rows: list[Symbol] = []
+    symbols, modes = [u.symbol for u in unknowns], [dae.m[law.index] for law in placed.laws]
+    cyclic = _cyclic(dae, unknowns)
+    old, new = [dae.x[i] for i in cyclic], [Symbol(0)] * len(cyclic)
+    rows: list[Symbol] = []
     implicit: list[int] = []
     blocks: list[tuple[list[int], list[int]]] = []
-    for block_rows, block in order:
-        here = [rows[i] for i in block_rows]
-        if old:
-            here = ca.substitute(here, [column(old)], [column(new)])
-        solution = solved_block(here, [symbols[j] for j in block], [dae.m[law.index] for law in placed.laws])
+    for block_rows, block in blocks_of(placed, unknowns, conditions):
+        here = _changed([conditions[i].zero for i in block_rows], old, new)
+        solution = solved_block(here, [symbols[j] for j in block], modes)
         if solution is None:
-            places = [list(range(n, n + len(block))) for n in (len(implicit_rows), len(implicit))]
-            blocks.append((places[0], places[1]))
-            implicit_rows += here
+            size = len(block)
+            blocks.append(([*range(len(rows), len(rows) + size)], [*range(len(implicit), len(implicit) + size)]))
+            rows += here
             implicit += block
         else:
             old += [symbols[j] for j in block]
             new += solution
 
     def final(expressions: Sequence[Symbol]) -> list[Symbol]:
-        put = placed.put(expressions)
-        return list(ca.substitute(put, [column(old)], [column(new)])) if old and put else put
+        return _changed(placed.put(expressions), old, new)
 
-    laws: list[Law] = [_changed(law, final) for law in placed.laws]
     wanted = {key(s) for s in placed.free.values()}
     return Equilibrium(
         grid=list(placed.axis.values()),
         u=[symbols[j] for j in implicit],
         u_names=[unknowns[j].name for j in implicit],
-        u_start=start_of([unknowns[j].name for j in implicit], placed.compiled, guesses),
-        modes=[dae.m[law.index] for law in placed.laws],
+        modes=modes,
         common=placed.common,
-        rows=implicit_rows,
+        rows=rows,
         blocks=blocks,
         solved=[e for k, e in zip(old, new, strict=True) if key(k) in wanted],
         outputs=final(asked.wanted),
-        rates=final([dae.xdot[placed.state_of(n)] for n in asked.held]),
-        laws=laws,
-        guards=[_changed(g, final) for g in dae.guards if g.action == "error"],
+        rates=final([dae.xdot[state_of(placed.compiled, n)] for n in asked.held]),
+        laws=[_mapped(law, final) for law in placed.laws],
+        guards=[_mapped(g, final) for g in dae.guards if g.action == "error"],
         turning=lost_outputs(placed, cyclic, turning),
         together=bool(turning),
         balance=balance,
     )
 
 
-def _changed(record: Any, final: Callable[[list[Symbol]], list[Symbol]]) -> Any:
+def _cyclic(dae: HybridDae, unknowns: Sequence[Unknown]) -> list[int]:
+    """The states that are left out: at a steady state they are zero."""
+    known = {key(u.symbol) for u in unknowns}
+    return [i for i, s in enumerate(scalars(dae.x)) if key(s) not in known]
+
+
+def _changed(expressions: Sequence[Symbol], old: Sequence[Symbol], new: Sequence[Symbol]) -> list[Symbol]:
+    """Expressions with some symbols replaced by others."""
+    return list(ca.substitute(list(expressions), [column(list(old))], [column(list(new))]))
+
+
+def _mapped(record: Any, final: Callable[[list[Symbol]], list[Symbol]]) -> Any:
     """The same law with all its expressions changed."""
     names = [f.name for f in fields(record) if isinstance(getattr(record, f.name), ca.SX) and f.name != "time"]
     values = final([getattr(record, n) for n in names])
     return replace(record, **dict(zip(names, values, strict=True)))
 
 
-def _balance(
-    placed: Placed, moving: Sequence[int], unknowns: Sequence[Unknown], turning: Turning, guesses: Mapping[str, float]
-) -> Balance:
+def _balance(placed: Placed, moving: Sequence[int], unknowns: Sequence[Unknown], turning: Turning) -> Balance:
     """The same conditions for given torques of the laws."""
     compiled, dae, asked = placed.compiled, placed.dae, placed.asked
-    tau, xdot, residual, given = opened(compiled, asked.prescribed)
-    laws = dae.opened
-    count = residual.numel()
-    implicit = {key(dae.z[i]) for i in range(count, dae.z.numel())}
-    y = [u for u in unknowns if key(u.symbol) not in implicit]
+    opened, given = _opened(compiled, asked.prescribed)
+    count = opened.residual.numel()
+    torques = {key(s) for s in scalars(dae.z)[count:]}
+    y = [u for u in unknowns if key(u.symbol) not in torques]
     place = {key(u.symbol): i for i, u in enumerate(y)}
-    rows = [placed.rate(i, turning, xdot) for i in moving] + list(ca.vertsplit(residual) if count else [])
-    rows += given
-    bounds = [laws.speed, laws.lower, laws.upper, laws.conditions, laws.peak] if laws is not None else []
-    if laws is not None:
-        gaps = [c.gap for c in dae.contacts]
-        bounds[0] = column([*ca.vertsplit(laws.speed)[: len(dae.frictions)], *gaps])
-    else:
-        bounds = [Symbol(0, 1)] * 3 + [column([s.g for s in dae.switches]), Symbol(0, 1)]
-    known = {key(u.symbol) for u in unknowns}
-    cyclic = [dae.x[i] for i in range(dae.x.numel()) if key(dae.x[i]) not in known]
-    expressions = [column(rows), *bounds]
-    put = changed(placed.put_all(expressions, tau), cyclic, [Symbol(0)] * len(cyclic))
+    rows = [relative_rate(i, turning, opened.xdot) for i in moving] + [*scalars(opened.residual), *given]
+    speed = column([*scalars(opened.speed)[: len(dae.frictions)], *(c.gap for c in dae.contacts)])
+    put = placed.put([column(rows), speed, opened.lower, opened.upper, opened.conditions, opened.peak])
+    cyclic = _cyclic(dae, unknowns)
+    put = _changed(put, [dae.x[i] for i in cyclic], [Symbol(0)] * len(cyclic))
+    sign = ca.DM([1.0] * len(dae.frictions) + [-1.0] * len(dae.contacts))
+    put = _changed(put, [opened.tau], [sign * opened.tau]) if dae.contacts else put
     wanted = [Symbol(0)] * (len(rows) - len(given)) + [placed.axis[n] for n in asked.prescribed]
     names = tuple(u.name for u in y)
     return Balance(
@@ -171,11 +198,74 @@ def _balance(
         column(list(placed.axis.values())),
         column([u.symbol for u in y]),
         names,
-        start_of(names, compiled, guesses),
+        _starts(compiled, asked.guesses, names),
         column([dae.m[law.index] for law in placed.laws]),
         placed.common,
-        tau,
+        opened.tau,
         put[0] - column(wanted),
         np.array([*(place[key(dae.x[i])] for i in moving), *[-1] * (len(rows) - len(moving))], np.intp),
         *put[1:],
     )
+
+
+def _opened(compiled: Compiled, names: Sequence[str]) -> tuple[Opened, list[Symbol]]:
+    """The model for given torques of its laws, and the variables ``names``."""
+    dae, none = compiled.dae, Symbol(0, 1)
+    if dae.opened is None:
+        conditions, signals = column([s.g for s in dae.switches]), [compiled.signals[n].expression for n in names]
+        return Opened(none, dae.xdot, dae.residual, none, none, none, none, none, none, none, conditions), signals
+    given = [compiled.open([v.symbol])[0] if (v := compiled.variables.get(n)) else None for n in names]
+    return dae.opened, [compiled.signals[n].expression if e is None else e for n, e in zip(names, given, strict=True)]
+
+
+def _starts(compiled: Compiled, guesses: Mapping[str, float], names: Sequence[str]) -> Array:
+    """Where the search for unknowns starts: guesses, present parameters, else what the model declares or starts with."""
+    given = _initial_values(compiled)
+
+    def start(name: str) -> float:
+        if name in guesses:
+            return float(guesses[name])
+        if name in compiled.parameters:
+            return compiled.parameters[name].value
+        unknown = compiled.variables.get(name) or compiled.inputs.get(name)
+        declared = 0.0 if unknown is None else float(unknown.start or unknown.guess or 0.0)
+        return declared or given.get(name, 0.0)
+
+    return np.array([start(name) for name in names], float)
+
+
+def _initial_values(compiled: Compiled) -> dict[str, float]:
+    """The unknowns that an initial equation gives as an expression of parameters."""
+    values, found = {key(c.symbol): c.value for c in compiled.parameters.values()}, dict[str, float]()
+    names = {key(u.symbol): name for name, u in compiled.variables.items()}
+    for equation in compiled.source.initial:
+        symbols = ca.symvar(equation.residual)
+        unknown = [s for s in symbols if key(s) not in values]
+        if len(unknown) != 1 or key(unknown[0]) not in names:
+            continue
+        slope = ca.jacobian(equation.residual, unknown[0])
+        others = [s for s in symbols if key(s) in values]
+        line = ca.Function("powertrain_start", [unknown[0], column(others)], [equation.residual, slope])
+        value, rise = (float(x) for x in line(0.0, [values[key(s)] for s in others]))
+        if not dependence([slope], unknown).any() and rise != 0.0 and np.isfinite(value / rise):
+            found[names[key(unknown[0])]] = -value / rise
+    return found
+
+
+def moved_by_unknowns(problem: Equilibrium) -> list[bool]:
+    """The laws whose motion depends on implicit unknowns."""
+    return [bool(row.any()) for row in dependence([rest_of(law) for law in problem.laws], problem.u)]
+
+
+def held_rows(problem: Equilibrium) -> list[tuple[Symbol, int, float]]:
+    """Expressions that are zero while a law is stuck or a contact is closed: its speed or gap, its number, and that mode."""
+    moved = zip(problem.laws, moved_by_unknowns(problem), strict=True)
+    own = [moves and not (isinstance(law, Friction) and (law.prescribed or law.algebraic)) for law, moves in moved]
+    modes = [STUCK if isinstance(law, Friction) else CLOSED for law in problem.laws]
+    return [(rest_of(law), k, modes[k]) for k, law in enumerate(problem.laws) if own[k]]
+
+
+def with_modes(expressions: Sequence[Symbol], modes: Sequence[Symbol], values: Mapping[int, float]) -> list[Symbol]:
+    """Expressions with some modes replaced by numbers, simplified accordingly."""
+    numbers = [Symbol(v) for v in values.values()]
+    return _changed([ca.densify(e) for e in expressions], [modes[k] for k in values], numbers)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,9 +9,10 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
-from powertrain.equilibrium.system import Equilibrium
+from powertrain.plant import Plant
 from powertrain.steadystate.axes import Grid, GridAxis
 from powertrain.steadystate.results import MOST_LAWS, MapResults
+from powertrain.steadystate.steady_map import SteadyMap
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,26 +38,13 @@ _PROBLEMS = {
 }
 
 
-@dataclass(frozen=True)
-class DataVariable:
-    """A variable of the result."""
-
-    name: str
-    unit: str
-    doc: str
-
-
-def dataset(
-    compiled: Compiled,
-    problem: Equilibrium,
-    quantities: list[DataVariable],
-    grid: Grid,
-    ordered: Grid,
-    results: MapResults,
-) -> xr.Dataset:
+def dataset(plant: Plant[Any], grid: Grid, map_: SteadyMap, ordered: Grid, results: MapResults) -> xr.Dataset:
     """Variables over the dimensions of ``grid``; ``results`` holds them in the order of ``ordered``."""
     import xarray as xr
 
+    from powertrain import __version__
+
+    compiled, problem, quantities = plant.compiled, map_.problem, map_.quantities
     turn = [ordered.dims.index(d) for d in grid.dims]
 
     def shaped(flat: NDArray[Any]) -> NDArray[Any]:
@@ -73,13 +60,15 @@ def dataset(
         attributes = {"units": q.unit, "long_name": q.doc or q.name}
         data[q.name] = (grid.dims, shaped(results.rows[k]), attributes)
         for end, rows, text in zip(("low", "high"), intervals, ("least", "greatest"), strict=False):
-            said = {**attributes, "long_name": f"{attributes['long_name']}, {text} possible value"}
-            data[f"{q.name}_{end}"] = (grid.dims, shaped(rows[k]), said)
+            told = {**attributes, "long_name": f"{attributes['long_name']}, {text} possible value"}
+            data[f"{q.name}_{end}"] = (grid.dims, shaped(rows[k]), told)
     data["status"] = (grid.dims, shaped(results.status), _flags())
     named = [(law.name, law.where) for law in (*problem.laws, *problem.guards)]
     if results.involved is not None:
         data["status_laws"] = (grid.dims, shaped(results.involved), _law_flags([n for n, _ in named]))
-    return xr.Dataset(data, coords=coords, attrs={"problems": _problems(results, grid.size, named)})
+    said = {"problems": _problems(results, grid.size, named)}
+    said |= {"model": type(plant.model).__name__, "powertrain_version": __version__}
+    return xr.Dataset(data, coords=coords, attrs=said)
 
 
 def _coordinate(axis: GridAxis) -> str:
@@ -132,8 +121,3 @@ def _described(compiled: Compiled, name: str) -> tuple[str, str]:
     if name in compiled.parameters:
         return compiled.parameters[name].unit, compiled.parameters[name].doc
     return compiled.signals[name].unit, compiled.signals[name].doc
-
-
-def rate_unit(unit: str) -> str:
-    """The unit of a rate: 'rad/s' -> 'rad/s2', 'rad' -> 'rad/s'."""
-    return f"{unit[:-2]}/s2" if unit.endswith("/s") else f"{unit}/s"

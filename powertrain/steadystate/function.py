@@ -10,19 +10,17 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.hybrid import Friction
-from powertrain.equilibrium.choices import choices, held_rows, with_modes
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import OK
-from powertrain.equilibrium.system import Equilibrium, formulate
+from powertrain.equilibrium.system import held_rows, with_modes
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name
 from powertrain.language.component import Component
-from powertrain.language.symbols import Symbol, column
-from powertrain.modes.contact import CLOSED
-from powertrain.modes.friction import STUCK
+from powertrain.language.symbols import column
 from powertrain.plant import Plant, plant_of
-from powertrain.steadystate.steady import What, question, steady
+from powertrain.steadystate.dataset import dataset
+from powertrain.steadystate.results import Look
+from powertrain.steadystate.steady import What, question, steady_map
 
 Array = NDArray[np.float64]
 _ACCURACY = 1e-10
@@ -115,24 +113,21 @@ def steady_function(
     if not point or any(np.ndim(value) for value in point.values()):
         raise ParameterError("at: give the values of one operating point, a number for each name")
     q = question(plant, point, outputs, parameters, inputs, free, guesses)
-    problem = formulate(plant.compiled, q.asked, 0.0, q.guesses, q.common[: len(plant.compiled.parameters)])
+    map_ = steady_map(plant, q)
+    problem = map_.problem
     for w, lost in zip(q.wanted, problem.turning, strict=True):
         if lost:
             raise ParameterError(f"outputs: {w.name} depends on an angle that only rotates, so it has no steady value")
     v = np.array([float(point[name]) for name in q.asked.axes])
-    solver = Solver(problem)
-    solver.set_common(q.common)
-    solved = solver.solve(v[:, None])
+    solved = map_.solver.solve(v[:, None])
     if solved.status[0] != OK or solved.rest.any():
-        problems = steady(
-            plant, point, outputs=outputs, parameters=parameters, inputs=inputs, free=free, guesses=guesses
-        ).attrs["problems"]
+        problems = dataset(plant, q.grid, map_, *map_.run(q.grid, Look(), None)).attrs["problems"]
         raise ParameterError(
             f"at: the operating point is not unique or does not exist: {problems or 'friction at rest'}"
         )
     modes, u = solved.modes[:, 0], solved.u[:, 0]
     count = len(plant.compiled.parameters)
-    function, margins = _function(problem, modes, u, v, q.common, count)
+    function, margins = _function(map_.solver, modes, u, v, q.common, count)
     known = plant.compiled
     units = {n: known.parameters[n].unit for n in known.parameters} | {n: i.unit for n, i in known.inputs.items()}
     units |= {n: known.signals[n].unit for n in q.asked.axes if n in known.signals and n not in units}
@@ -144,21 +139,19 @@ def steady_function(
 
 
 def _function(
-    problem: Equilibrium, modes: Array, u: Array, v: Array, common: Array, count: int
+    solver: Solver, modes: Array, u: Array, v: Array, common: Array, count: int
 ) -> tuple[ca.Function, tuple[str, ...]]:
     """The function of (v, p), and the names of the margins."""
-    held = [
-        row for k, row in held_rows(problem) if modes[k] == (STUCK if isinstance(problem.laws[k], Friction) else CLOSED)
-    ]
+    problem = solver.problem
+    held = [row for row, k, mode in held_rows(problem) if modes[k] == mode]
     margins = {
-        f"{choice.law.name}": choice.margins[mode]
-        for choice, mode in zip(choices(problem), modes.tolist(), strict=True)
+        f"{choice.law.name}": choice.margins[mode] for choice, mode in zip(solver.choices, modes.tolist(), strict=True)
     }
     given = dict(enumerate(modes.tolist()))
-    written = with_modes([*problem.outputs, *margins.values(), *problem.rows, *held], problem.modes, given)
+    parts = with_modes([*problem.outputs, *margins.values(), *problem.rows, *held], problem.modes, given)
     first, second = len(problem.outputs), len(problem.outputs) + len(margins)
-    y, margin, rows = (column(part) for part in (written[:first], written[first:second], written[second:]))
-    grid, unknown = column(problem.grid), column(problem.u) if problem.u else Symbol(0, 1)
+    y, margin, rows = (column(part) for part in (parts[:first], parts[first:second], parts[second:]))
+    grid, unknown = column(problem.grid), column(problem.u)
     values = ca.Function("powertrain_steady_values", [unknown, grid, problem.common], [y, margin])
     V, P = ca.MX.sym("v", len(v)), ca.MX.sym("p", count)
     whole = ca.vertcat(P, ca.DM(common[count:]))

@@ -10,18 +10,17 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.compiler.hybrid import Friction
-from powertrain.equilibrium.choices import held_rows
-from powertrain.equilibrium.points import OK, STUCK_POINT, Look
+from powertrain.equilibrium.points import OK, STUCK_POINT
+from powertrain.equilibrium.system import held_rows
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as texts
 from powertrain.language.component import Component
-from powertrain.language.symbols import Symbol, column
-from powertrain.modes.contact import CLOSED
-from powertrain.modes.friction import STUCK
+from powertrain.language.symbols import column
 from powertrain.numerics.batch import LANES, Rows, Tape
 from powertrain.plant import Plant, plant_of
-from powertrain.steadystate.steady import Question, What, kept, question, steady_map, written
+from powertrain.steadystate.dataset import dataset
+from powertrain.steadystate.results import Look
+from powertrain.steadystate.steady import Question, What, kept, question, steady_map
 from powertrain.steadystate.steady_map import SteadyMap
 
 if TYPE_CHECKING:
@@ -75,9 +74,9 @@ def steady_gradient(
     for name in names:
         if name not in asked.axes:
             raise ParameterError(f"wrt: {name} is not on the grid{suggestion(name, asked.axes)}")
-    map_ = steady_map(plant, q, 0.0)
-    ordered, results = map_.run(spanned, q.common, Look(), None, keep=True)
-    found = written(plant, q, map_, ordered, results)
+    map_ = steady_map(plant, q)
+    ordered, results = map_.run(spanned, Look(), None, keep=True)
+    found = dataset(plant, q.grid, map_, ordered, results)
     slopes = _slopes(plant, q, map_, names)
     status = found.status.values.ravel()
     points = spanned.at(np.arange(spanned.size))
@@ -108,10 +107,11 @@ def steady_gradient(
 
 def _slopes(plant: Plant[Any], q: Question, map_: SteadyMap, names: list[str]) -> _Slopes:
     """The derivatives for these names, kept for the next call."""
-    place = kept(plant, "slopes", q, 0.0, tuple(names))
-    found: _Slopes | None = place.get()
-    if found is None or found.map is not map_:
-        found = place.put(_Slopes(map_, [q.asked.axes.index(n) for n in names]))
+    found: _Slopes = kept(
+        plant, "slopes", q, tuple(names),
+        lambda slopes: slopes.map is map_,
+        lambda: _Slopes(map_, [q.asked.axes.index(n) for n in names]),
+    )  # fmt: skip
     found.tape.set_common(q.common)
     return found
 
@@ -122,11 +122,10 @@ class _Slopes:
     def __init__(self, map_: SteadyMap, places: list[int]) -> None:
         problem = map_.problem
         self.map, self.solver, self.problem = map_, map_.solver, problem
-        self.held = held_rows(problem) if problem.u else []
+        self.held = held_rows(problem)
         axes = column([problem.grid[k] for k in places])
-        u = column(problem.u) if problem.u else Symbol(0, 1)
-        y = column(problem.outputs)
-        rows = column([*problem.rows, *(row for _, row in self.held)]) if problem.u else Symbol(0, 1)
+        u, y = column(problem.u), column(problem.outputs)
+        rows = column([*problem.rows, *(row for row, _, _ in self.held)])
         self.shape = y.numel(), len(places), u.numel(), rows.numel()
         parts = [y, ca.jacobian(y, axes), ca.jacobian(y, u), ca.jacobian(rows, axes), ca.jacobian(rows, u)]
         flat = [e for p in parts for e in ca.vertsplit(ca.vec(ca.densify(p).T)) if p.numel()]
@@ -165,10 +164,9 @@ class _Slopes:
         """The change of the implicit unknowns; rows of laws that are not stuck do not count."""
         first = len(self.problem.rows)
         r_a, r_u = r_a.copy(), r_u.copy()
-        for j, (k, _) in enumerate(self.held, first):
-            holds = modes[k] == (STUCK if isinstance(self.problem.laws[k], Friction) else CLOSED)
-            r_a[j] *= holds
-            r_u[j] *= holds
+        for j, (_, k, mode) in enumerate(self.held, first):
+            r_a[j] *= modes[k] == mode
+            r_u[j] *= modes[k] == mode
         count = r_a.shape[-1]
         moved = [-np.linalg.lstsq(r_u[..., p], r_a[..., p], rcond=None)[0] for p in range(count)]
         return np.array(moved, float).reshape(count, r_u.shape[1], r_a.shape[1]).transpose(1, 2, 0)

@@ -16,13 +16,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.hybrid import Switch
-from powertrain.equilibrium.choices import bounded, with_modes
+from powertrain.compiler.hybrid import Friction, Switch
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.system import Equilibrium
+from powertrain.equilibrium.system import Equilibrium, with_modes
 from powertrain.language.symbols import Symbol
 from powertrain.modes.guards import guard_margin
-from powertrain.modes.tolerances import EPS
+from powertrain.modes.tolerances import EPS, INFINITE
 from powertrain.numerics.batch import LANES, Tape, all_hold, column_tape, dependence, different
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.vectorised import VectorTape
@@ -45,13 +44,15 @@ class Walker:
         self._compile = compile
         self.problem, self.choices, self.groups = problem, solver.choices, solver.groups
         self._wanted = [*problem.outputs, *problem.rates]
-        self._guards = [*bounded(problem), *(guard_margin(g) for g in problem.guards)]
+        found = [*problem.solved, *(law.torque for law in problem.laws if isinstance(law, Friction))]
+        self._guards = [margin for e in found for margin in (INFINITE - e, INFINITE + e)]
+        self._guards += [guard_margin(g) for g in problem.guards]
         self._switches = [k for k, c in enumerate(self.choices) if isinstance(c.law, Switch)]
         self._relevant: dict[Key, list[int]] = {}
         self._parts: dict[Key, tuple[list[Symbol], list[Symbol], list[list[Symbol]]]] = {}
         self.keys: list[Key] = []
         self._tapes: dict[tuple[Key, int], Tape | VectorTape] = {}
-        self._common: Array = np.zeros(1)
+        self.common: Array = np.zeros(1)
         self._fits, self._width = np.empty(max(*WIDTHS, VectorTape.most)), WIDTHS[-1]
         self._next: dict[Key, Key] = {}
         self._all: tuple[int, Tape | VectorTape] | None = None
@@ -60,7 +61,7 @@ class Walker:
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
-        self._common = values.copy()
+        self.common = values.copy()
         for each in self._tapes.values():
             each.set_common(values)
 
@@ -134,7 +135,7 @@ class Walker:
                 first, open_ = fits * open_, open_ * (1 - fits)
                 found = [f + ca.if_else(first, v, 0) for f, v in zip(found, [*values, Symbol(number)], strict=True)]
             self._all, self._called = (len(self.keys), self._made(found, WIDTHS[-1], self._compile)), 0
-        self._all[1].set_common(self._common)
+        self._all[1].set_common(self.common)
         return self._all[1]
 
     def _candidates(self, current: Key | None) -> list[Key]:
@@ -154,7 +155,7 @@ class Walker:
     def _tape(self, key: Key, level: int) -> Tape | VectorTape:
         if (key, level) not in self._tapes:
             self._tapes[key, level] = self._made(self._expressions(key), WIDTHS[level])
-            self._tapes[key, level].set_common(self._common)
+            self._tapes[key, level].set_common(self.common)
         return self._tapes[key, level]
 
     def _made(self, expressions: list[Symbol], width: int, compile: bool = False) -> Tape | VectorTape:

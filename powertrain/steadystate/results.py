@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Look, Points
+from powertrain.equilibrium.points import NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Points
 from powertrain.modes.tolerances import ALIKE
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
@@ -17,6 +18,23 @@ from powertrain.steadystate.intervals import ranges
 
 MOST_LAWS = 62
 """Number of laws that can have a bit in the results."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """Options of a map: the values at one ``side`` of laws at rest, the ``first`` of several solutions."""
+
+    side: int | None = None
+    first: bool = False
+
+
+@dataclass(frozen=True)
+class DataVariable:
+    """What a map gives at every point: a requested signal, or the rate of a held one."""
+
+    name: str
+    unit: str
+    doc: str
 
 
 class MapResults:
@@ -33,12 +51,8 @@ class MapResults:
         self.solved: list[Points] | None = None
         self._ends: list[tuple[NDArray[np.intp], Rows, Rows]] = []
 
-    def solve(self, grid: Rows, first: int) -> Array | None:
-        """Solve consecutive points; return the modes of the last good one."""
-        return self.solve_at(grid, first + np.arange(grid.shape[1]))
-
-    def solve_at(self, grid: Rows, places: NDArray[np.intp]) -> Array | None:
-        """Solve some points and store them."""
+    def solve(self, grid: Rows, places: NDArray[np.intp]) -> Array | None:
+        """Solve points, the numbers of which are ``places``, and store them; return the modes of the last good one."""
         end = self.look.side
         side = None if end is None else np.full((len(self.solver.choices), grid.shape[1]), float(end))
         points = self.solver.solve(grid, side)

@@ -139,7 +139,6 @@ class RowMap:
         x: Array,
         slow: Rows,
         plan: RowPieces,
-        common: Array,
         results: Sequence[Array],
         rest: Callable[[Index], None],
         done: Callable[[int], None],
@@ -155,14 +154,14 @@ class RowMap:
             for fitted, (first, last) in zip(plan.fitted, pairwise([0, *plan.cuts, x.size]), strict=True)
         ]
         for piece in pieces:
-            for points in self._settle(piece, True, fast, slow, common, [piece.numbers]):
+            for points in self._settle(piece, True, fast, slow, [piece.numbers]):
                 reached += points
                 done(reached)
         if reached:
             _draw(tables, pieces)
         finite = reached == count * x.size
         for piece in pieces:
-            for points in self._settle(piece, False, fast, slow, common, [t[:, piece.columns] for t in tables]):
+            for points in self._settle(piece, False, fast, slow, [t[:, piece.columns] for t in tables]):
                 reached += points
                 done(reached)
             left = _neighbours(np.flatnonzero(piece.open), x.size, piece.columns)
@@ -172,9 +171,7 @@ class RowMap:
                 done(reached)
         return finite and all(np.abs(each).max(initial=0.0) < _LARGE for each in (x, *(p.numbers for p in pieces)))
 
-    def _settle(
-        self, piece: _Piece, flat: bool, fast: int, slow: Rows, common: Array, targets: Sequence[Rows]
-    ) -> Iterator[int]:
+    def _settle(self, piece: _Piece, flat: bool, fast: int, slow: Rows, targets: Sequence[Rows]) -> Iterator[int]:
         """Try the affine combinations, or the others: first on the rows that they last fitted, then on all.
 
         Yields the number of points whenever some are finished.
@@ -188,7 +185,7 @@ class RowMap:
                 if not rows.size or self._form(key, fast)[0].flat != flat:
                     continue
                 tape = self._tape(key, fast, width)
-                tape.set_row(piece.x, common)
+                tape.set_row(piece.x, self.walker.common)
                 fits = rows[tape.write(slow, rows, targets)]
                 piece.fitted[fits], piece.open[fits] = number, False
                 yield fits.size * width

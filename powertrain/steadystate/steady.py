@@ -9,14 +9,13 @@ from __future__ import annotations
 import threading
 import weakref
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.equilibrium.placed import Request, state_of
-from powertrain.equilibrium.points import Look
 from powertrain.equilibrium.system import formulate
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import by_name, flag, listed, names, number, numbers_by_name, text
@@ -25,8 +24,8 @@ from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant, plant_of
 from powertrain.signals import Picked, Signals, signals_of
 from powertrain.steadystate.axes import Grid, make_grid
-from powertrain.steadystate.dataset import DataVariable, dataset, rate_unit
-from powertrain.steadystate.results import MapResults
+from powertrain.steadystate.dataset import dataset
+from powertrain.steadystate.results import DataVariable, Look
 from powertrain.steadystate.steady_map import SteadyMap
 
 if TYPE_CHECKING:
@@ -115,17 +114,10 @@ def steady(
         raise ParameterError(f"side = {side!r} must be 1 or -1, or None for intervals")
     look = Look(side, flag("first", first))
     plant, t = plant_of(plant), number("time", time, "s")
-    q = question(plant, grid, outputs, parameters, inputs, free, guesses, held)
-    map_ = steady_map(plant, q, t, flag("compile", compile))
-    ordered, results = map_.run(q.grid, q.common, look, None if progress is None else flag("progress", progress))
-    return written(plant, q, map_, ordered, results)
-
-
-def written(plant: Plant[Any], q: Question, map_: SteadyMap, ordered: Grid, results: MapResults) -> xr.Dataset:
-    """The results of a map with their descriptions."""
-    found = dataset(plant.compiled, map_.problem, map_.quantities, q.grid, ordered, results)
-    found.attrs.update(model=type(plant.model).__name__, powertrain_version=_version())
-    return found
+    q = question(plant, grid, outputs, parameters, inputs, free, guesses, held, t)
+    map_ = steady_map(plant, q, flag("compile", compile))
+    ordered, results = map_.run(q.grid, look, None if progress is None else flag("progress", progress))
+    return dataset(plant, q.grid, map_, ordered, results)
 
 
 @dataclass(frozen=True)
@@ -144,24 +136,31 @@ class Question:
     grid: Grid
     wanted: list[Wanted]
     asked: Request
-    guesses: dict[str, float]
     common: Array
 
 
 def question(
-    plant: Plant[Any], grid: Any, outputs: Any, parameters: Any, inputs: Any, free: Any, guesses: Any, held: Any = None
+    plant: Plant[Any],
+    grid: Any,
+    outputs: Any,
+    parameters: Any,
+    inputs: Any,
+    free: Any,
+    guesses: Any,
+    held: Any = None,
+    time: float = 0.0,
 ) -> Question:
     """The request in the arguments; ParameterError for wrong names and values."""
     spanned, given, guessed = make_grid(grid), numbers_by_name("inputs", inputs), numbers_by_name("guesses", guesses)
     wanted = wanted_signals(signals_of(plant.compiled), outputs)
     found, kept = (None if n is None else names(w, n) for w, n in (("free", free), ("held", held)))
-    asked = asked_for(plant, spanned, wanted, given, found, kept)
+    asked = replace(asked_for(plant, spanned, wanted, given, found, kept), guesses=guessed, time=time)
     _check_values(plant, spanned, guessed, by_name("parameters", parameters))
     values = {n: u.guess for n, u in plant.compiled.inputs.items()} | given
     common = np.concatenate(
         [plant.parameter_vector(parameters, together=False), np.array(list(values.values()), float)]
     )
-    return Question(spanned, wanted, asked, guessed, common)
+    return Question(spanned, wanted, asked, common)
 
 
 def wanted_signals(signals: Signals, outputs: Any) -> list[Wanted]:
@@ -262,63 +261,53 @@ def _check_values(plant: Plant[Any], grid: Grid, guesses: Mapping[str, float], p
             raise ParameterError(f"guesses: the model has no variable {name}{suggestion(name, plant.compiled.signals)}")
 
 
-def _version() -> str:
-    from powertrain import __version__
-
-    return __version__
-
-
 _local = threading.local()
 
 
-def kept(plant: Plant[Any], kind: str, q: Question, time: float, more: Hashable = ()) -> Kept:
-    """Where the prepared form of a question is kept for the next call with the same names; functions serve one thread."""
+def kept(
+    plant: Plant[Any], kind: str, q: Question, more: Hashable, valid: Callable[[T], bool], make: Callable[[], T]
+) -> T:
+    """The prepared form of a question, kept for the next call with the same names; functions serve one thread."""
     plants: weakref.WeakKeyDictionary[Plant[Any], dict[Any, Any]] = _local.__dict__.setdefault(
         kind, weakref.WeakKeyDictionary()
     )
+    asked, others = q.asked, plants.setdefault(plant, {})
     texts = tuple((w.name, w.asked, w.picked.name or str(w.picked.expression)) for w in q.wanted)
-    names = (q.asked.axes, q.asked.held, q.asked.free)
-    return Kept(plants.setdefault(plant, {}), (*names, texts, time, tuple(q.guesses.items()), more))
+    identity = (asked.axes, asked.held, asked.free, tuple(asked.guesses.items()), asked.time, texts, more)
+    found: T | None = others.get(identity)
+    if found is None or not valid(found):
+        found = make()
+        if len(others) >= _KEPT:
+            others.clear()
+        others[identity] = found
+    return found
 
 
-@dataclass(frozen=True)
-class Kept:
-    """A slot among ``_KEPT``."""
-
-    others: dict[Any, Any]
-    identity: Hashable
-
-    def get(self) -> Any:
-        """The value in the slot, or None."""
-        return self.others.get(self.identity)
-
-    def put(self, value: T) -> T:
-        """Keep a value and return it."""
-        if len(self.others) >= _KEPT:
-            self.others.clear()
-        self.others[self.identity] = value
-        return value
+def steady_map(plant: Plant[Any], q: Question, compile: bool = False) -> SteadyMap:
+    """The prepared map with the values of the question, kept for the next call with the same names."""
+    values = q.common[: len(plant.compiled.parameters)]
+    map_ = kept(plant, "maps", q, compile, lambda m: m.valid(values), lambda: _prepared(plant, q, values, compile))
+    map_.set_common(q.common)
+    return map_
 
 
-def steady_map(plant: Plant[Any], q: Question, time: float, compile: bool = False) -> SteadyMap:
-    """The prepared map, kept for the next call with the same names."""
-    values, place = q.common[: len(plant.compiled.parameters)], kept(plant, "maps", q, time, compile)
-    found: SteadyMap | None = place.get()
-    return found if found is not None and found.valid(values) else place.put(_prepared(plant, q, time, values, compile))
-
-
-def _prepared(plant: Plant[Any], q: Question, time: float, parameters: Array, compile: bool) -> SteadyMap:
+def _prepared(plant: Plant[Any], q: Question, parameters: Array, compile: bool) -> SteadyMap:
     signals, asked, wanted = plant.compiled.signals, q.asked, q.wanted
-    problem = formulate(plant.compiled, asked, time, q.guesses, parameters)
+    problem = formulate(plant.compiled, asked, parameters)
     for w, lost in zip(wanted, problem.turning, strict=True):
         if lost and w.asked:
             raise ParameterError(f"outputs: {w.name} depends on an angle that only rotates, so it has no steady value")
     steady_ones = [k for k, lost in enumerate(problem.turning) if not lost]
-    problem.outputs = [problem.outputs[k] for k in steady_ones]
+    problem = replace(problem, outputs=[problem.outputs[k] for k in steady_ones])
     quantities = [
         DataVariable(w.name, w.picked.unit, w.picked.doc or w.picked.label) for w in (wanted[k] for k in steady_ones)
     ]
     quantities += [
-        DataVariable(f"der({n})", rate_unit(signals[n].unit), f"Rate of {n}, which is held") for n in asked.held
+        DataVariable(f"der({n})", _rate_unit(signals[n].unit), f"Rate of {n}, which is held") for n in asked.held
     ]
     return SteadyMap(problem, quantities, parameters, frozenset(plant.compiled.parameters), compile)
+
+
+def _rate_unit(unit: str) -> str:
+    """The unit of a rate: 'rad/s' -> 'rad/s2', 'rad' -> 'rad/s'."""
+    return f"{unit[:-2]}/s2" if unit.endswith("/s") else f"{unit}/s"

@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import OK, Look
+from powertrain.equilibrium.points import OK
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 from powertrain.steadystate.axes import PAD, Grid
-from powertrain.steadystate.dataset import DataVariable
 from powertrain.steadystate.neighbours import Walker
-from powertrain.steadystate.progress import Bar
-from powertrain.steadystate.results import MapResults, block
+from powertrain.steadystate.results import DataVariable, Look, MapResults, block
 from powertrain.steadystate.rowwise import RowMap, RowPieces, make_plan
 
 _FAST = 2048
 _SLOW_BLOCK = 16384
 _SHORT_ROW = 64
+_PATIENCE = 2.0
+"""Seconds without a progress bar."""
 
 
 class SteadyMap:
@@ -39,8 +40,7 @@ class SteadyMap:
         self._given = given
         self.problem, self.quantities, self._parameters = problem, quantities, parameters
         self.solver = Solver(problem, compile)
-        self.walker = None if problem.u else Walker(problem, self.solver, compile)
-        self._rows_map = RowMap(self.walker) if self.walker is not None else None
+        self._rows = None if problem.u else RowMap(Walker(problem, self.solver, compile))
         self._orders: dict[Any, list[str]] = {}
         self._plans: dict[Any, RowPieces | None] = {}
 
@@ -48,37 +48,37 @@ class SteadyMap:
         """Whether the formulation is also valid for these parameters."""
         return not self.problem.together or np.array_equal(parameters, self._parameters)
 
-    def run(
-        self, grid: Grid, common: Array, look: Look, progress: bool | None, *, keep: bool = False
-    ) -> tuple[Grid, MapResults]:
+    def set_common(self, values: Array) -> None:
+        """Parameters and inputs that are the same for all points."""
+        self.solver.set_common(values)
+        if self._rows is not None:
+            self._rows.walker.set_common(values)
+
+    def run(self, grid: Grid, look: Look, progress: bool | None, *, keep: bool = False) -> tuple[Grid, MapResults]:
         """Solve all points of a grid; return the grid, with its dimensions in the order of the results, and the results.
 
         ``keep``: with modes and unknowns of every point, so every point is solved on its own.
         """
-        self.solver.set_common(common)
-        if grid.size >= _FAST and not keep and self.walker is not None:
-            return self._walked(self.walker, grid, common, look, progress)
+        if grid.size >= _FAST and not keep and self._rows is not None:
+            return self._walked(self._rows, grid, look, progress)
         results = MapResults(self.solver, len(self.quantities), grid.size, look)
         results.solved = [] if keep else None
         bar = Bar(progress, grid.size)
         for first, count, values in grid.pieces():
             for low in range(0, count, _SLOW_BLOCK):
                 high = min(low + _SLOW_BLOCK, count)
-                results.solve(block(values, low, high), first + low)
+                results.solve(block(values, low, high), np.arange(first + low, first + high))
                 bar.reach(first + high)
         bar.close()
         return grid, results
 
-    def _walked(
-        self, walker: Walker, grid: Grid, common: Array, look: Look, progress: bool | None
-    ) -> tuple[Grid, MapResults]:
+    def _walked(self, rows: RowMap, grid: Grid, look: Look, progress: bool | None) -> tuple[Grid, MapResults]:
         """The map of an explicit model from point to point."""
         ordered, bar = self._slowest_first(grid), Bar(progress, grid.size)
         results = MapResults(self.solver, len(self.quantities), ordered.size, look)
-        walker.set_common(common)
-        finite = self._by_rows(walker, results, ordered, common, bar)
+        finite = self._by_rows(rows, results, ordered, bar)
         if finite is None:
-            self._by_points(walker, results, ordered, bar)
+            self._by_points(rows.walker, results, ordered, bar)
         if not finite:
             self._look_again(results, ordered)
         bar.close()
@@ -101,7 +101,7 @@ class SteadyMap:
             self._plans.clear()
         return grid.ordered(self._orders[identity])
 
-    def _by_rows(self, walker: Walker, results: MapResults, grid: Grid, common: Array, bar: Bar) -> bool | None:
+    def _by_rows(self, by_rows: RowMap, results: MapResults, grid: Grid, bar: Bar) -> bool | None:
         """Fill the map by rows along the last dimension, if only one axis changes along it; whether all values are known to be finite."""
         last = [i for i, a in enumerate(grid.axes) if grid.dims[-1] in a.dims]
         if len(last) != 1 or grid.axes[last[0]].dims != (grid.dims[-1],) or grid.shape[-1] < _SHORT_ROW:
@@ -113,7 +113,7 @@ class SteadyMap:
             values = np.insert(slow[:, rows], fast, x[columns], axis=0)
             found = self.solver.solve(values)
             for k in np.flatnonzero(found.status == OK)[:: max(1, rows.size // 64)]:
-                walker.enter(found.modes[:, k])
+                by_rows.walker.enter(found.modes[:, k])
             return found.modes
 
         identity = grid.identity()
@@ -124,10 +124,9 @@ class SteadyMap:
             return None
 
         def rest(places: NDArray[np.intp]) -> None:
-            self._apart(walker, results, places, [np.pad(v, (0, PAD), "edge") for v in grid.at(places)])
+            self._apart(by_rows.walker, results, places, [np.pad(v, (0, PAD), "edge") for v in grid.at(places)])
 
-        assert self._rows_map is not None
-        return self._rows_map.fill(fast, x, slow, plan, common, results.rows, rest, bar.reach)
+        return by_rows.fill(fast, x, slow, plan, results.rows, rest, bar.reach)
 
     def _by_points(self, walker: Walker, results: MapResults, grid: Grid, bar: Bar) -> None:
         """Fill the map from point to point; the last points separately, because the walk writes beyond its end."""
@@ -149,7 +148,7 @@ class SteadyMap:
         rows = [row[first:] for row in results.rows]
 
         def careful(low: int, high: int) -> Array | None:
-            return results.solve(block(values, low, high), first + low)
+            return results.solve(block(values, low, high), np.arange(first + low, first + high))
 
         walker.walk(count, values, rows, careful, (lambda i: None) if bar is None else (lambda i: bar.reach(first + i)))
 
@@ -166,4 +165,29 @@ class SteadyMap:
         where = np.flatnonzero(suspects & (results.status == OK))
         for low in range(0, where.size, _SLOW_BLOCK):
             some = where[low : low + _SLOW_BLOCK]
-            results.solve_at(grid.at(some), some)
+            results.solve(grid.at(some), some)
+
+
+class Bar:
+    """A progress bar over points: always, never, or (None) if the computation takes more than two seconds."""
+
+    def __init__(self, wanted: bool | None, total: int) -> None:
+        self._wanted, self._total = wanted, total
+        self._bar: Any = None
+        self._start = time.perf_counter()
+
+    def reach(self, count: int) -> None:
+        """Set the number of points that are done."""
+        if self._wanted is False:
+            return
+        if self._bar is None and (self._wanted or time.perf_counter() - self._start > _PATIENCE):
+            from tqdm.auto import tqdm
+
+            self._bar = tqdm(total=self._total, unit=" points", desc="steady")
+        if self._bar is not None:
+            self._bar.update(count - self._bar.n)
+
+    def close(self) -> None:
+        """The end."""
+        if self._bar is not None:
+            self._bar.close()

@@ -1,4 +1,8 @@
-"""Solves equations that are fractions of affine expressions in one unknown, such as the ratio of a gear as a function of a speed ratio."""
+"""The unknowns of a steady problem that have a closed form: which conditions determine which unknowns, and what solves these blocks.
+
+A block has a closed form if it is linear, or a fraction of two affine expressions in one unknown, such as the ratio of a gear as a
+function of a speed ratio.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,88 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from powertrain.language.symbols import Symbol, free_symbols, key
+from powertrain.compiler.index import generic
+from powertrain.compiler.matching import Matching, components
+from powertrain.equilibrium.placed import Placed, rest_of
+from powertrain.errors import ParameterError
+from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.numerics.batch import dependence
+from powertrain.numerics.sparse_lu import Numbers, Row, SingularBlock, solve
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A state, an algebraic unknown, or an input or parameter to be found."""
+
+    symbol: Symbol
+    name: str
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What is zero at a steady state, and its text for messages."""
+
+    zero: Symbol
+    text: str
+
+
+def blocks_of(
+    placed: Placed, unknowns: list[Unknown], conditions: list[Condition]
+) -> list[tuple[list[int], list[int]]]:
+    """Conditions and unknowns of the blocks, in order of solution."""
+    symbols, rows = [u.symbol for u in unknowns], [c.zero for c in conditions]
+    entries = dependence(rows, symbols)
+    # For a stuck law its speed (for a closed contact its gap) replaces the rates that depend on its mode.
+    through = dependence(rows, [placed.dae.m[law.index] for law in placed.laws])
+    moved = dependence(placed.put([rest_of(law) for law in placed.laws]), symbols)
+    entries = entries | (through.astype(int) @ moved.astype(int) > 0)
+    adjacent = [[int(j) for j in np.flatnonzero(row)] for row in entries]
+    matching = Matching(lambda e: adjacent[e])
+    for e in sorted(range(len(rows)), key=lambda e: len(adjacent[e])):
+        if not matching.augment(e):
+            texts = [conditions[k].text for k in sorted(matching.seen_equations)]
+            names = sorted(unknowns[j].name for j in matching.seen_variables)
+            raise ParameterError(_unbalanced(texts, names))
+    graph = [[matching.equation_of[j] for j in row if matching.equation_of[j] != e] for e, row in enumerate(adjacent)]
+    return [(sorted(block), sorted(matching.variable_of[e] for e in block)) for block in components(graph)]
+
+
+def _unbalanced(texts: list[str], names: list[str]) -> str:
+    found = (
+        f"can only be met by {', '.join(names)}"
+        if names
+        else "cannot be met: nothing that is to be found influences them"
+    )
+    return (
+        f"steady: the conditions {'; '.join(texts)} {found}. "
+        "Prescribe a speed on the grid, or let an input or parameter be found: free=[...]"
+    )
+
+
+def solved_block(rows: list[Symbol], unknowns: list[Symbol], modes: list[Symbol]) -> list[Symbol] | None:
+    """The unknowns of a block as expressions, or None if it is nonlinear or not the same in all modes."""
+    jacobian = ca.jacobian(column(rows), column(unknowns))
+    slopes = [jacobian.nz[i] for i in range(jacobian.nnz())]
+    if dependence(slopes, modes).any():
+        return None
+    if dependence(slopes, unknowns).any():
+        root = root_of_fraction(rows[0], unknowns[0]) if len(rows) == 1 else None
+        return None if root is None or dependence([root], modes).any() else [root]
+    symbols = ca.symvar(jacobian)
+    point = [generic(s) for s in symbols]
+    numbers = np.array(ca.Function("powertrain_block", [column(symbols)], [jacobian])(point).nonzeros(), float)
+    right = ca.vertsplit(-ca.substitute(column(rows), column(unknowns), ca.DM.zeros(len(unknowns))))
+    entries: list[Row] = [{} for _ in rows]
+    sizes: list[Numbers] = [{} for _ in rows]
+    for k, (i, j) in enumerate(zip(*jacobian.sparsity().get_triplet(), strict=True)):
+        if numbers[k] == 0.0:
+            continue
+        entries[i][j], sizes[i][j] = jacobian.nz[k], float(numbers[k])
+    try:
+        solution = solve(entries, right, sizes)
+    except SingularBlock:
+        return None
+    return [solution[j] for j in range(len(unknowns))]
 
 
 @dataclass(frozen=True)
