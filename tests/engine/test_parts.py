@@ -122,6 +122,17 @@ def test_what_depends_on_constants_is_computed_apart(seed: int) -> None:
     assert ca.OP_EXP not in operations
 
 
+def test_divisions_by_constants_are_multiplications() -> None:
+    x, m, p = ca.SX.sym("x", 2), ca.SX.sym("m", 1), ca.SX.sym("p", 2)
+    outputs = [ca.vertcat(x[0] / p[0], x[1] / (m + p[1]), ca.sin(x[0]) / (m + p[1]), x[0] / x[1])]
+    function, prepare = hoisted("f", [x], [m, p], outputs)
+    values = [np.array([0.3, -0.7]), np.array([2.0]), np.array([3.0, 0.1])]
+    whole = ca.Function("whole", [x, m, p], outputs)(*values)
+    np.testing.assert_allclose(function(*values, prepare(*values[1:])), whole, rtol=1e-15)
+    operations = [function.instruction_id(k) for k in range(function.n_instructions())]
+    assert operations.count(ca.OP_DIV) == 1
+
+
 @COMPILER
 @pytest.mark.parametrize("compile", [True, "background"])
 def test_runs_in_parts_switch_as_interpreted_ones(compile: Any, tmp_path: Path, monkeypatch: Any) -> None:
