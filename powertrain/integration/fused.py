@@ -17,7 +17,7 @@ from powertrain.modes.indicators import indicators
 from powertrain.modes.projection import at_rest
 from powertrain.modes.rules import mode_pass
 from powertrain.modes.switch import timed
-from powertrain.modes.tolerances import BALANCED, FOUND, NOW, SETTLED
+from powertrain.modes.tolerances import BALANCED, FOUND, INTEGRATED, NOW, SETTLED
 from powertrain.numerics.buffers import CHECKS, PREFIX
 from powertrain.numerics.hoisting import hoisted
 from powertrain.numerics.sparse_lu import factorize
@@ -273,10 +273,16 @@ def newton(model: Common) -> ca.Function:
 
 
 def update(model: Common) -> ca.Function:
-    """One pass of the mode rules: (time, y, m, p, fire, [jumped, slack]) -> (m, flags, edges, closing)."""
+    """One pass of the mode rules: (time, y, m, p, fire, [jumped, slack]) -> (m, flags, edges, closing).
+
+    Laws that are stuck are judged at rest, where integration continues: a smooth resistance has a torque left at a speed within its
+    hysteresis, and limits that are a share of this very torque do not hold it. A larger change of the states would stop other motions.
+    """
     dae = model.dae
     fire, jumped = ca.SX.sym("fire", len(timed(dae)[1])), ca.SX.sym("jumped", 2)
-    called = _rules(model, model.y, fire, jumped)
+    still = _at_rest(model, model.y)
+    near = ca.logic_and(jumped[0] <= 0, ca.norm_inf(still - model.y) <= INTEGRATED)
+    called = _rules(model, ca.if_else(near, still, model.y), fire, jumped)
     return _function(PREFIX + "update", [model.time, model.y, dae.m, dae.p, fire, jumped], called)
 
 

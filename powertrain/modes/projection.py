@@ -1,4 +1,4 @@
-"""Sets the speeds of stuck laws exactly to zero, by the smallest correction of the states.
+"""Sets the speeds of stuck laws exactly to zero, by the smallest correction of the states that torques move.
 
 With the speeds w(x) of the stuck laws and W = dw/dx, the correction of least norm is -W'λ with W W'λ = w. A second correction removes
 what rounding and nonlinear speeds leave.
@@ -24,7 +24,7 @@ def at_rest(dae: HybridDae) -> ca.SX:
     """The states with the speeds of all stuck laws set to zero."""
     x = [dae.x[i] for i in range(dae.x.numel())]
     place = {state.element_hash(): i for i, state in enumerate(x)}
-    free, coupled = [ca.SX(1)] * len(x), []
+    free, coupled = _moved(dae), []
     for law in dae.frictions:
         if law.algebraic or law.prescribed:
             continue
@@ -35,6 +35,15 @@ def at_rest(dae: HybridDae) -> ca.SX:
         else:
             x[i], free[i] = ca.if_else(stuck, 0.0, x[i]), ca.if_else(stuck, 0.0, free[i])
     return _projected(dae, column(x), column(free), coupled) if coupled else column(x)
+
+
+def _moved(dae: HybridDae) -> list[ca.SX]:
+    """1 for the states that torques move, else 0: it is shafts that bring a mesh to rest, and not a change of the ratio of a variator."""
+    n = dae.x.numel()
+    if dae.opened is None:
+        return [ca.SX(1)] * n
+    moved = {j for causes in (dae.opened.tau, dae.z) for j in ca.jacobian_sparsity(dae.opened.xdot, causes).row()}
+    return [ca.SX(j in moved) for j in range(n)]
 
 
 def _projected(dae: HybridDae, x: ca.SX, free: ca.SX, laws: list[tuple[ca.SX, ca.SX]]) -> ca.SX:
