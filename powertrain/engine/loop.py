@@ -147,6 +147,8 @@ class Run:
                 rejected, h = True, 0.5 * h
                 continue
             rows += record
+            if auto and (info[4] > STIFF or self.stiff > 0) and self._too_stiff(info[4]):
+                steps, auto = self._implicit(), False
             if info[3] <= 0.0 and self._locate(t, h, side):
                 return True
             factor, halved, side = info[2], 0, 1 - side
@@ -161,8 +163,6 @@ class Run:
             if watch is not None:
                 self.t, self.side = t, side  # the run may end here
                 watch()
-            if auto and (info[4] > STIFF or self.stiff > 0) and self._too_stiff(info[4]):
-                steps, auto = self._implicit(), False
             if last:
                 self.t, self.h, self.side = t, h, side
                 return False

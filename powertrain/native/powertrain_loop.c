@@ -569,6 +569,7 @@ static int smooth(pt_model *a)
             continue;
         }
         keep_step(a, t, h);
+        int stiff = too_stiff(a);
         if (a->info[3] <= 0) {
             int found = located(a, t, h);
             if (found) {
@@ -586,7 +587,6 @@ static int smooth(pt_model *a)
         a->side = 1 - a->side;
         a->h = h;
         for (int k = 0; k < a->n->counted; k++) a->counts[k] += a->outside[k];
-        int stiff = too_stiff(a);
         if (last) return 0;
         if (stiff || full(a)) return 2;
     }
