@@ -151,13 +151,14 @@ def test_a_car_stops_and_stands_on_its_brakes(tmp_path: Path) -> None:
 def test_cars_shift_gears(kind: str, stop: float, tmp_path: Path) -> None:
     """Synchronisers, dogs and clutches that come to rest at their limits while others hold them.
 
-    Long steps in C call functions, and so does machine code; interpreted steps differ from both by round-off.
+    Steps in one function and in parts differ by round-off, which grows as above: to speeds of 1e-6 of their size, and to instants at
+    which such speeds are reached.
     """
     plant = pt.compile(on_cycle(getattr(pt.vehicles, kind)(), "wltc"))
     found = plant.export_c(tmp_path, method="rodas5p").simulate(stop, points=100)
     wanted = plant.simulate(stop, points=100, method="rodas5p", compile=True)
     assert [(e.name, e.old, e.new) for e in found.events] == [(e.name, e.old, e.new) for e in wanted.events]
-    assert [e.time for e in found.events] == pytest.approx([e.time for e in wanted.events], abs=1e-6)
+    assert [e.time for e in found.events] == pytest.approx([e.time for e in wanted.events], abs=1e-4)
     for name in ("body.v", "body.s", "engine.fuel", "engine.w"):
         size = float(np.abs(wanted[name]).max())
         np.testing.assert_allclose(found[name], wanted[name], rtol=0, atol=1e-5 * size, err_msg=name)
