@@ -241,6 +241,28 @@ def test_inputs_set_from_c_are_those_of_a_run_in_hand(tmp_path: Path) -> None:
         assert found == pytest.approx(run.state.x, rel=1e-9, abs=1e-10)
 
 
+class Doubled(pt.Component):
+    """A value that two laws reset at 0.5 s."""
+
+    second: pt.Parameter = pt.parameter("kg", "What the second gives it", default=4.0)
+    s: pt.Variable = pt.variable("s", "Runs with the time", start=0.0)
+    held: pt.Discrete = pt.discrete("kg", "A value that is held", start=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.s) == 1
+        yield pt.when(pt.time > 0.5, pt.reinit(self.held, 3))
+        yield pt.when(pt.time > 0.5, pt.reinit(self.held, self.second))
+
+
+def test_two_resets_of_one_variable_agree_or_are_refused(tmp_path: Path) -> None:
+    model = pt.compile(Doubled()).export_c(tmp_path)
+    assert model.simulate(1.0, parameters={"second": 3.0})["held"][-1] == 3.0
+    with pytest.raises(pt.SimulationError, match="two laws reset one variable to different values") as caught:
+        model.simulate(1.0)
+    assert caught.value.result is not None
+    assert caught.value.result.time[-1] == 0.5
+
+
 def test_what_c_cannot_do_is_refused(tmp_path: Path) -> None:
     with pytest.raises(pt.ParameterError, match="is a unilateral contact; impacts are not available in C"):
         pt.compile(Ball()).export_c(tmp_path)

@@ -26,7 +26,7 @@ from powertrain.numerics.compiled import Library, compiler, library
 
 SOURCES = Path(__file__).parents[1] / "native"
 SIGNALS = ("times", "owners", "jumps", "first", "starts", "rows")
-OK, FULL, TOO_STIFF, UNDERFLOW, RATES, GUARD, EVENTS, ASK = 0, 1, 2, -1, -4, -5, -7, -8
+OK, FULL, TOO_STIFF, UNDERFLOW, RATES, GUARD, EVENTS, ASK = 0, 1, 2, -1, -4, -5, -7, -9
 """What C returns, as in ``powertrain_run.h``."""
 _ROWS, _HELD, _INSTANTS = 1000, 500, 200
 """How much of a run is kept in C before Python takes it over."""

@@ -16,10 +16,10 @@ from powertrain.integration.step_control import (
 )
 from powertrain.modes.resolve import PASSES
 from powertrain.modes.resting import NOTHING, SINGULAR
-from powertrain.modes.tolerances import EPS, NOW, SHORTEST
+from powertrain.modes.tolerances import EPS, JUMP, NOW, SHORTEST
 
 _LIMITS = {
-    "EPS": EPS, "NOW": NOW, "SHORTEST": SHORTEST, "AIM": AIM, "CLOSE": CLOSE, "LARGEST": LARGEST, "FINEST": FINEST,
+    "EPS": EPS, "JUMP": JUMP, "NOW": NOW, "SHORTEST": SHORTEST, "AIM": AIM, "CLOSE": CLOSE, "LARGEST": LARGEST, "FINEST": FINEST,
     "ORDER": ORDER, "SAFETY": SAFETY, "GROWTH": GROWTH, "FAILED": FAILED, "LEAST_ORDER": LEAST_ORDER,
     "HALVINGS": HALVINGS, "PASSES": PASSES, "SINGULAR": SINGULAR, "NOTHING": NOTHING, "STIFF": STIFF, "STIFF_STEPS": STIFF_STEPS,
 }  # fmt: skip

@@ -169,13 +169,13 @@ class Run:
 
     def _proceed(self, loop: LoopInC) -> bool:
         """Continue in C until the stop (False), or until an event that is not routine: whether it was located inside a step."""
-        status = FULL
-        while status == FULL:
+        while True:
             at = Position(self.t, self.h, self.side, self.crossed, self.idle, self.stiff)
             done = loop.proceed(at, self.start, self.stop, self.max_step, self.recorder.held[-1])
             self._take_over(done)
-            status = done.status
-        if status == ASK:
+            if done.status != FULL:
+                break
+        if (status := done.status) == ASK:
             self.instant, self.corner = done.instant, done.corner
             return done.located
         self.instant = self.corner = np.inf

@@ -129,7 +129,20 @@ static void apply_rules(pt_model *a, double slack)
     a->jumped[1] = 0;
 }
 
-static void apply_resets(pt_model *a)
+/* Whether reset i gives another value to a variable that an earlier one at this instant has set. */
+static int conflicts(const pt_model *a, int i)
+{
+    const pt_tables *of = a->of;
+    for (int k = 0; of->when_first[k] < i; k++)
+        for (int j = of->when_first[k]; a->edges[k] && j < i && j < of->when_first[k + 1]; j++)
+            if (of->reset_place[j] == of->reset_place[i] && of->reset_discrete[j] == of->reset_discrete[i] &&
+                fabs(a->resets[j] - a->resets[i]) > PT_JUMP * (1 + fabs(a->resets[j])))
+                return 1;
+    return 0;
+}
+
+/* The resets of all laws whose edges rise, with values from before: 0, or an error. */
+static int apply_resets(pt_model *a)
 {
     const double *given[] = {a->time, a->y[a->side], a->y[a->side] + a->n->x, a->m, a->p};
     double *wanted[] = {a->resets};
@@ -139,11 +152,13 @@ static void apply_resets(pt_model *a)
         a->m[a->of->when_place[k]] = 1;
         for (int i = a->of->when_first[k]; i < a->of->when_first[k + 1]; i++) {
             double *target = a->of->reset_discrete[i] ? a->m : a->y[a->side];
+            if (conflicts(a, i)) return PT_CONFLICT;
             target[a->of->reset_place[i]] = a->resets[i];
             if (!a->of->reset_discrete[i]) a->reset = a->which[k] = 1;
         }
     }
     a->jumped[0] = 2;
+    return 0;
 }
 
 /* All laws by their rules from the same torques, until none changes: 1, or 0 after a reset, or an error. With ``slack`` a law at rest may
@@ -155,10 +170,7 @@ static int newton(pt_model *a, double slack)
         if (!solvable(a)) return PT_ALGEBRA;
         apply_rules(a, slack);
         if (a->hosted && (a->flags[1] || a->flags[2])) return PT_ASK;
-        if (a->flags[1]) {
-            apply_resets(a);
-            return 0;
-        }
+        if (a->flags[1]) return apply_resets(a);
         clear(a->fire, a->n->timed);
         a->jumped[0] = 0;
         if (!a->flags[0]) return 1;

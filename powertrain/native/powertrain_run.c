@@ -163,6 +163,7 @@ const char *pt_message(int status)
     static const char *const said[] = {
         "done", "the step size became too small", "no modes were found that fit together",
         "the implicit equations have no solution near the last one", "a rate is not finite", "a quantity left its range",
-        "resets follow one another without end", "too many events at one instant or in one fixed step"};
+        "resets follow one another without end", "too many events at one instant or in one fixed step",
+        "two laws reset one variable to different values"};
     return status == PT_FULL ? "the record is full" : said[-status];
 }

@@ -14,7 +14,8 @@ enum {
     PT_GUARD = -5,      /* a quantity left its range */
     PT_RESETS = -6,     /* resets follow one another without end */
     PT_EVENTS = -7,     /* too many events at one instant or in one fixed step */
-    PT_ASK = -8         /* the host resolves this event */
+    PT_CONFLICT = -8,   /* two laws reset one variable to different values at one instant */
+    PT_ASK = -9         /* the host resolves this event */
 };
 
 typedef struct pt_model pt_model;
