@@ -26,11 +26,11 @@ from powertrain.numerics.compiled import Library, compiler, library
 
 SOURCES = Path(__file__).parents[1] / "native"
 SIGNALS = ("times", "owners", "jumps", "first", "starts", "rows")
-OK, FULL, TOO_STIFF, UNDERFLOW, RATES, GUARD, EVENTS, ASK = 0, 1, 2, -1, -4, -5, -7, -9
-"""What C returns, as in ``powertrain_run.h``."""
+FULL, TOO_STIFF, UNDERFLOW, RATES, GUARD, EVENTS, ASK = 1, 2, -1, -4, -5, -7, -9
+"""What C returns besides 0, as in ``powertrain_run.h`` and ``powertrain_loop.h``."""
 _ROWS, _HELD, _INSTANTS = 1000, 500, 200
 """How much of a run is kept in C before Python takes it over."""
-_DIMENSIONS = "x z y m p indicators whens timed rests laws frictions counted constants"
+_DIMENSIONS = "x z y m indicators whens timed rests laws frictions counted constants"
 _TABLES = "places when_place when_first reset_place reset_discrete rests rest_laws laws frictions quiet bends guards"
 _FUNCTIONS = (
     "method constants advance samples verdict fresh rest locate corner update newton instants longest resets mobility"
@@ -41,7 +41,7 @@ _ARRAYS = (
     "prepared counts which holds row held_row instant_row out sample_times"
 )
 _REALS = "t start stop h longest crossed max_step instant corner target stiff"
-_INTEGERS = "side begun changed fixed idle reset known located hosted asks explicit"
+_INTEGERS = "side begun changed fixed idle reset located prepared_once hosted every_event every_mode explicit_method"
 _COUNTS = "steps rejected events rows helds kept sampled most_rows most_held most_instants samples"
 
 
@@ -83,10 +83,7 @@ def _loop() -> ctypes.CDLL:
     headers = {name: (SOURCES / name).read_text(encoding="utf-8") for name in ("powertrain_loop.h", "powertrain_run.h")}
     for name, text in (headers | {"powertrain_limits.h": limits()}).items():
         code = code.replace(f'#include "{name}"\n', text)
-    loop = ctypes.CDLL(str(library(code, compiler())))
-    if loop.pt_model_size() != ctypes.sizeof(_Model):
-        raise AssertionError("powertrain.engine.in_c does not repeat pt_model of powertrain_loop.h")
-    return loop
+    return ctypes.CDLL(str(library(code, compiler())))
 
 
 def signal_tables(schedules: Schedules) -> dict[str, np.ndarray]:
@@ -109,10 +106,11 @@ def signals(tables: dict[str, np.ndarray]) -> tuple[Signals, list[np.ndarray]]:
 
 
 class Position(NamedTuple):
-    """Where a run is: time and next step (s), side of the unknowns, the last instant passed (s), idle events and stiff steps so far."""
+    """Where a run is: time, next step and longest step (s), side of the unknowns, last instant passed (s), idle events, stiff steps."""
 
     t: float
     h: float
+    longest: float
     side: int
     crossed: float
     idle: int
@@ -120,7 +118,7 @@ class Position(NamedTuple):
 
 
 class Stretch(NamedTuple):
-    """What C has done: its last word, where it is, what comes next, and records of the run.
+    """What C has done: its status, where it is, what comes next, and records of the run.
 
     ``located``: the event that is left to Python lies inside a step. ``instant``, ``corner``: the next instant of a timed law and the next
     breakpoint of a signal (s). ``rows``: as ``Memory.record``, with the place of the held values among ``held``.
@@ -145,8 +143,10 @@ class LoopInC:
     """
 
     def __init__(self, engine: Prepared, step: Library, others: Library, explicit: bool) -> None:
-        self._engine, self._schedules, self._kept = engine, Schedules(()), list[Any]()
-        self._model = _Model(hosted=1, asks=engine.hands_over, explicit=explicit)
+        self._engine, self._kept = engine, list[Any]()
+        self._schedules: Schedules | None = None
+        self._model = _Model(hosted=1, explicit_method=explicit)
+        self._model.every_event, self._model.every_mode = engine.continuity is not None, engine.admissible.checks
         self._model.most_rows, self._model.most_held, self._model.most_instants = _ROWS, _HELD, _INSTANTS
         self._continue, self._at = _loop().pt_continue, ctypes.byref(self._model)
         addresses = step.addresses() | others.addresses()
@@ -169,10 +169,11 @@ class LoopInC:
         return array.ctypes.data
 
     def _dimensions(self, constants: int) -> _Dimensions:
+        """Python applies resets and changes one law at a time, so that C needs no numbers of whens and laws."""
         engine, memory = self._engine, self._engine.memory
-        x, z, _, p = engine.sizes
+        x, z, _, _ = engine.sizes
         return _Dimensions(
-            x=x, z=z, y=memory.y[0].size, m=memory.m.size, p=p, indicators=len(engine.indicators), timed=len(engine.timed),
+            x=x, z=z, y=memory.y[0].size, m=memory.m.size, indicators=len(engine.indicators), timed=len(engine.timed),
             rests=len(engine.catalogue.rests), frictions=len(engine.dae.frictions), counted=len(engine.catalogue.counted),
             constants=constants,
         )  # fmt: skip
@@ -225,7 +226,7 @@ class LoopInC:
 
     def _use(self, schedules: Schedules) -> None:
         """The signals of time of this run."""
-        if schedules is self._schedules and self._model.signals:
+        if schedules is self._schedules:
             return
         self._schedules = schedules
         self._signals, self._signal_arrays = signals(signal_tables(schedules))
@@ -237,7 +238,7 @@ class LoopInC:
         model = self._model
         self._use(self._engine.schedules)
         model.start, model.stop, model.max_step = start, stop, max_step
-        model.t, model.h, model.side, model.crossed, model.idle, model.stiff = at
+        model.t, model.h, model.longest, model.side, model.crossed, model.idle, model.stiff = at
         model.rows = model.helds = model.kept = model.rejected = 0
         self._held_left[:] = held
         self._counts.fill(0.0)
@@ -245,7 +246,7 @@ class LoopInC:
         return Stretch(
             status=status,
             located=model.located == 1,
-            at=Position(model.t, model.h, model.side, model.crossed, model.idle, model.stiff),
+            at=Position(model.t, model.h, model.longest, model.side, model.crossed, model.idle, model.stiff),
             instant=model.instant,
             corner=model.corner,
             rejected=model.rejected,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powertrain.engine.location import AIM, CLOSE, LARGEST
+from powertrain.engine.location import AIM, CLOSE, ITERATIONS, LARGEST, MOST_IDLE
 from powertrain.integration.step_control import (
     FAILED,
     FINEST,
@@ -17,11 +17,13 @@ from powertrain.integration.step_control import (
 from powertrain.modes.resolve import PASSES
 from powertrain.modes.resting import NOTHING, SINGULAR
 from powertrain.modes.tolerances import EPS, JUMP, NOW, SHORTEST
+from powertrain.numerics.buffers import INFO
 
 _LIMITS = {
-    "EPS": EPS, "JUMP": JUMP, "NOW": NOW, "SHORTEST": SHORTEST, "AIM": AIM, "CLOSE": CLOSE, "LARGEST": LARGEST, "FINEST": FINEST,
-    "ORDER": ORDER, "SAFETY": SAFETY, "GROWTH": GROWTH, "FAILED": FAILED, "LEAST_ORDER": LEAST_ORDER,
-    "HALVINGS": HALVINGS, "PASSES": PASSES, "SINGULAR": SINGULAR, "NOTHING": NOTHING, "STIFF": STIFF, "STIFF_STEPS": STIFF_STEPS,
+    "EPS": EPS, "JUMP": JUMP, "NOW": NOW, "SHORTEST": SHORTEST, "AIM": AIM, "CLOSE": CLOSE, "LARGEST": LARGEST, "ITERATIONS": ITERATIONS,
+    "MOST_IDLE": MOST_IDLE, "INFO": INFO, "FINEST": FINEST, "HALVINGS": HALVINGS, "ORDER": ORDER, "SAFETY": SAFETY, "GROWTH": GROWTH,
+    "FAILED": FAILED, "LEAST_ORDER": LEAST_ORDER, "STIFF": STIFF, "STIFF_STEPS": STIFF_STEPS, "PASSES": PASSES, "SINGULAR": SINGULAR,
+    "NOTHING": NOTHING,
 }  # fmt: skip
 
 

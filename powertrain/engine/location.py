@@ -13,7 +13,9 @@ AIM = 0.1 * EPS
 """A located indicator is below zero by this much, a tenth of the hysteresis, or at most twice as much."""
 CLOSE, LARGEST = 1e-10, 1e-9
 """Once the bracket is narrower than the first (share of the step), the accepted depth doubles at each trial, up to the second."""
-_ITERATIONS = 150
+ITERATIONS = 150
+MOST_IDLE = 1000
+"""So many located events in a row that change nothing stop time."""
 _PLACES = (0.0, *CHECKS, 1.0)
 
 
@@ -73,7 +75,7 @@ class Locator:
         before, at_before, beyond, at_beyond = low, at_low, high, at_high
         weight_low, weight_high, flat_above, flat_below = at_low, at_high, False, False
         enough = AIM
-        for _ in range(_ITERATIONS):
+        for _ in range(ITERATIONS):
             if high - low < CLOSE:
                 enough = min(2.0 * enough, LARGEST)
                 if at_high >= -enough:

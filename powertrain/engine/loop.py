@@ -11,6 +11,7 @@ from powertrain.compiler.hybrid import Guard
 from powertrain.engine.chatter import Chatter
 from powertrain.engine.failure import not_finite, underflow
 from powertrain.engine.in_c import ASK, EVENTS, FULL, GUARD, RATES, TOO_STIFF, UNDERFLOW, LoopInC, Position, Stretch
+from powertrain.engine.location import MOST_IDLE
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import just_after
 from powertrain.engine.trajectory import Instant, Trajectory, TrajectoryRecorder
@@ -170,7 +171,7 @@ class Run:
     def _proceed(self, loop: LoopInC) -> bool:
         """Continue in C until the stop (False), or until an event that is not routine: whether it was located inside a step."""
         while True:
-            at = Position(self.t, self.h, self.side, self.crossed, self.idle, self.stiff)
+            at = Position(self.t, self.h, self.longest, self.side, self.crossed, self.idle, self.stiff)
             done = loop.proceed(at, self.start, self.stop, self.max_step, self.recorder.held[-1])
             self._take_over(done)
             if done.status != FULL:
@@ -182,8 +183,7 @@ class Run:
         if status == TOO_STIFF:
             self._implicit()
         elif status == UNDERFLOW:
-            self._pivoting(self.t, self.h, self.side)
-            self.h = _AGAIN
+            self._pivot()
         elif status == RATES:
             self._refuse_rates()
         elif status == GUARD:
@@ -194,7 +194,7 @@ class Run:
 
     def _take_over(self, done: Stretch) -> None:
         """What C has done becomes part of the run."""
-        self.t, self.h, self.side, self.crossed, self.idle, self.stiff = done.at
+        self.t, self.h, self.longest, self.side, self.crossed, self.idle, self.stiff = done.at
         self.rejected += done.rejected
         self.outside += done.outside
         self.recorder.extend(done.rows, done.held)
@@ -204,7 +204,7 @@ class Run:
             self.watch()
 
     def _choose(self) -> None:
-        """Select the step function for the present modes; note the longest step and whether steps may become too small."""
+        """Select the step function for the present modes, and the longest step; note whether the explicit method may be given up."""
         memory = self.memory
         self.longest = min(self.max_step, self.engine.waves.longest_step(self.t, self.stop, memory.m, memory.p))
         steps = self.steps
@@ -217,24 +217,24 @@ class Run:
         """Count the steps since ``_choose``."""
         self.engine.special.count(self.recorder.steps - self.since)
 
-    def _smaller(self, e: float, t: float, h: float, side: int, steps: Calls) -> tuple[float, Calls]:
-        """The next step size after a rejected step, and its function: algebraic unknowns get one with pivoting before the run fails."""
+    def _smaller(self, error: float, t: float, h: float, side: int, steps: Calls) -> tuple[float, Calls]:
+        """The next step size after a rejected step, and its function."""
         self.rejected += 1
-        before, self.refused = self.refused, (h, e)
-        h *= reduction(h, e, before)
+        before, self.refused = self.refused, (h, error)
+        h *= reduction(h, error, before)
         if h >= SHORTEST * max(1.0, abs(t)):
             return h, steps
-        self._pivoting(t, h, side)
-        return _AGAIN, self.steps
+        self.t, self.h, self.side = t, h, side
+        self._pivot()
+        return self.h, self.steps
 
-    def _pivoting(self, t: float, h: float, side: int) -> None:
-        """Steps with pivoting for algebraic unknowns, after a step has become too small without; otherwise the run fails."""
+    def _pivot(self) -> None:
+        """Go on with pivoting for algebraic unknowns after a step has become too small; the run fails where that changes nothing."""
         if self.method != "rodas5p" or self.numeric or not self.dae.z.numel():
-            self.t, self.side = t, side
-            raise SimulationError(underflow(self.dae, self.memory, side, t, h))
+            raise SimulationError(underflow(self.dae, self.memory, self.side, self.t, self.h))
         self.numeric, self.in_c = True, None
         self.steps = self.engine.stepper(self.method, numeric=True)
-        self.chosen, self.refused = (self.steps, False), None
+        self.chosen, self.h, self.refused = (self.steps, False), _AGAIN, None
 
     def _too_stiff(self, ratio: float) -> bool:
         """Whether enough steps were at the stability limit of the explicit method."""
@@ -355,7 +355,7 @@ class Run:
     def _idle(self, without_change: bool) -> None:
         """Count located events that change nothing; too many in a row stop time."""
         self.idle = self.idle + 1 if without_change else 0
-        if self.idle > 1000:
+        if self.idle > MOST_IDLE:
             g = self.memory.g
             law = self.engine.indicators[int(np.argmin(g))].law
             raise SimulationError(

@@ -42,6 +42,8 @@ _MANY = 50
 """Above this number of unknowns, a step calls functions and adds vectors instead of using one instruction per number."""
 _LONG = 8000
 """Above this number of instructions, machine code of a step also calls functions: written out it compiles and runs more slowly."""
+_FEW = 10
+"""Above this number of implicit unknowns, Python marks the laws that others hold at rest: expressions grow with its third power."""
 _EXPLICIT_STEPS = 5000.0
 """A run starts with the implicit method if stability alone would require more explicit steps than this."""
 
@@ -101,11 +103,6 @@ class Prepared:
         """The step of a method and the other functions of the loop, if all of them are machine code."""
         step, others = self._machine_code.get(method), self._functions
         return (step, others) if step is not None and isinstance(others, Library) else None
-
-    @property
-    def hands_over(self) -> bool:
-        """Whether there is something to check at every event that the loop in C does not check."""
-        return self.continuity is not None or self.admissible.checks
 
     @property
     def specializes(self) -> bool:
@@ -251,7 +248,8 @@ class Prepared:
         model, memory = self._shared(), self.memory
         if not self._functions:
             called = self._called(model)
-            self._functions = self._finished(called, called, self._rebuild)
+            fast = called | self._marking() if self.compile and self.sizes[1] <= _FEW else called
+            self._functions = self._finished(called, fast, self._rebuild)
         functions = self._functions
         m, p, tolerance = memory.m, memory.p, memory.tolerance
         self.fresh = [
@@ -297,20 +295,23 @@ class Prepared:
         self._ready = True
 
     def _called(self, model: steps.Common) -> dict[str, ca.Function]:
-        """The functions that the loop calls besides steps, by name."""
+        """The functions that both loops call besides steps, by name."""
         functions = {"fresh": steps.fresh(model), "rest": steps.rest(model)}
         functions |= {"locate": steps.locate(model), "update": steps.update(model)}
         if self.timed:
             functions["instants"] = steps.instants(self.dae)
         if self._turning:
             functions["corner"] = steps.corner(model)
-        if (mobility := resting.mobility(self.dae)) is not None:
-            functions["mobility"] = mobility
         if self.waves:
             functions["longest"] = self.waves.function
         if 0 < self.sizes[1] <= _LARGE:
             functions["newton"] = steps.newton(model)
         return functions
+
+    def _marking(self) -> dict[str, ca.Function]:
+        """What the loop in C needs to mark the laws at a limit that others hold at rest."""
+        mobility = resting.mobility(self.dae)
+        return {} if mobility is None else {"mobility": mobility}
 
     def functions(self, method: str) -> dict[str, ca.Function]:
         """All functions of a run with one method, for other drivers than ``loop``; a start must have been loaded."""
@@ -318,7 +319,7 @@ class Prepared:
         step = self._written(method)
         if step is None or _long(step):
             step = steps.step(steps.common(self.dae, model.rows, ca.MX), method)
-        found = {"method": step} | self._called(model)
+        found = {"method": step} | self._called(model) | self._marking()
         if self.dae.whens:
             found["resets"] = reset_values(self.dae)
         return found

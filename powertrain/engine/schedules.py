@@ -6,6 +6,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain.compiler.hybrid import TimeSignal
 from powertrain.modes.tolerances import NOW
@@ -24,16 +25,17 @@ class Schedules:
         self.places = [schedule.index for schedule in schedules]
         """The first of the three held values of each schedule."""
         self.segments = [_segments(schedule) for schedule in schedules]
-        """Start times, and one row (t0, y0, slope) more than starts: the first row holds before the first time."""
+        """See ``_segments``."""
         found = [_breakpoints(schedule) for schedule in schedules]
-        times, jumps = (np.concatenate([np.zeros(0), *(pair[i] for pair in found)]) for i in (0, 1))
+        times = np.concatenate([np.zeros(0), *(own for own, _ in found)])
+        jumps = np.concatenate([np.zeros(0, bool), *(own for _, own in found)])
         owners = np.arange(len(found)).repeat([len(own) for own, _ in found])
         order = np.lexsort((owners, times))
         self.times: list[float] = times[order].tolist()
         """Of all breakpoints, in time order."""
         self.owners: list[int] = owners[order].tolist()
         """The schedule of each breakpoint."""
-        self.jumps: list[bool] = (jumps[order] > 0).tolist()
+        self.jumps: list[bool] = jumps[order].tolist()
         """Whether it jumps there."""
 
     def __bool__(self) -> bool:
@@ -73,8 +75,8 @@ def _segments(schedule: TimeSignal) -> tuple[list[float], Array]:
     return t[last].tolist(), np.vstack([(t[0], y[0], 0.0), rows[last]])
 
 
-def _breakpoints(schedule: TimeSignal) -> tuple[Array, Array]:
-    """The distinct times, and 1 where the values jump."""
+def _breakpoints(schedule: TimeSignal) -> tuple[Array, NDArray[np.bool_]]:
+    """The distinct times, and where the values jump."""
     t, y = np.asarray(schedule.times, float), np.asarray(schedule.values, float)
     times = np.unique(t)
-    return times, np.isin(times, t[1:][(np.diff(t) == 0) & (np.diff(y) != 0)]).astype(float)
+    return times, np.isin(times, t[1:][(np.diff(t) == 0) & (np.diff(y) != 0)])

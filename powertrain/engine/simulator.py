@@ -15,6 +15,7 @@ from powertrain.errors import InitializationError, SimulationError
 from powertrain.modes.algebra import NotConsistent
 from powertrain.modes.tolerances import ZONE
 from powertrain.numerics.buffers import Array
+from powertrain.numerics.compiled import warn_of_cache
 
 TOLERANCE = 1e-6
 """Default tolerance of a run, relative and in nominal sizes."""
@@ -30,12 +31,16 @@ class Simulator(Prepared):
 
     def __init__(self, dae: HybridDae, method: Method = "auto", compile: Compile = False) -> None:
         super().__init__(dae, method, compile)
-        self._loops: dict[str, LoopInC] = {}
+        self._loops: dict[str, LoopInC | None] = {}
 
     def _in_c(self, method: str) -> LoopInC | None:
         """The loop in C for a method, if all that it needs is machine code."""
         if method not in self._loops and (code := self.machine_code(method)) is not None:
-            self._loops[method] = LoopInC(self, *code, explicit=method == "dopri5" and self.method == "auto")
+            self._loops[method] = None
+            try:
+                self._loops[method] = LoopInC(self, *code, explicit=method == "dopri5" and self.method == "auto")
+            except OSError as error:
+                warn_of_cache(error)
         return self._loops.get(method)
 
     def run(

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.hybrid import TimeSignal
 from powertrain.engine.catalogue import catalogue
-from powertrain.engine.in_c import Signals, signal_tables
+from powertrain.engine.in_c import FULL, signal_tables, signals
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import PowertrainError, SimulationError
@@ -28,7 +28,6 @@ from powertrain.result import Result
 M = TypeVar("M", bound=Component)
 FLAGS = ("-std=c99", *OPTIMISED)
 SOURCES = ("functions.c", "model.c", "powertrain_run.c", "powertrain_loop.c")
-_FULL = 1
 _ROWS, _HELD, _INSTANTS = 4000, 1000, 500
 """How much of a run is kept in C before Python takes it over."""
 
@@ -118,7 +117,7 @@ class CModel(Generic[M]):
         first, last = number("start", start, "s"), number("stop", stop, "s")
         grid = np.linspace(first, last, points + 1) if times is None else row("times", times)
         begun = self._begin(first, parameters, starts, guesses, inputs)
-        run = _Run(self.library, first, begun, signal_tables(Schedules(begun.schedules)))
+        run = _Run(self.library, first, begun)
         self.library.pt_tolerance(run.model, *map(ctypes.c_double, (*tolerances(rtol, atol), max_step)))
         status = run.to(last, step)
         trajectory = run.trajectory(self._compiled)
@@ -133,7 +132,7 @@ class CModel(Generic[M]):
 class _Run:
     """One run in memory of Python's, and what C has kept of it so far."""
 
-    def __init__(self, library: ctypes.CDLL, start: float, at: Begun, signals: dict[str, np.ndarray]) -> None:
+    def __init__(self, library: ctypes.CDLL, start: float, at: Begun) -> None:
         self.library, self.start = library, start
         sizes = (ctypes.c_int * 6)()
         library.pt_sizes(sizes)
@@ -143,8 +142,7 @@ class _Run:
         self.model = _pointer(self._memory)
         padded = [np.append(v, 0.0) for v in (at.x, at.z, at.m, at.p)]
         library.pt_load(self.model, ctypes.c_double(start), *map(_pointer, padded))
-        self._signals = {n: np.concatenate([v, np.zeros(1, v.dtype)]) for n, v in signals.items()}
-        self._table = Signals(len(signals["times"]), *(v.ctypes.data for v in self._signals.values()))
+        self._table, self._kept = signals(signal_tables(Schedules(at.schedules)))
         library.pt_use_signals(self.model, ctypes.byref(self._table))
         self._rows = np.empty((_ROWS, 3 + 5 * self.y))
         self._held = np.empty((_HELD, self.m))
@@ -155,11 +153,11 @@ class _Run:
 
     def to(self, stop: float, step: float | None) -> int:
         """Run to ``stop``; the status of C."""
-        status = self._record()
+        self._record()
         while True:
             status = self._advance(stop, step)
             counts = self._take()
-            if status != _FULL:
+            if status != FULL:
                 self.counts = counts
                 return status
             self._record()
@@ -174,10 +172,9 @@ class _Run:
                 return status
         return 0
 
-    def _record(self) -> int:
+    def _record(self) -> None:
         arrays = ((self._rows, _ROWS), (self._held, _HELD), (self._instants, _INSTANTS))
         self.library.pt_record(self.model, *(v for a, n in arrays for v in (_pointer(a), ctypes.c_long(n))))
-        return 0
 
     def _take(self) -> Array:
         counts = (ctypes.c_long * 6)()

@@ -6,7 +6,6 @@
 
 #define PLACES 5 /* 0, the checks inside a step, 1 */
 #define ROUNDS 1000
-#define MOST_EVENTS 1000
 #define MOST_EXCHANGES 1000
 
 static void call(pt_model *a, pt_function f, const double *const *given, int n, double *const *wanted, int k)
@@ -32,6 +31,13 @@ static void clear(double *values, int n)
 static int same(const double *a, const double *b, int n)
 {
     return memcmp(a, b, (size_t)n * sizeof *a) == 0;
+}
+
+static int differ(const double *a, const double *b, int n)
+{
+    for (int i = 0; i < n; i++)
+        if (a[i] != b[i]) return 1;
+    return 0;
 }
 
 /* Signals of time */
@@ -109,11 +115,10 @@ static int solvable(pt_model *a)
     const double *given[] = {a->time, a->y[a->side], a->m, a->p};
     double *wanted[] = {a->nearer, a->open};
     if (!a->n->z) return 1;
-    for (int tries = a->hosted ? 4 : 0; tries < 5; tries++) { /* each is a few full steps of Newton's method */
+    for (int tries = 0; tries < (a->hosted ? 1 : 5); tries++) { /* each is a few full steps of Newton's method */
         CALL(a, a->f->newton, given, wanted);
         for (int i = 0; i < a->n->z; i++)
             if (!isfinite(a->nearer[i])) return 0;
-        if (a->hosted && *a->open != 0) return 0;
         copy(a->y[a->side] + a->n->x, a->nearer, a->n->z);
         if (*a->open == 0) return 1;
     }
@@ -274,8 +279,7 @@ static int resolve(pt_model *a)
     for (int k = 0; k < a->n->whens; k++) a->which[k] = 0;
     for (int round = 0; round < ROUNDS; round++) {
         int found = newton(a, 0);
-        if (found < 0 && a->hosted) return PT_ASK;
-        if (found == PT_MODES) found = one_by_one(a);
+        if (found == PT_MODES && !a->hosted) found = one_by_one(a);
         if (found < 0) return found;
         if (found) found = marked(a);
         if (found) return found < 0 ? found : PT_OK;
@@ -318,7 +322,7 @@ void pt_keep_held(pt_model *a)
     a->helds++;
 }
 
-static void choose(pt_model *a)
+void pt_choose(pt_model *a)
 {
     const double *given[] = {&a->t, &a->stop, a->m, a->p};
     double *wanted[] = {&a->longest};
@@ -358,7 +362,7 @@ static int bends(pt_model *a)
     if (!found) return 0;
     turn_over(a);
     if (turns(a)) {
-        choose(a);
+        pt_choose(a);
         return 1;
     }
     turn_over(a);
@@ -381,7 +385,7 @@ static double between(pt_model *a, double low, double high, double at_low, doubl
     double before = low, at_before = at_low, beyond = high, at_beyond = at_high, weight_low = at_low, weight_high = at_high;
     double enough = PT_AIM;
     int side = 0, flat_above = 0, flat_below = 0;
-    for (int i = 0; i < 150; i++) {
+    for (int i = 0; i < PT_ITERATIONS; i++) {
         double q;
         if (high - low < PT_CLOSE) enough = fmin(2 * enough, PT_LARGEST);
         if (high - low < PT_CLOSE && at_high >= -enough) break;
@@ -485,11 +489,11 @@ static int full(const pt_model *a)
 static void step_in_parts(pt_model *a)
 {
     int from = a->side, to = 1 - from, n = a->n->m;
-    if (!a->known || !same(a->prepared, a->m, n)) {
+    if (!a->prepared_once || !same(a->prepared, a->m, n)) {
         const double *given[] = {a->m, a->p};
         call(a, a->f->constants, given, 2, a->constants, a->n->constants);
         copy(a->prepared, a->m, n);
-        a->known = 1;
+        a->prepared_once = 1;
     }
     const double *given[] = {a->time, a->y[from], a->m, a->p, a->slope[from], a->tolerance};
     double *wanted[] = {a->y[to], a->dense, a->info, a->stiffness, a->points, a->outside};
@@ -540,8 +544,8 @@ static double reduction(double h, double error, double refused_h, double refused
 static int too_stiff(pt_model *a)
 {
     double ratio = a->info[4];
-    if (a->explicit && (ratio > PT_STIFF || a->stiff > 0)) a->stiff += ratio > PT_STIFF ? 1 : -0.4;
-    return a->explicit && a->stiff >= PT_STIFF_STEPS;
+    if (a->explicit_method && (ratio > PT_STIFF || a->stiff > 0)) a->stiff += ratio > PT_STIFF ? 1 : -0.4;
+    return a->explicit_method && a->stiff >= PT_STIFF_STEPS;
 }
 
 /* Step until an indicator falls below zero (1) or until the target (0), or as far as the records go or the method is good (2), or an error. */
@@ -632,11 +636,11 @@ static int resume_after_event(pt_model *a, int found, int jumps, int changed)
 {
     if (!jumps && !a->reset && quiet(a)) {
         a->idle = found && !changed ? a->idle + 1 : 0;
-        return a->idle > MOST_EVENTS ? PT_EVENTS : refresh(a);
+        return a->idle > PT_MOST_IDLE ? PT_EVENTS : refresh(a);
     }
     a->idle = 0;
     int status = restart(a);
-    keep_instant(a);
+    if (!status) keep_instant(a);
     return status;
 }
 
@@ -656,7 +660,7 @@ static int event(pt_model *a, int found)
     double near = just_after(a->t), crossed = a->crossed;
     int known = a->instant <= near, timed = known || a->corner <= near;
     if (!found && !timed) return PT_OK;
-    if (a->asks) return PT_ASK;
+    if (a->every_event) return PT_ASK;
     a->time[0] = a->t;
     a->time[1] = 0;
     if (!timed && bends(a)) return PT_OK;
@@ -666,14 +670,15 @@ static int event(pt_model *a, int found)
     a->crossed = near;
     if (known) fire(a);
     else if (!found && !jumps && turns(a)) return PT_OK;
+    if (a->every_mode) return ask(a, crossed);
     hold(a);
     int status = resolve(a);
     if (a->hosted && (status || a->flags[5] > 0)) return ask(a, crossed);
     if (status) return status;
-    int changed = !same(a->before, a->m, a->n->m);
+    int changed = differ(a->before, a->m, a->n->m);
     if (changed) {
         pt_keep_held(a);
-        choose(a);
+        pt_choose(a);
     }
     return resume_after_event(a, found, jumps, changed);
 }
@@ -698,11 +703,10 @@ int pt_begin(pt_model *a)
 int pt_continue(pt_model *a)
 {
     int events = 0;
-    a->known = 0;
-    choose(a);
+    a->prepared_once = 0;
     while (a->t < a->stop) {
         if (full(a)) return PT_FULL;
-        if (a->explicit && a->stiff >= PT_STIFF_STEPS) return PT_TOO_STIFF;
+        if (a->explicit_method && a->stiff >= PT_STIFF_STEPS) return PT_TOO_STIFF;
         a->instant = next_instant(a);
         a->corner = following(a, a->t);
         a->target = fmin(fmin(a->instant, a->corner), a->stop);
@@ -710,12 +714,7 @@ int pt_continue(pt_model *a)
         if (a->located == 2) continue;
         int status = a->located < 0 ? a->located : event(a, a->located);
         if (status) return status;
-        if (a->fixed && a->located && ++events > MOST_EVENTS) return PT_EVENTS;
+        if (a->fixed && a->located && ++events > PT_MOST_IDLE) return PT_EVENTS;
     }
     return PT_OK;
-}
-
-int pt_model_size(void)
-{
-    return (int)sizeof(pt_model);
 }

@@ -9,7 +9,7 @@ typedef int (*pt_function)(const double **, double **, long long *, double *, in
 
 /* y is (x, z), at least one number long. */
 typedef struct {
-    int x, z, y, m, p, indicators, whens, timed, rests, laws, frictions, counted, constants;
+    int x, z, y, m, indicators, whens, timed, rests, laws, frictions, counted, constants;
 } pt_dimensions;
 
 /* Places in the held values, and what belongs to each indicator and reset. */
@@ -36,7 +36,7 @@ struct pt_model {
     double *y[2], *slope[2], *m, *p, *time, *tolerance, *info, *dense, *outside, *fraction, *above, *at, *g, *worst;
     double *held, *flags, *edges, *closing, *fire, *jumped, *first, *corners, *instants, *nearer, *resets, *open, *points, *found, *stiffness;
     double **constants;
-    /* of the law of friction i: row i of the mobility, rate, sum of terms, size of its mobility */
+    /* of each law of friction: its row of the mobility, rate, sum of terms, size of its mobility; of each that may rest: whether it is calm */
     double *mobility, *rate, *terms, *size, *calm;
     /* kept by the loop: PT_PASSES held values, held values of the last record and before an event, unknowns before it */
     double *seen, *held_left, *before, *left, *lows, *prepared, *counts;
@@ -45,17 +45,25 @@ struct pt_model {
     double *row, *held_row, *instant_row, *out;
     const double *sample_times;
     double t, start, stop, h, longest, crossed, max_step, instant, corner, target, stiff;
-    int side, begun, changed, fixed, idle, reset, known, located;
-    /* a host resolves what is not routine, or every event; whether it wants to know that an explicit method is at its limit of stability */
-    int hosted, asks, explicit;
+    int side, begun, changed, fixed, idle, reset, located;
+    int prepared_once;   /* the constants are those of the held values in prepared */
+    int hosted;          /* a host resolves events that are not routine, */
+    int every_event;     /* or every event, */
+    int every_mode;      /* or every one but kinks and corners */
+    int explicit_method; /* stop with PT_TOO_STIFF where stability limits the steps */
     long steps, rejected, events, rows, helds, kept, sampled, most_rows, most_held, most_instants, samples;
 };
 
-#define PT_INFO 5 /* entries of info before the minima of the indicators */
+/* Said to hosts only. */
+enum {
+    PT_TOO_STIFF = 2, /* stability limits the steps of the explicit method */
+    PT_ASK = -9       /* the host resolves this event */
+};
 
+int pt_begin(pt_model *model);
+/* The longest step, which the modes and the stop limit. */
+void pt_choose(pt_model *model);
 /* Continue a run that has begun up to its stop. */
 int pt_continue(pt_model *model);
-int pt_begin(pt_model *model);
 void pt_keep_held(pt_model *model);
-int pt_model_size(void);
 #endif

@@ -14,14 +14,14 @@ typedef struct {
     double time[2], tolerance[2], info[PT_INFO + 4], dense[5 * PT_Y], outside[PT_O], fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
     double held[PT_M], flags[6], edges[PT_W], closing[PT_B], fire[PT_T], jumped[2], first[2], corners[2], instants[PT_T];
     double nearer[PT_Y], resets[PT_R], open, mobility[PT_F * PT_F], rate[PT_F], terms[PT_F], size[PT_F], calm[PT_RESTS + 1];
-    double seen[PT_PASSES * PT_M], held_left[PT_M], before[PT_M], left[PT_Y], lows[PT_G], counts[PT_O];
+    double seen[PT_PASSES * PT_M], held_left[PT_M], before[PT_M], left[PT_Y], lows[PT_G];
     const double *arg[PT_ARG];
     double *res[PT_RES], w[PT_WORK];
     long long iw[PT_IW];
     int which[PT_W], holds[PT_F];
 } Instance;
 
-static const pt_dimensions dimensions = {PT_X, PT_Z, PT_Y, PT_HELD, PT_PARAMETERS, PT_INDICATORS, PT_WHENS, PT_TIMED, PT_RESTS, PT_LAWS, PT_FRICTIONS, 0, 0};
+static const pt_dimensions dimensions = {PT_X, PT_Z, PT_Y, PT_HELD, PT_INDICATORS, PT_WHENS, PT_TIMED, PT_RESTS, PT_LAWS, PT_FRICTIONS, 0, 0};
 static const pt_tables tables = {pt_places, pt_when_place, pt_when_first, pt_reset_place, pt_reset_discrete, pt_rests, pt_rest_laws, pt_laws,
                                  pt_frictions, pt_quiet, pt_bends, pt_guards};
 static const pt_functions functions = {pt_method, 0, 0, 0, 0, pt_fresh, pt_rest, pt_locate, pt_corner, pt_update, pt_newton, pt_instants,
@@ -38,7 +38,7 @@ static void connect(Instance *i)
     a->held = i->held, a->flags = i->flags, a->edges = i->edges, a->closing = i->closing, a->fire = i->fire, a->jumped = i->jumped;
     a->first = i->first, a->corners = i->corners, a->instants = i->instants, a->nearer = i->nearer, a->resets = i->resets;
     a->open = &i->open, a->mobility = i->mobility, a->rate = i->rate, a->terms = i->terms, a->size = i->size, a->calm = i->calm;
-    a->seen = i->seen, a->held_left = i->held_left, a->before = i->before, a->left = i->left, a->lows = i->lows, a->counts = i->counts;
+    a->seen = i->seen, a->held_left = i->held_left, a->before = i->before, a->left = i->left, a->lows = i->lows;
     a->which = i->which, a->holds = i->holds;
 }
 
@@ -47,7 +47,9 @@ static int advance(pt_model *a, double stop, int fixed)
     a->stop = stop;
     a->fixed = fixed;
     int status = a->begun && !a->changed ? PT_OK : pt_begin(a);
-    return status ? status : pt_continue(a);
+    if (status) return status;
+    pt_choose(a);
+    return pt_continue(a);
 }
 
 int pt_run(pt_model *a, double stop)

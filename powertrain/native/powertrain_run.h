@@ -6,7 +6,6 @@
 enum {
     PT_OK = 0,
     PT_FULL = 1,        /* the record is full: empty it and call again */
-    PT_TOO_STIFF = 2,   /* stability limits the steps of the explicit method; said to hosts only */
     PT_UNDERFLOW = -1,  /* the step size became too small */
     PT_MODES = -2,      /* neither Newton's method nor one law at a time found modes that fit together */
     PT_ALGEBRA = -3,    /* the implicit equations have no solution near the last one */
@@ -14,8 +13,7 @@ enum {
     PT_GUARD = -5,      /* a quantity left its range */
     PT_RESETS = -6,     /* resets follow one another without end */
     PT_EVENTS = -7,     /* too many events at one instant or in one fixed step */
-    PT_CONFLICT = -8,   /* two laws reset one variable to different values at one instant */
-    PT_ASK = -9         /* the host resolves this event */
+    PT_CONFLICT = -8    /* two laws reset one variable to different values at one instant */
 };
 
 typedef struct pt_model pt_model;
@@ -31,7 +29,9 @@ typedef struct {
     const double *rows; /* three numbers; each signal has one row more than starts */
 } pt_signals;
 
-pt_model *pt_instance(void); /* one run in static memory; more in memory of pt_size() bytes */
+/* One run in static memory; more in memory of pt_size() bytes. Call pt_start or pt_load first, and do not move or copy a model: it points into
+   itself. */
+pt_model *pt_instance(void);
 size_t pt_size(void);
 void pt_sizes(int *out); /* states, algebraic unknowns, held values, parameters, laws that reset, inputs */
 void pt_start(pt_model *model);

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from cases import few
 from mechanisms import mechanism, random_starts
-from small_models import Ball, CoupledClutches, Relay
+from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
 
 import powertrain as pt
 from powertrain import vehicles
-from powertrain.components.blocks import Sine
-from powertrain.components.rotational import Freewheel, Inertia, Position, SpringDamper, Torque
+from powertrain.components.blocks import Constant, Sine
+from powertrain.components.rotational import Brake, Freewheel, Inertia, Position, SpringDamper, Torque
+from powertrain.engine import in_c
 from powertrain.engine.in_c import LoopInC
 from powertrain.engine.simulator import Simulator
 from powertrain.trials.cycle import on_cycle
@@ -25,8 +28,11 @@ STOP = 1.0
 
 
 @pytest.fixture(autouse=True)
-def quickly_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+def quickly_compiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr("powertrain.numerics.compiled.FLAGS", ("-O0", "-fPIC", "-shared", "-ffp-contract=off"))
+    in_c._loop.cache_clear()
+    yield
+    in_c._loop.cache_clear()
 
 
 class Overrunning(pt.Component):
@@ -70,6 +76,22 @@ class Shaken(pt.Component):
         yield pt.connect(self.shaft.flange_b, self.load.flange_a)
 
 
+class Slowing(pt.Component):
+    """A sine that slows down presses a brake at rest, and at times moves it; a quantity that leaves its range is counted."""
+
+    J: Inertia = Inertia(J=1.0)
+    torque: Torque = Torque()
+    brake: Brake = Brake(fn_max=4.0, mue_pos=((0.0, 0.5),))
+    press: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque.flange, self.J.flange_a)
+        yield pt.connect(self.J.flange_b, self.brake.flange_a)
+        yield pt.connect(self.press.y, self.brake.f_normalized)
+        yield self.torque.tau.value == (2.0 + 0.1 * pt.time) * ca.sin(20 * ca.exp(-pt.time) * (1 - pt.time))
+        pt.within(self.J.w, -0.01, 0.01, name="slow", unit="rad/s", action="count")
+
+
 def run(plant: pt.Plant[Any], stop: float, options: dict[str, Any], in_c: bool) -> pt.Result[Any] | str:
     with pytest.MonkeyPatch.context() as patch:
         if not in_c:
@@ -104,6 +126,7 @@ CASES: dict[str, tuple[Callable[[], pt.Component], float, dict[str, Any]]] = {
     "freewheel": (Overrunning, 2.0, {}),
     "becomes stiff": (Stiffening, 3.0, {}),
     "prescribed": (Shaken, 1.0, {}),
+    "sines at rest": (Slowing, 2.0, {"start": -1.0}),
 }
 
 
@@ -141,8 +164,49 @@ def test_routine_events_stay_in_c(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(calls) == 1
 
 
-def test_progress_and_long_records(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("case", ["clutches", "sines at rest"])
+def test_progress_and_long_records(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The records in C are emptied many times."""
     for name, size in {"_ROWS": 7, "_HELD": 5, "_INSTANTS": 3}.items():
         monkeypatch.setattr(f"powertrain.engine.in_c.{name}", size)
-    compared(CoupledClutches(), 1.5, {})
+    monkeypatch.setattr("powertrain.engine.loop._throttled", lambda tell: tell)
+    times = list[float]()
+    make, stop, options = CASES[case]
+    compared(make(), stop, {**options, "progress": lambda now: times.append(now.time)})
+    assert len(set(times)) > 10
+
+
+def test_runs_of_one_plant_with_other_inputs_and_in_steps() -> None:
+    plant = pt.compile(Engaging())
+    for press in (0.1, ([0, 0.5, 0.5, 1.5], [0.1, 0.3, 0.2, 0.9]), 0.4):
+        options = {"starts": STARTS, "inputs": {"torque": 20.0, "press": press}}
+        found, wanted = run(plant, 2.0, options, True), run(plant, 2.0, options, False)
+        assert not isinstance(found, str)
+        assert not isinstance(wanted, str)
+        np.testing.assert_array_equal(found.to_dataframe().to_numpy(), wanted.to_dataframe().to_numpy())
+    steps = [plant.start(starts=STARTS, inputs={"torque": 20.0}, compile=compiled) for compiled in (True, False)]
+    for k in range(20):
+        for each in steps:
+            each.step(0.1, press=0.05 * k)
+    assert steps[0].state.x == pytest.approx(steps[1].state.x, rel=1e-8, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("struct", "fields"),
+    [
+        ("pt_dimensions", in_c._Dimensions),
+        ("pt_tables", in_c._Tables),
+        ("pt_functions", in_c._Functions),
+        ("pt_model", in_c._Model),
+    ],
+)
+def test_records_repeat_those_of_c(struct: str, fields: Any) -> None:
+    text = re.sub(r"/\*.*?\*/", "", (in_c.SOURCES / "powertrain_loop.h").read_text(encoding="utf-8"), flags=re.DOTALL)
+    pattern = r"struct pt_model \{(.*?)\};" if struct == "pt_model" else rf"typedef struct \{{([^{{}}]*)\}} {struct};"
+    found = re.search(pattern, text, re.DOTALL)
+    assert found is not None
+    names = list[str]()
+    for declared in found[1].split(";"):
+        for name in re.findall(r"(\w+(?:\[2\])?)\s*(?:,|$)", declared.strip()):
+            names += [f"{name[:-3]}_{k}" for k in (0, 1)] if name.endswith("[2]") else [name]
+    assert names == [name for name, *_ in fields._fields_]
