@@ -30,9 +30,10 @@ STOP = 1.0
 @pytest.fixture(autouse=True)
 def quickly_compiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr("powertrain.numerics.compiled.FLAGS", ("-O0", "-fPIC", "-shared", "-ffp-contract=off"))
-    in_c._loop.cache_clear()
+    loop = in_c._loop
+    loop.cache_clear()
     yield
-    in_c._loop.cache_clear()
+    loop.cache_clear()
 
 
 class Overrunning(pt.Component):
@@ -210,3 +211,16 @@ def test_records_repeat_those_of_c(struct: str, fields: Any) -> None:
         for name in re.findall(r"(\w+(?:\[2\])?)\s*(?:,|$)", declared.strip()):
             names += [f"{name[:-3]}_{k}" for k in (0, 1)] if name.endswith("[2]") else [name]
     assert names == [name for name, *_ in fields._fields_]
+
+
+def test_without_the_loop_in_c_a_run_is_made_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full() -> None:
+        raise OSError(28, "No space left on device")
+
+    plant = pt.compile(CoupledClutches())
+    wanted = run(plant, 1.5, {}, False)
+    monkeypatch.setattr(in_c, "_loop", full)
+    with pytest.warns(RuntimeWarning, match="cache of compiled models cannot be used .*No space left"):
+        found = pt.compile(CoupledClutches()).simulate(1.5, compile=True)
+    assert not isinstance(wanted, str)
+    assert found.statistics == wanted.statistics
