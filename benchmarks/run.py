@@ -78,6 +78,7 @@ Measured by `python -m benchmarks --write`, which needs `gcc` for the baselines 
 - Errors are relative to powertrain's own runs at tolerances of 1e-10 or 1e-11, and so are the event sequences of the perturbed models (with
   steps of at most 1 ms). The programs in C are independent of powertrain's event handling; these references are not.
 - Times are wall-clock times where they are not said to be processor time; "x" is a ratio of two times.
+- The sections are measured one at a time, not always on the same day or processor; compare ratios, not times, between them.
 
 """
 
