@@ -11,13 +11,22 @@ import casadi as ca
 import numpy as np
 import pytest
 from cases import few
+from joined import joined
 from mechanisms import mechanism, random_starts
 from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
 
 import powertrain as pt
 from powertrain import vehicles
-from powertrain.components.blocks import Constant, Sine
-from powertrain.components.rotational import Brake, Freewheel, Inertia, Position, SpringDamper, Torque
+from powertrain.components.blocks import Constant, Sine, Step
+from powertrain.components.rotational import (
+    Brake,
+    Freewheel,
+    Inertia,
+    Position,
+    Speed,
+    SpringDamper,
+    Torque,
+)
 from powertrain.engine import in_c
 from powertrain.engine.in_c import LoopInC
 from powertrain.engine.simulator import Simulator
@@ -53,7 +62,7 @@ class Overrunning(pt.Component):
 
 
 class Stiffening(pt.Component):
-    """A shaft whose inertia is thrown by a stiff spring: the explicit method is given up during the run."""
+    """A speed that follows the time at a rate that grows: the explicit method is given up during the run."""
 
     w: pt.Variable = pt.variable("rad/s", "Speed", start=1.0)
     c: pt.Variable = pt.variable("1/s", "Rate", start=1.0)
@@ -111,6 +120,7 @@ def compared(model: pt.Component, stop: float, options: dict[str, Any]) -> pt.Re
         assert found == wanted
         return found
     assert found.statistics == wanted.statistics
+    assert found.notes == wanted.notes
     assert [(e.time, e.name, e.old, e.new) for e in found.events] == [
         (e.time, e.name, e.old, e.new) for e in wanted.events
     ]
@@ -135,6 +145,11 @@ CASES: dict[str, tuple[Callable[[], pt.Component], float, dict[str, Any]]] = {
 def test_small_models(case: str) -> None:
     found = compared(CASES[case][0](), *CASES[case][1:])
     assert not isinstance(found, str)
+
+
+def test_signals_that_make_an_inertia_jump_are_refused() -> None:
+    parts = Step(height=5.0, startTime=0.5), Speed(exact=True), Inertia(J=0.1)
+    assert "jump by 5 rad/s" in str(compared(joined(*parts, joints="0.y=1.w_ref 1.flange=2.flange_a"), 1.0, {}))
 
 
 @pytest.mark.slow
