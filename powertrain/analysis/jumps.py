@@ -77,7 +77,6 @@ def _slopes(dae: HybridDae, power: Symbol) -> Symbol:
     laws: list[Friction | Contact] = [*dae.frictions, *dae.contacts]
     place = {law.index: k for k, law in enumerate(laws)}
     torques = column([*(law.torque for law in dae.frictions), *(contact.force for contact in dae.contacts)])
-    # the force of a contact opens its gap, the torque of a friction law opposes its speed
-    ways = [1.0 if place[b.index] >= len(dae.frictions) else -b.way for b in dae.barriers]
-    slopes = ca.jacobian(power, dae.opened.tau)[:, [place[b.index] for b in dae.barriers]] @ ca.diag(ca.DM(ways))
+    struck = [place[b.index] for b in dae.barriers]
+    slopes = ca.jacobian(power, dae.opened.tau)[:, struck] @ ca.diag(ca.DM([b.sense for b in dae.barriers]))
     return ca.densify(ca.substitute(slopes, dae.opened.tau, torques))

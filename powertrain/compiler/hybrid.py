@@ -103,7 +103,8 @@ class Contact:
 class Barrier:
     """An obstacle at which an impulse stops the motion: a contact, or a friction law in a direction without a torque limit.
 
-    ``speed`` is that of the law times ``way``; impulses keep it from falling below zero. ``rests``: whether it is at the barrier already.
+    ``speed`` is that of the law times ``way``; impulses keep it from falling below zero. An impulse is that of the law's torque or force
+    times ``sense``: a contact's force opens its gap, a friction torque opposes its speed. ``rests``: whether it is at the barrier already.
     m[index] is ``held`` while the barrier holds, and ``left`` while the motion leads away from it.
     """
 
@@ -111,6 +112,7 @@ class Barrier:
     where: str
     index: int
     way: float
+    sense: float
     speed: ca.SX
     rests: ca.SX
     restitution: ca.SX
@@ -264,10 +266,10 @@ class HybridDae:
 def _contact_barrier(m: ca.SX, contact: Contact) -> Barrier:
     """A contact; if it is closed, it is at the barrier."""
     c = contact
-    return Barrier(c.name, c.where, c.index, 1.0, c.speed, m[c.index], c.restitution, held=1.0, left=0.0)
+    return Barrier(c.name, c.where, c.index, 1.0, 1.0, c.speed, m[c.index], c.restitution, held=1.0, left=0.0)
 
 
 def _one_way_barrier(m: ca.SX, law: Friction, way: float) -> Barrier:
     """A friction law that can move in one direction only, without rebound."""
     rests = ca.logic_or(m[law.index] == 0, ca.fabs(law.w) <= ZONE)
-    return Barrier(law.name, law.where, law.index, way, way * law.w, rests, ca.SX(0), held=0.0, left=way)
+    return Barrier(law.name, law.where, law.index, way, -way, way * law.w, rests, ca.SX(0), held=0.0, left=way)

@@ -125,13 +125,10 @@ def with_impacts(dae: HybridDae, resolver: Resolver, held: Held) -> HybridDae:
         return dae
     place = {held.place(t.mode): k for k, t in enumerate(resolver.laws)}
     laws = [place[b.index] for b in dae.barriers]
-    # the force of a contact opens its gap, the torque of a friction law opposes its speed
-    acts = [1.0 if isinstance(resolver.laws[k].law, UnilateralLaw) else -1.0 for k in laws]
     rates = [resolver.reduced.flat.recorder.derivative(s) for s in scalars(dae.x)]
     speeds = [b.way * resolver.laws[k].rate for b, k in zip(dae.barriers, laws, strict=True)]
     slopes = ca.jacobian(column([*resolver.opened(rates), *speeds]), column(resolver.tau))[:, laws]
-    along = ca.diag(column([Symbol(act * b.way) for act, b in zip(acts, dae.barriers, strict=True)]))
-    (response,) = resolver.close([slopes @ along])
+    (response,) = resolver.close([slopes @ ca.diag(ca.DM([b.sense for b in dae.barriers]))])
     return replace(dae, impact_x=response[: len(rates), :], impact_a=response[len(rates) :, :])
 
 
