@@ -287,3 +287,25 @@ def test_shared_torques_hold_the_load_though_each_law_yields(softer: float) -> N
     np.testing.assert_allclose(end.tau[0], 1000.0 * share, rtol=1e-5)
     assert end.tau.sum() == pytest.approx(1000.0, rel=1e-13)
     np.testing.assert_allclose(end.y, 0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("limit", "modes", "torques"), [(5.0, [STUCK, STUCK], [3.0, 3.0]), (2.0, [FORWARD, STUCK], [2.0, 4.0])]
+)
+def test_a_law_at_its_limit_sticks_if_its_share_is_less(limit: float, modes: list[float], torques: list[float]) -> None:
+    """Two brakes hold a shaft against 6 N.m; the first is at its limit, and would take 3 N.m by the compliance of both."""
+    laws = by_hand(
+        1,
+        2,
+        rows=lambda y, tau: -y - ca.sum1(tau) + 6.0,
+        speed=lambda y, tau: ca.repmat(y, 2),
+        lower=lambda y, tau: ca.DM([-limit, -8.0]),
+        upper=lambda y, tau: ca.DM([limit, 8.0]),
+        may_free=True,
+    )
+    at = Iterates(np.zeros((1, 0)), np.zeros((1, 1)), np.array([[FORWARD, STUCK]]), np.array([[limit, 6.0 - limit]]))
+    rest = AtRest(np.zeros((1, 2), bool), np.full((1, 2), 1e-8), np.ones((1, 2)))
+    end, done = corrected(laws, at, rest, firm=True)
+    assert done.all()
+    assert end.modes[0].tolist() == modes
+    np.testing.assert_allclose(end.tau, [torques], atol=1e-6)

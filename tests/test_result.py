@@ -17,6 +17,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from small_models import CoupledClutches
 
 import powertrain as pt
 from powertrain import export
@@ -490,3 +491,16 @@ def test_reading_signals_imports_nothing_heavy() -> None:
 
 def test_expressions_may_use_casadi(result: Result[Drive]) -> None:
     assert np.allclose(result[lambda m: ca.sin(m.disc.w)], np.sin(result["disc.w"]))
+
+
+def test_times_in_no_order_give_what_each_gives_alone() -> None:
+    """States and held values of the run, also where a time is asked for twice."""
+    trajectory = pt.simulate(CoupledClutches(), stop=1.2).trajectory
+    asked = np.array([1.1, 0.2, 0.75, 0.2, 0.0, 0.5])
+    times, x, z, held = trajectory.at(asked, with_events=False)
+    np.testing.assert_array_equal(times, asked)
+    assert len(np.unique(held, axis=0)) > 2
+    for k, t in enumerate(asked):
+        alone = trajectory.at([t], with_events=False)
+        for values, value in zip((x, z, held), alone[1:], strict=True):
+            np.testing.assert_array_equal(values[k], value[0])

@@ -179,3 +179,14 @@ def test_a_step_that_makes_the_next_one_longer_is_halved() -> None:
     equations, _ = diagonal(bump, lambda z: 1 - 4 * z + 2 * z**3)
     z, _ = newton(equations, np.array([[0.0]]), still=1e-10, most=1)
     assert z[0, 0] == 0.25
+
+
+def test_a_step_after_which_the_next_leads_back_is_halved() -> None:
+    """The half step leaves 0.6 of the function with the other sign, a quarter 0.5 with the same."""
+
+    def beyond(z: Matrix) -> Matrix:
+        return np.interp(z, [0.0, 0.25, 0.5, 1.0], [1.0, 0.5, -0.6, -2.0])
+
+    equations, _ = diagonal(beyond, lambda z: np.full_like(z, -1.0))
+    z, _ = newton(equations, np.array([[0.0]]), still=1e-10, most=1)
+    assert z[0, 0] == 0.25

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import casadi as ca
@@ -12,7 +13,8 @@ import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components import translational as tr
 from powertrain.components.blocks import Sine
-from powertrain.engine.waves import PART, Waves
+from powertrain.engine.waves import PART, Waves, _follows, _Speeds
+from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.modes.indicators import indicators
 
 
@@ -216,3 +218,30 @@ def test_powers_and_products_of_sines_are_as_fast_as_they_bend(n: int, over: flo
     extrema = (np.arange(int(12 * f + 0.5)) + 0.5) / (2 * f)
     assert loose == pytest.approx(extrema if over > 0 else [], abs=0.03)
     assert len(loose) == (len(extrema) if over > 0 else 0)
+
+
+@pytest.mark.parametrize("n", [1.5, 2.5, 4.5, 3, 9])
+def test_a_power_is_as_fast_as_it_bends(n: float) -> None:
+    """At its extremum the fourth derivative of a sine of the rate s is -s^2 times the second, and so it is for a power.
+
+    CasADi writes whole powers as products, whose rate is an upper bound.
+    """
+    t = ca.SX.sym("t")
+    wave = ca.cos(5 * t) ** n
+    second = ca.jacobian(ca.jacobian(wave, t), t)
+    fourth = ca.jacobian(ca.jacobian(second, t), t)
+    s = np.sqrt(-float(ca.Function("ratio", [t], [fourth / second])(0.0)))
+    dae: Any = SimpleNamespace(t=t, x=ca.SX(0, 1), z=ca.SX(0, 1))
+    rates = [abs(float(rate)) for rate in _Speeds(dae, [wave]).of(0)]
+    assert max(rates) == pytest.approx(5 * n if n == int(n) else s)
+    assert max(rates) > 0.999 * s
+
+
+def test_laws_follow_time_where_nothing_is_integrated() -> None:
+    """A stuck law and one that is free to engage, but not one that slides."""
+    dae = pt.compile(Swept()).compiled.dae
+    (law,) = dae.frictions
+    follows = ca.Function("follows", [dae.t, dae.m], [_follows(law, dae.t, dae.m)])
+    modes = np.zeros((4, dae.m.numel()))
+    modes[:, law.index] = FORWARD, STUCK, BACKWARD, FREE
+    assert [float(follows(0.0, m)) for m in modes] == [0.0, 1.0, 0.0, 1.0]

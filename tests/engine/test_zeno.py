@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 import re
+from types import SimpleNamespace
+from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
 
 import powertrain as pt
+from powertrain.engine.zeno import _motion
 
 G = 9.81
 
@@ -132,3 +135,21 @@ def test_the_next_bounce_is_due_when_the_ball_is_back(e: float) -> None:
         pt.simulate(Ball(e=e), 10.0)
     due = float(re.findall(r"the next is due in (\S+) s", str(caught.value))[0])
     assert due == pytest.approx(2 * caught.value.result["v"][-1] / G, rel=0.05)  # it is said with two digits
+
+
+def test_the_acceleration_of_a_condition_of_an_implicit_unknown() -> None:
+    """Against differences of z(t) along x(t) = x + v t - 2 t^2, where z + z^3 = x + sin(t)."""
+    t, x, z = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("z")
+    residual = z + z**3 - x[0] - ca.sin(t)
+    dae: Any = SimpleNamespace(t=t, x=x, z=z, xdot=ca.vertcat(x[1], -4.0), residual=residual)
+    motion = ca.Function("motion", [t, x, z], [_motion(dae, z**2 + x[1])])
+
+    def unknown(now: float) -> float:
+        place = 0.7 + 1.3 * now - 2 * now**2
+        roots = np.roots([1.0, 0.0, 1.0, -place - np.sin(now)])
+        return float(roots[np.abs(roots.imag).argmin()].real)
+
+    h = 1e-3
+    before, here, after = (unknown(now) ** 2 + 1.3 - 4 * now for now in (-h, 0.0, h))
+    expected = [here, (after - before) / (2 * h), (after - 2 * here + before) / h**2]
+    np.testing.assert_allclose(np.array(motion(0.0, [0.7, 1.3], unknown(0.0))).ravel(), expected, rtol=1e-4)

@@ -412,10 +412,12 @@ def test_what_is_stuck_has_to_be_broken_away(push: float, mode: float, expected:
     assert answer.tau[1] == pytest.approx(5.0)
 
 
-def test_a_break_away_ratio_widens_bounds_that_bend() -> None:
-    """The bound 1 + |tau_2|/10 holds 1.2 times that where it is stuck."""
+@pytest.mark.parametrize("other", [3.0, -3.0])
+@pytest.mark.parametrize(("push", "stays"), [(1.52, True), (-1.52, True), (1.6, False), (-1.6, False)])
+def test_a_break_away_ratio_widens_bounds_that_bend(push: float, stays: bool, other: float) -> None:
+    """A law that is stuck holds 1.2 times the bound 1 + |tau_2|/10, that is 1.56, where tau_2 is 3 or -3."""
     given = Piecewise(
-        np.array([1.4, -3.0]),
+        np.array([push, other]),
         np.eye(2),
         np.array([1.0, 9.0]),
         W=np.array([[0.1], [0.0]]),
@@ -424,7 +426,7 @@ def test_a_break_away_ratio_widens_bounds_that_bend() -> None:
     )
     dae, point = dae_of(given)
     assert dae.opened is not None
-    for peak, expected in ((1.0, 1.0), (1.2, 0.0)):
+    for peak, expected in ((1.0, np.sign(push)), (1.2, 0.0 if stays else np.sign(push))):
         opened = replace(dae.opened, peak=ca.SX([peak, 1.0]))
         answer = Complementarity(replace(dae, opened=opened)).solve(point, np.zeros(2), ZONE, bends=True)
         assert answer.modes[0] == expected
