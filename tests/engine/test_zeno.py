@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import powertrain as pt
+from powertrain.engine.chatter import Chatter
 from powertrain.engine.zeno import _motion
 
 G = 9.81
@@ -153,3 +154,21 @@ def test_the_acceleration_of_a_condition_of_an_implicit_unknown() -> None:
     before, here, after = (unknown(now) ** 2 + 1.3 - 4 * now for now in (-h, 0.0, h))
     expected = [here, (after - before) / (2 * h), (after - 2 * here + before) / h**2]
     np.testing.assert_allclose(np.array(motion(0.0, [0.7, 1.3], unknown(0.0))).ravel(), expected, rtol=1e-4)
+
+
+@pytest.mark.parametrize("e", [0.45, 0.5, 0.52])
+def test_a_ball_is_followed_while_it_falls_farther_than_a_nanometre(e: float) -> None:
+    """Dropped from 1 m it rises to e^(2n) m after n bounces; ten times the hysteresis of events is 1e-9 m."""
+    with pytest.raises(pt.SimulationError, match="come too close") as raised:
+        pt.simulate(Ball(e=e), 10.0, rtol=1e-10, atol=1e-14)
+    assert raised.value.result is not None
+    resets = [event for event in raised.value.result.events if event.kind == "reset"]
+    assert len(resets) == math.ceil(math.log(1e-9) / (2 * math.log(e)))
+
+
+@pytest.mark.parametrize(("span", "chatters"), [(0.99e-4, True), (1.01e-4, False)])
+def test_chattering_is_two_hundred_switches_in_a_hundred_thousandth_of_the_run(span: float, chatters: bool) -> None:
+    chatter = Chatter(10.0)
+    found = [chatter.note(3, 1.0 + span * k / 199) for k in range(200)]
+    assert found == [False] * 199 + [chatters]
+    assert not chatter.note(4, 1.0 + span)

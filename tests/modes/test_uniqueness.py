@@ -1,0 +1,22 @@
+"""Which modes count as other solutions: those with another torque in any law."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from powertrain.modes.uniqueness import Uniqueness
+
+
+@pytest.mark.parametrize(("other", "several"), [([5.0, 2.0], True), ([5.0, 1.0 + 1e-8], False), ([np.nan, 2.0], False)])
+def test_torques_of_the_other_side_of_a_mesh(other: list[float], several: bool) -> None:
+    torques = {0.0: np.array([5.0, 1.0]), 1.0: np.array(other)}
+    m = np.array([0.0, 3.0])
+    fake: Any = SimpleNamespace(pieces=[0], memory=SimpleNamespace(m=m), _values=lambda _: torques[float(m[0])])
+    found = Uniqueness.others(fake, 0, lambda: True)
+    assert [list(modes) for modes in found] == ([[1.0, 3.0]] if several else [])
+    assert m.tolist() == [0.0, 3.0]
+    assert Uniqueness.others(fake, 0, lambda: False) == []
