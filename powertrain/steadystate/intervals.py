@@ -31,7 +31,7 @@ BLOCK = 256
 """Points that are processed together."""
 STRAIGHT = 1e-9
 """Outputs are affine if they deviate from the line between their ends by less than this, relative to their size."""
-INFINITE = 1e10
+UNBOUNDED = 1e10
 """Values larger than the usual ones on the line by this factor are unbounded."""
 POLE = 1e4
 """Growth of a value towards a place that indicates a pole."""
@@ -103,8 +103,8 @@ class StuckLine:
         most = np.fmax(most, self._greatest(table, parts, bent, 1.0))
         least = np.fmin(least, -self._greatest(-table, parts, bent, -1.0))
         poles = self._poles(table, parts, bent)
-        most[poles | (most > INFINITE * (1.0 + size))] = np.inf
-        least[poles | (least < -INFINITE * (1.0 + size))] = -np.inf
+        most[poles | (most > UNBOUNDED * (1.0 + size))] = np.inf
+        least[poles | (least < -UNBOUNDED * (1.0 + size))] = -np.inf
         return least, most
 
     def _greatest(self, table: Array, parts: Array, bent: Mask, sign: float) -> Rows:
