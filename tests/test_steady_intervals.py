@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ import pytest
 
 import powertrain as pt
 from powertrain.components import rotational as rot
+from powertrain.modes import friction
+from powertrain.steadystate.intervals import StuckLine
 
 OK, STUCK = 0, 1
 LIMIT = 2.0
@@ -130,3 +133,12 @@ def test_only_values_that_differ_by_round_off_are_one() -> None:
     assert found.status.item() == STUCK
     assert found["same"].item() == pytest.approx(1.0)
     assert np.isnan(found["other"].item())
+
+
+def test_no_place_between_the_ends_is_the_mode_of_a_stuck_law() -> None:
+    """From -1 to 1, and from 1 to -1: the middle is not exactly zero, and every other place is where it should be."""
+    ends: Any = SimpleNamespace(first=np.array([[-1.0], [1.0]]), last=np.array([[1.0], [-1.0]]))
+    parts = np.linspace(0.0, 1.0, 5)
+    sides = StuckLine.sides(ends, parts, np.zeros(5, np.intp))
+    assert (sides != friction.STUCK).all()
+    np.testing.assert_allclose(sides, [2 * parts - 1, 1 - 2 * parts], atol=1e-14)
