@@ -20,14 +20,25 @@ CYCLES = {
     "ftp-stabilized": "FTP-75, bags 2 and 4: the last 864 s of the UDDS, 40 CFR 86 App. I",
     "ftp-transient": "FTP-75, bags 1 (cold) and 3 (hot): the first 505 s of the UDDS, 40 CFR 86 App. I",
     "hwfet": "EPA Highway Fuel Economy Test, 40 CFR 600 App. I",
+    "jc08": "JC08, Japan, Announcement on Details of Safety Regulations for Road Vehicles, attachment 42",
     "nedc": "New European Driving Cycle, UN Regulation No. 83 (4 x ECE-15 + EUDC)",
     "sc03": "EPA SC03 Supplemental FTP with air conditioning, 40 CFR 86 App. I (h)",
     "udds": "EPA Urban Dynamometer Driving Schedule (FTP-72), 40 CFR 86 App. I",
     "us06": "EPA US06 Supplemental FTP, aggressive driving, 40 CFR 86 App. I (g)",
     "wltc": "WLTC class 3b, UN Global Technical Regulation No. 15",
+    "wmtc": "WMTC for motorcycles, parts 1 to 3, UN Global Technical Regulation No. 2",
+    "wmtc-1": "WMTC, part 1: in town",
+    "wmtc-2": "WMTC, part 2: on country roads",
+    "wmtc-3": "WMTC, part 3: on motorways",
 }
 """The cycles in the library, and the regulations that define them."""
-PHASES = {"ftp-transient": ("udds", 0.0, 505.0), "ftp-stabilized": ("udds", 505.0, 1369.0)}
+PHASES = {
+    "ftp-transient": ("udds", 0.0, 505.0),
+    "ftp-stabilized": ("udds", 505.0, 1369.0),
+    "wmtc-1": ("wmtc", 0.0, 600.0),
+    "wmtc-2": ("wmtc", 600.0, 1200.0),
+    "wmtc-3": ("wmtc", 1200.0, 1800.0),
+}
 """Cycles that are a part of another one: its name, start and end [s]."""
 CHANGE = 1.0
 """Distance [m] after a halt over which the slope of the road changes, if the cycle changes its grade during the halt."""

@@ -1,10 +1,12 @@
-"""Every vehicle drives the whole WLTC at every usual tolerance, and consumes the same."""
+"""Every vehicle drives the whole WLTC at every usual tolerance, and consumes the same; and it drives every other cycle."""
 
 from __future__ import annotations
 
 import pytest
 
 import powertrain as pt
+from powertrain.components.cycles import CYCLES, DriveCycle
+from powertrain.components.cycles.cycle import PHASES
 from powertrain.presets.catalogue import vehicles
 from powertrain.trials.cycle import CycleRun, drive_cycle, on_cycle
 
@@ -27,3 +29,18 @@ def test_the_wltc_is_driven_at_every_tolerance(name: str) -> None:
         assert run.result.time[-1] == 1800.0
         assert run.time_outside == pytest.approx(runs[1e-6].time_outside, abs=0.01)
         assert consumed(run) == pytest.approx(consumed(runs[1e-6]), rel=1e-3), rtol
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cycle", sorted(set(CYCLES) - set(PHASES) - {"wltc"}))
+@pytest.mark.parametrize("name", KINDS)
+def test_every_cycle_is_driven(name: str, cycle: str) -> None:
+    """To its end, at most one per cent short where the cycle asks for more than the car has, and energy closes."""
+    run = drive_cycle(KINDS[name](), cycle, rtol=1e-5)
+    whole = DriveCycle.named(cycle)
+    assert not run.message
+    assert run.result.time[-1] == whole.duration
+    assert run.distance == pytest.approx(whole.distance, rel=1e-2)
+    audit = pt.energy_audit(run.result)
+    assert audit.residual < 1e-5 * audit.turnover
+    assert audit.violations.empty

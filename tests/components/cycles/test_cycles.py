@@ -18,9 +18,14 @@ STATED = {
     "ftp-transient": (505, 5.78, 91.3),
     "sc03": (600, 5.76, 88.2),
     "us06": (600, 12.89, 129.2),
+    "jc08": (1204, 8.16, 81.6),
     "nedc": (1180, 11.01, 120.0),
     "udds": (1369, 11.99, 91.3),
     "wltc": (1800, 23.27, 131.3),
+    "wmtc": (1800, 28.91, 125.3),
+    "wmtc-1": (600, 4.07, 60.0),
+    "wmtc-2": (600, 9.11, 94.9),
+    "wmtc-3": (600, 15.74, 125.3),
 }
 
 
@@ -55,6 +60,20 @@ def test_operations_of_the_nedc() -> None:
 
 def test_checksum_of_the_wltc() -> None:
     assert round(float(DriveCycle.named("wltc").speeds.sum()) * 3.6, 1) == 83758.6
+
+
+def test_distances_of_the_wmtc() -> None:
+    """The lengths of the three parts [m] in UN GTR No. 2."""
+    assert [int(DriveCycle.named(f"wmtc-{k}").distance) for k in (1, 2, 3)] == [4065, 9111, 15736]
+
+
+def test_published_figures_of_jc08() -> None:
+    """Mean speed and share of standstill; the distance is 8.17 km, and 8.16 km with speeds of one decimal, a tenth rounded down."""
+    cycle = DriveCycle.named("jc08")
+    assert round(cycle.distance / cycle.duration * 3.6, 1) == 24.4
+    assert round(100 * float((cycle.speeds == 0).mean()), 1) == 29.7
+    moving = float((cycle.speeds > 0).sum())
+    assert 0 < 8171 - cycle.distance < 0.1 / 3.6 * moving
 
 
 def test_cycle_with_grades_is_a_road_of_the_same_heights(tmp_path: Path) -> None:
@@ -146,7 +165,7 @@ def test_files(tmp_path: Path) -> None:
     assert DriveCycle("one array", np.array([[0.0, 0], [10, 10], [20, 0]])).distance == pytest.approx(100)  # type: ignore[arg-type]
     with pytest.raises(
         pt.ParameterError,
-        match="unknown drive cycle 'ftp'; choose from ftp-stabilized, ftp-transient, hwfet, nedc, sc03, udds, us06, wltc",
+        match="unknown drive cycle 'ftp'; choose from ftp-stabilized, ftp-transient, hwfet, jc08, nedc, sc03, udds, us06, wltc, wmtc, ",
     ):
         DriveCycle.named("ftp")
     assert DriveCycle.named("WLTC") == DriveCycle.named("wltc")
