@@ -23,7 +23,7 @@ from powertrain.measured.published import PREDICTIONS
 from powertrain.measured.record import TestCar
 from powertrain.measured.technology import Technology
 
-DATA = Path(__file__).parents[1] / "vehicles" / "measured" / "data"
+PUBLISHED = Path(__file__).parents[1] / "powertrain" / "measured" / "data" / PREDICTIONS
 FUSION = "2012_Ford_Fusion.yaml"
 RHO, G = 1.2, 9.80665
 GALLON = 3.785411784 * 0.7435 * 43.0e6
@@ -99,7 +99,7 @@ def rows(technology: Technology) -> Iterator[dict[str, object]]:
 def main() -> None:
     """Writes the file that the documentation shows. It takes a few minutes."""
     found = pd.DataFrame(rows(Technology()))
-    found.to_csv(DATA / PREDICTIONS, index=False)
+    found.to_csv(PUBLISHED, index=False)
     print(found.to_string(index=False))
 
 

@@ -13,7 +13,7 @@ from powertrain.components.cycles import DriveCycle
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from benchmarks import by_hand, chain, coupled_clutches, drive_cycle, driveline, native, run, timing
+from benchmarks import by_hand, chain, coupled_clutches, drive_cycle, driveline, measured_cars, native, run, timing
 
 needs_gcc = pytest.mark.skipif(bool(native.no_compiler()), reason="there is no gcc")
 
@@ -74,3 +74,7 @@ def test_table_and_command_line(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         run.main(["nothing"])
     assert "coupled_clutches" in capsys.readouterr().err
+
+
+def test_what_is_published_of_measured_cars_is_written_where_it_is_read() -> None:
+    assert measured_cars.PUBLISHED.read_text(encoding="utf-8").startswith("car,test_vehicle,")

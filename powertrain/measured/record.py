@@ -117,12 +117,13 @@ class TestCar:
         city = [row for row in city if row["procedure"] != "Cold CO" and row["fuel_economy_mpg"]]
         road = [row for row in rows if row["procedure"] in HIGHWAY and row["fuel_economy_mpg"]]
         row, hybrid = (city or rows)[0], any(row["bag4_mpg"] for row in city)
-        kind: Kind | None = "electric" if electric else "power split" if hybrid else KINDS.get(row["transmission"])
+        listed = KINDS.get(row["transmission"].partition(" (")[0])  # the EPA adds "(e.g., CVT with paddles)"
+        kind: Kind | None = "electric" if electric else "power split" if hybrid else listed
         if kind is None:
             raise ParameterError(
                 f"{where}: unknown transmission {row['transmission']!r}; choose from {', '.join(KINDS)}"
             )
-        if kind == "power split" and KINDS.get(row["transmission"]) != "belt":
+        if kind == "power split" and listed != "belt":
             raise ParameterError(
                 f"{where}: a hybrid whose transmission is {row['transmission']!r}; of hybrids, only those with a power split are built, "
                 "which the list calls continuously variable"

@@ -60,6 +60,16 @@ def test_warm_udds_is_the_hot_bag_and_the_stabilised_one() -> None:
     assert CARS["Tesla Model 3 Long Range AWD electric"].hwfet == 173.4
 
 
+def test_transmissions_with_the_remarks_of_the_agency(tmp_path: Path) -> None:
+    source = Path(str(files("powertrain.measured"))) / "data" / "epa_2022_test_cars.csv"
+    text = source.read_text(encoding="utf-8")
+    path = tmp_path / "mine.csv"
+    remarked = text.replace("Automated Manual- Selectable,", '"Automated Manual- Selectable (e.g., with paddles)",')
+    assert remarked != text
+    path.write_text(remarked, encoding="utf-8")
+    assert TestCar.from_csv(path) == TestCar.shipped()
+
+
 def test_other_cars_are_read_in_the_same_columns(tmp_path: Path) -> None:
     source = Path(str(files("powertrain.measured"))) / "data" / "epa_2022_test_cars.csv"
     rows = list(csv.reader(source.read_text(encoding="utf-8").splitlines()))
