@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.compiler.flatten import checked_model
-from powertrain.compiler.hybrid import TimeSignal
+from powertrain.dae.hybrid import TimeSignal
 from powertrain.engine.failure import OUTSIDE
 from powertrain.engine.loop import Progress
 from powertrain.engine.options import InputValue, compile_option, run_times, scheduled

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import TimeSignal
+from powertrain.dae.hybrid import TimeSignal
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
 from powertrain.engine.trajectory import Instant, Trajectory

@@ -9,7 +9,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.compiler.hybrid import Friction
+from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
+from powertrain.dae.hybrid import Friction
 from powertrain.equilibrium.beginnings import EulerStep, _condition_bound, _degenerate, _distinct, mobilities
 from powertrain.equilibrium.continuation import relaxed
 from powertrain.equilibrium.corrector import corrected, undetermined
@@ -17,7 +18,6 @@ from powertrain.equilibrium.laws import Linearized, Motion, NextModes, SteadyLaw
 from powertrain.equilibrium.points import AtRest, Iterates, SolvedPoints
 from powertrain.equilibrium.solutions import Solutions
 from powertrain.equilibrium.system import Balance
-from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
 
 Matrix = np.ndarray[Any, Any]
 

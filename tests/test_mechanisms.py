@@ -16,7 +16,7 @@ from mechanisms import mechanism, random_starts
 from test_fuzz import bounded
 
 import powertrain as pt
-from powertrain.compiler.hybrid import Friction
+from powertrain.dae.hybrid import Friction
 from powertrain.engine.trajectory import Instant
 from powertrain.modes.resolve import ModeResolver
 

@@ -10,7 +10,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.components import rotational as rot
-from powertrain.modes import friction
+from powertrain.dae import friction
 from powertrain.steadystate.intervals import StuckLine
 
 OK, STUCK = 0, 1

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.analysis.energy_terms import EnergyTerms
-from powertrain.compiler.hybrid import Contact, Friction, HybridDae
+from powertrain.dae.hybrid import Contact, Friction, HybridDae
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array

@@ -12,7 +12,6 @@ from powertrain.compiler.binding import Limits, bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
 from powertrain.compiler.flatten import Equation, Flat, ModelConstant, ModelVariable, flatten
-from powertrain.compiler.hybrid import HybridDae, TimeSignal
 from powertrain.compiler.index import differentiate, select_states
 from powertrain.compiler.jumps import refuse_jumps
 from powertrain.compiler.records import (
@@ -30,6 +29,7 @@ from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.source import Source, source_of
 from powertrain.compiler.structure import check_structure
 from powertrain.compiler.torques import LawTorque, declare_torques, with_rates
+from powertrain.dae.hybrid import HybridDae, TimeSignal
 from powertrain.language.component import Component
 from powertrain.language.fields import NOMINAL
 from powertrain.language.law import Law

@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 import casadi as ca
 
 from powertrain.compiler.alias import Base, Reduced
-from powertrain.compiler.hybrid import Smooth
 from powertrain.compiler.resolver import Resolver
+from powertrain.dae.hybrid import Smooth
 from powertrain.errors import ModelError
 from powertrain.language.recorder import ScheduleEntry
 from powertrain.language.symbols import Symbol, free_symbols, key

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.flatten import Flat
-from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Opened, Reset, Switch, When
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.torques import LawTorque, is_prescribed, limits_follow
+from powertrain.dae.hybrid import Contact, Friction, Guard, HybridDae, Opened, Reset, Switch, When
+from powertrain.dae.tolerances import alone_tolerance
 from powertrain.errors import ModelError
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw
 from powertrain.language.recorder import GuardEntry, Place, SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
-from powertrain.modes.tolerances import alone_tolerance
 
 
 @dataclass(frozen=True)

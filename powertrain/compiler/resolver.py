@@ -23,10 +23,10 @@ from powertrain.compiler.torques import (
     shares,
     solve_torques,
 )
+from powertrain.dae.tolerances import alone_tolerance, condition_tolerance, rounding_tolerance, torque_tolerance
 from powertrain.language.laws import FrictionLaw
 from powertrain.language.recorder import SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
-from powertrain.modes.tolerances import alone_tolerance, condition_tolerance, rounding_tolerance, torque_tolerance
 
 
 class Resolver:

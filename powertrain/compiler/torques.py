@@ -27,13 +27,13 @@ from powertrain.compiler.alias import Reduced, quote
 from powertrain.compiler.cancellation import terms
 from powertrain.compiler.flatten import Equation
 from powertrain.compiler.index import Differentiated, generic
+from powertrain.dae.friction import least_torque, sliding_torque
+from powertrain.dae.tolerances import GIVEN
 from powertrain.errors import ModelError
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
 from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, total_derivative
-from powertrain.modes.friction import least_torque, sliding_torque
-from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.sparse_lu import Numbers, Row, eliminate
 
 COMPLIANCE = 1e-8

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
+from powertrain.dae.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
 
 Law = Friction | Switch | Contact | When
 

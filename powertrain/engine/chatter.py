@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict, deque
 
-from powertrain.compiler.hybrid import Contact, Friction, Switch, When
+from powertrain.dae.hybrid import Contact, Friction, Switch, When
 
 _SWITCHES = 200
 _SPAN = 1e-5

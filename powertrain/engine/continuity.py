@@ -5,10 +5,10 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import HybridDae
+from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.tolerances import JUMP
 from powertrain.errors import SimulationError
 from powertrain.language.symbols import key
-from powertrain.modes.tolerances import JUMP
 from powertrain.numerics.buffers import Array, Bound, Memory, zeros
 
 

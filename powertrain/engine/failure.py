@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import HybridDae
+from powertrain.dae.hybrid import HybridDae
 from powertrain.numerics.buffers import Array, Memory
 
 OUTSIDE = "A function of the model is evaluated outside its range there."

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Guard
+from powertrain.dae.hybrid import Guard
 from powertrain.engine.limits import limits
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from powertrain.dae.tolerances import EPS, JUMP, NOW, SHORTEST
 from powertrain.engine.location import AIM, CLOSE, ITERATIONS, LARGEST, MOST_IDLE
 from powertrain.integration.step_control import (
     FAILED,
@@ -16,7 +17,6 @@ from powertrain.integration.step_control import (
 )
 from powertrain.modes.resolve import PASSES
 from powertrain.modes.resting import NOTHING, SINGULAR
-from powertrain.modes.tolerances import EPS, JUMP, NOW, SHORTEST
 from powertrain.numerics.buffers import INFO
 
 _LIMITS = {

@@ -6,7 +6,7 @@ There the method extrapolates from the other side, or bisects.
 
 from __future__ import annotations
 
-from powertrain.modes.tolerances import EPS
+from powertrain.dae.tolerances import EPS
 from powertrain.numerics.buffers import CHECKS, INFO, Bound, Memory, view
 
 AIM = 0.1 * EPS

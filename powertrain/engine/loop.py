@@ -7,7 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from powertrain.compiler.hybrid import Guard
+from powertrain.dae.hybrid import Guard
+from powertrain.dae.tolerances import EPS, SHORTEST
 from powertrain.engine.chatter import Chatter
 from powertrain.engine.failure import not_finite, underflow
 from powertrain.engine.in_c import ASK, EVENTS, FULL, GUARD, RATES, TOO_STIFF, UNDERFLOW, LoopInC, Position, Stretch
@@ -20,7 +21,6 @@ from powertrain.integration.specialized import Calls
 from powertrain.integration.step_control import FINEST, HALVINGS, STIFF, STIFF_STEPS, reduction
 from powertrain.modes.algebra import NotConsistent
 from powertrain.modes.guards import first_violation, guard_message
-from powertrain.modes.tolerances import EPS, SHORTEST
 from powertrain.numerics.buffers import Array, view
 
 Progress = Callable[[float, Array, Array], None]

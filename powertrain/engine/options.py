@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.compiler.hybrid import TimeSignal
+from powertrain.dae.hybrid import TimeSignal
 from powertrain.engine.prepared import Compile
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import count, flag, number, row

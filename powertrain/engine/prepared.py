@@ -9,7 +9,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.compiler.hybrid import Guard, HybridDae, Switch, When
+from powertrain.dae.hybrid import Guard, HybridDae, Switch, When
+from powertrain.dae.switch import timed
 from powertrain.engine.catalogue import catalogue
 from powertrain.engine.continuity import Continuity
 from powertrain.engine.location import Locator
@@ -26,7 +27,6 @@ from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.discontinuities import reset_values
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.modes.resolve import ModeResolver
-from powertrain.modes.switch import timed
 from powertrain.numerics.background import Builds, Install
 from powertrain.numerics.buffers import Array, Bound, Memory
 from powertrain.numerics.compiled import Compilable, Library, compile_functions

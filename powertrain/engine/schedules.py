@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.hybrid import TimeSignal
-from powertrain.modes.tolerances import NOW
+from powertrain.dae.hybrid import TimeSignal
+from powertrain.dae.tolerances import NOW
 from powertrain.numerics.buffers import Array
 
 

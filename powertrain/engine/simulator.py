@@ -6,14 +6,14 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.compiler.hybrid import HybridDae
+from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.tolerances import ZONE
 from powertrain.engine.in_c import LoopInC
 from powertrain.engine.loop import Progress, Run
 from powertrain.engine.prepared import Compile, Method, Prepared, vector
 from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import InitializationError, SimulationError
 from powertrain.modes.algebra import NotConsistent
-from powertrain.modes.tolerances import ZONE
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.compiled import warn_of_cache
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.modes.tolerances import BEGINNING
+from powertrain.dae.tolerances import BEGINNING
 from powertrain.numerics.buffers import Array, Memory, view
 
 

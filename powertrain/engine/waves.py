@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.calls import marks
-from powertrain.compiler.hybrid import Contact, Friction, HybridDae
+from powertrain.dae.hybrid import Contact, Friction, HybridDae
 from powertrain.language.symbols import column, free_symbols, key
 from powertrain.modes.indicators import Indicator
 from powertrain.numerics.buffers import Array, Evaluated

@@ -12,11 +12,11 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import HybridDae, When
+from powertrain.dae.hybrid import HybridDae, When
+from powertrain.dae.tolerances import EPS
 from powertrain.engine.chatter import STOP
 from powertrain.engine.trajectory import Instant
 from powertrain.errors import SimulationError
-from powertrain.modes.tolerances import EPS
 from powertrain.numerics.buffers import Array, Evaluated, Memory
 
 _RESOLVED = 10 * EPS

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
+from powertrain.dae.tolerances import GIVEN
 from powertrain.equilibrium.laws import Motion, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, taken
-from powertrain.modes.tolerances import GIVEN
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import solved
 

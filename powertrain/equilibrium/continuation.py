@@ -20,14 +20,14 @@ from itertools import product
 import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
+from powertrain.dae.contact import CLOSED
+from powertrain.dae.friction import FORWARD, STUCK
+from powertrain.dae.tolerances import NO_WIDTH, REST, STILL
 from powertrain.equilibrium.beginnings import beginnings, euler_matrix, euler_step, mobilities
 from powertrain.equilibrium.corrector import corrected
 from powertrain.equilibrium.laws import LAST_STEP, Linearized, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Iterates, Mask, SolvedPoints
 from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws, Point
-from powertrain.modes.contact import CLOSED
-from powertrain.modes.friction import FORWARD, STUCK
-from powertrain.modes.tolerances import NO_WIDTH, REST, STILL
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import relative, solved
 

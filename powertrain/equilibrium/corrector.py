@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from powertrain.dae.contact import CLOSED
+from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
+from powertrain.dae.tolerances import LOCKED, NEUTRAL, STILL
 from powertrain.equilibrium.laws import NextModes, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, taken
-from powertrain.modes.contact import CLOSED
-from powertrain.modes.friction import BACKWARD, FORWARD, STUCK
-from powertrain.modes.tolerances import LOCKED, NEUTRAL, STILL
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import HALVINGS, newton, relative
 

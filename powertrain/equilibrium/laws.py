@@ -18,14 +18,14 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.hybrid import Contact, Friction
+from powertrain.dae import contact, friction, switch
+from powertrain.dae.contact import CLOSED
+from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
+from powertrain.dae.hybrid import Contact, Friction
+from powertrain.dae.tolerances import BALANCED, NO_WIDTH, REST, balance_tolerance
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask
 from powertrain.equilibrium.system import Balance
 from powertrain.language.symbols import Symbol, column, scalars
-from powertrain.modes import contact, friction, switch
-from powertrain.modes.contact import CLOSED
-from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
-from powertrain.modes.tolerances import BALANCED, NO_WIDTH, REST, balance_tolerance
 from powertrain.numerics.batch import Columns, picked
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.elimination import Pattern

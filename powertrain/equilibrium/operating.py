@@ -12,16 +12,16 @@ from math import prod
 
 import numpy as np
 
-from powertrain.compiler.hybrid import Friction, Switch
+from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
+from powertrain.dae.hybrid import Friction, Switch
+from powertrain.dae.tolerances import INFINITE, ZONE, balance_tolerance
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, SolvedPoints
 from powertrain.equilibrium.search import Combinations, choices, order
 from powertrain.equilibrium.solutions import Between, Solutions
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.symbols import scalars
-from powertrain.modes.friction import BACKWARD, FORWARD, STUCK
 from powertrain.modes.guards import guard_margin
-from powertrain.modes.tolerances import INFINITE, ZONE, balance_tolerance
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.buffers import Array
 

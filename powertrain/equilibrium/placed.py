@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import Contact, Friction, Switch, TimeSignal
 from powertrain.compiler.index import generic
+from powertrain.dae.friction import held_at_rest
+from powertrain.dae.hybrid import Contact, Friction, Switch, TimeSignal
 from powertrain.errors import ParameterError
 from powertrain.language.symbols import Symbol, column, key, scalars
-from powertrain.modes.friction import held_at_rest
 from powertrain.numerics.batch import dependence
 from powertrain.numerics.buffers import Array
 

@@ -1,7 +1,7 @@
 """Operating points whose only unknowns are modes: all combinations that known values do not rule out, group by group.
 
 Each mode that a law may have has a margin, which is not negative where the mode holds: those of ``steady_margins`` in
-``powertrain.modes.friction``, ``contact`` and ``switch``.
+``powertrain.dae.friction``, ``contact`` and ``switch``.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from math import prod
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Contact, Friction, Switch
 from powertrain.compiler.matching import components
+from powertrain.dae import contact, friction, switch
+from powertrain.dae.friction import FREE
+from powertrain.dae.hybrid import Contact, Friction, Switch
+from powertrain.dae.tolerances import SAME
 from powertrain.equilibrium.placed import Law
 from powertrain.equilibrium.points import NONE, OK, SEVERAL, Index, Mask, Points
 from powertrain.equilibrium.system import Equilibrium, moved_by_unknowns
 from powertrain.language.symbols import Symbol
-from powertrain.modes import contact, friction, switch
-from powertrain.modes.friction import FREE
-from powertrain.modes.tolerances import SAME
 from powertrain.numerics.batch import Columns, Rows, dependence
 from powertrain.numerics.buffers import Array
 

@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from powertrain.dae.friction import BACKWARD, STUCK
+from powertrain.dae.tolerances import SAME
 from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation, relaxed
 from powertrain.equilibrium.corrector import corrected, undetermined
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Mask, SolvedPoints, taken
 from powertrain.equilibrium.system import Balance
-from powertrain.modes.friction import BACKWARD, STUCK
-from powertrain.modes.tolerances import SAME
 from powertrain.numerics.buffers import Array
 
 SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)

@@ -16,7 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import Friction, Guard, HybridDae, Opened
+from powertrain.dae.contact import CLOSED
+from powertrain.dae.friction import STUCK
+from powertrain.dae.hybrid import Friction, Guard, HybridDae, Opened
 from powertrain.equilibrium.elimination import Condition, Unknown, blocks_of, solved_block
 from powertrain.equilibrium.placed import (
     Law,
@@ -31,8 +33,6 @@ from powertrain.equilibrium.placed import (
     turning_together,
 )
 from powertrain.language.symbols import Symbol, column, key, scalars
-from powertrain.modes.contact import CLOSED
-from powertrain.modes.friction import STUCK
 from powertrain.numerics.batch import dependence
 from powertrain.numerics.buffers import Array
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import HybridDae
+from powertrain.dae.hybrid import HybridDae
 from powertrain.errors import InitializationError, ParameterError, suggestion
 from powertrain.language.arguments import by_name, number
 from powertrain.language.quantities import has_unit, quantity

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import HybridDae
+from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.tolerances import MISSED, ROUND_OFF, STARTED
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import InitializationError, ParameterError, suggestion
 from powertrain.initialization.conditions import (
@@ -30,7 +31,6 @@ from powertrain.initialization.conditions import (
     unsettled,
 )
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
-from powertrain.modes.tolerances import MISSED, ROUND_OFF, STARTED
 from powertrain.numerics.buffers import Bound, zeros
 from powertrain.numerics.newton import HALVINGS, Solver, dense, newton
 from powertrain.numerics.pivots import difference

@@ -9,15 +9,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import HybridDae
+from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.switch import timed
+from powertrain.dae.tolerances import BALANCED, FOUND, INTEGRATED, NOW, SETTLED
 from powertrain.integration import dopri5, rodas5p
 from powertrain.integration.step import StepResult, on_polynomial, slope_of_polynomial
 from powertrain.integration.step_control import allowances, verdict
 from powertrain.modes.indicators import indicators
 from powertrain.modes.projection import at_rest
 from powertrain.modes.rules import mode_pass
-from powertrain.modes.switch import timed
-from powertrain.modes.tolerances import BALANCED, FOUND, INTEGRATED, NOW, SETTLED
 from powertrain.numerics.buffers import CHECKS, PREFIX
 from powertrain.numerics.hoisting import hoisted
 from powertrain.numerics.sparse_lu import factorize

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from powertrain.modes.tolerances import NOISE
+from powertrain.dae.tolerances import NOISE
 
 ROUGH = 0.4
 """Samples do not resolve an indicator if its third difference exceeds this share of its size."""

@@ -6,11 +6,11 @@ from typing import NoReturn
 
 import casadi as ca
 
-from powertrain.compiler.hybrid import Friction, HybridDae
+from powertrain.dae.hybrid import Friction, HybridDae
+from powertrain.dae.tolerances import NO_WIDTH, ZONE
 from powertrain.errors import SimulationError
 from powertrain.modes.jam import law_values, resting_note
 from powertrain.modes.selflocking import SelfLocking
-from powertrain.modes.tolerances import NO_WIDTH, ZONE
 from powertrain.numerics.buffers import Memory
 
 

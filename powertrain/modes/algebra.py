@@ -5,9 +5,9 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import HybridDae
+from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.tolerances import BALANCED, FOUND, KINK, ROUND_OFF
 from powertrain.modes.selflocking import SelfLocking
-from powertrain.modes.tolerances import BALANCED, FOUND, KINK, ROUND_OFF
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
 from powertrain.numerics.newton import newton
 

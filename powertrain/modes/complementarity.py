@@ -22,12 +22,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.hybrid import HybridDae
 from powertrain.compiler.torques import COMPLIANCE
-from powertrain.modes.contact import CLOSED, OPEN
-from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
+from powertrain.dae.contact import CLOSED, OPEN
+from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
+from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.tolerances import ALONE, LEAST_TORQUE, NO_WIDTH
 from powertrain.modes.lemke import Long, lemke
-from powertrain.modes.tolerances import ALONE, LEAST_TORQUE, NO_WIDTH
 from powertrain.numerics.buffers import Evaluated
 
 Array = NDArray[np.float64]

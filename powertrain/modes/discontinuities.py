@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Barrier, HybridDae, Reset, When
+from powertrain.dae.hybrid import Barrier, HybridDae, Reset, When
+from powertrain.dae.tolerances import INTEGRATED, JUMP, REST_SPEED, STRUCK, ZONE
 from powertrain.errors import SimulationError
 from powertrain.language.units import with_unit
 from powertrain.modes.lemke import lemke
-from powertrain.modes.tolerances import INTEGRATED, JUMP, REST_SPEED, STRUCK, ZONE
 from powertrain.numerics.buffers import PREFIX, Array, Evaluated, Memory
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Guard, HybridDae
+from powertrain.dae.hybrid import Guard, HybridDae
+from powertrain.dae.tolerances import EPS, LIMIT
 from powertrain.language.units import with_unit
-from powertrain.modes.tolerances import EPS, LIMIT
 from powertrain.numerics.buffers import Memory
 
 _AT_LIMIT = 1e-6

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from powertrain.compiler.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
-from powertrain.modes import contact, friction, guards, switch, when
-from powertrain.modes.tolerances import EPS
+from powertrain.dae import contact, friction, switch, when
+from powertrain.dae.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
+from powertrain.dae.tolerances import EPS
+from powertrain.modes import guards
 
 
 @dataclass(frozen=True)

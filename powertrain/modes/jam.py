@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Switch
+from powertrain.dae.hybrid import Contact, Friction, HybridDae, Switch
 from powertrain.numerics.buffers import Array, Evaluated, Memory
 
 _MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import casadi as ca
 
 from powertrain.compiler.cancellation import terms
-from powertrain.compiler.hybrid import HybridDae
+from powertrain.dae.hybrid import HybridDae
 from powertrain.language.symbols import column
 
 _DEPENDENT = 1e-13

@@ -10,16 +10,16 @@ from typing import NoReturn
 
 import numpy as np
 
-from powertrain.compiler.hybrid import HybridDae
+from powertrain.dae.contact import CLOSED, OPEN
+from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
+from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.tolerances import ZONE
 from powertrain.errors import SimulationError
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.complementarity import Complementarity, Point
-from powertrain.modes.contact import CLOSED, OPEN
 from powertrain.modes.discontinuities import Discontinuities
-from powertrain.modes.friction import BACKWARD, FORWARD, STUCK
 from powertrain.modes.jam import jam_message, law_values, not_found_message, several_message
 from powertrain.modes.resting import resting
-from powertrain.modes.tolerances import ZONE
 from powertrain.modes.uniqueness import Uniqueness
 from powertrain.numerics.buffers import Array, Bound, Memory, view
 

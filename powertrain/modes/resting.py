@@ -17,9 +17,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.hybrid import Friction, HybridDae, Opened
+from powertrain.dae.hybrid import Friction, HybridDae, Opened
+from powertrain.dae.tolerances import INTEGRATED
 from powertrain.modes.complementarity import Complementarity, Point
-from powertrain.modes.tolerances import INTEGRATED
 from powertrain.numerics.buffers import PREFIX
 
 SINGULAR = 1e-10

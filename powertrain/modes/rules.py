@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from powertrain.compiler.hybrid import HybridDae
-from powertrain.modes import contact, friction, switch, when
+from powertrain.dae import contact, friction, switch, when
+from powertrain.dae.hybrid import HybridDae
 from powertrain.modes.selflocking import inverted
 
 

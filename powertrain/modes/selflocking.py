@@ -10,11 +10,11 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from powertrain.compiler.hybrid import Friction, HybridDae
+from powertrain.dae.hybrid import Friction, HybridDae
+from powertrain.dae.tolerances import CROSSED, LEAST_TORQUE, ZONE
 from powertrain.errors import SimulationError
 from powertrain.modes.guards import first_violation
 from powertrain.modes.jam import law_values
-from powertrain.modes.tolerances import CROSSED, LEAST_TORQUE, ZONE
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
 
 

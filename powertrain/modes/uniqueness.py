@@ -8,9 +8,9 @@ from itertools import product
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import HybridDae
+from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.tolerances import SAME
 from powertrain.modes.jam import law_values
-from powertrain.modes.tolerances import SAME
 from powertrain.numerics.buffers import Array, Memory
 
 _MOST = 6

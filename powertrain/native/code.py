@@ -8,7 +8,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Guard, HybridDae, TimeSignal
+from powertrain.dae.hybrid import Guard, HybridDae, TimeSignal
 from powertrain.engine.in_c import SOURCES, signal_tables
 from powertrain.engine.limits import limits
 from powertrain.engine.prepared import Prepared

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import TimeSignal
+from powertrain.dae.hybrid import TimeSignal
 from powertrain.engine.catalogue import catalogue
 from powertrain.engine.in_c import FULL, signal_tables, signals
 from powertrain.engine.schedules import Schedules

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import Contact, Friction, HybridDae
+from powertrain.dae.hybrid import Contact, Friction, HybridDae
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import by_name, count, listed, number
 from powertrain.language.symbols import Symbol, column

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.dae.tolerances import ALIKE
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Points
-from powertrain.modes.tolerances import ALIKE
 from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 from powertrain.steadystate.axes import PAD

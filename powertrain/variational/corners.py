@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.operations import operation
+from powertrain.dae.tolerances import INTEGRATED
 from powertrain.language.symbols import Symbol, column, scalars
-from powertrain.modes.tolerances import INTEGRATED
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
 from powertrain.numerics.tape import graph_of

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from powertrain.compiler.hybrid import Contact, Friction, Guard, Switch, When
+from powertrain.dae.hybrid import Contact, Friction, Guard, Switch, When
+from powertrain.dae.tolerances import EPS
 from powertrain.errors import SimulationError
 from powertrain.modes.indicators import Indicator
-from powertrain.modes.tolerances import EPS
 from powertrain.numerics.buffers import Array
 from powertrain.variational.partials import Slopes, System
 from powertrain.variational.record import Record

@@ -15,9 +15,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import When
+from powertrain.dae.hybrid import When
+from powertrain.dae.tolerances import REST_SPEED
 from powertrain.language.symbols import column
-from powertrain.modes.tolerances import REST_SPEED
 from powertrain.numerics.buffers import Array
 from powertrain.signals import Samples
 from powertrain.variational.curvature import Curvature, Tangents

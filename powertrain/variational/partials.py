@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.hybrid import HybridDae
+from powertrain.dae.hybrid import HybridDae
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many

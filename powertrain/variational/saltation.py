@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.hybrid import Switch, When
+from powertrain.dae.hybrid import Switch, When
 from powertrain.language.symbols import column
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.numerics.buffers import Array

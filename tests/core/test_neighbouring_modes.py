@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import pytest
 
-from powertrain.compiler.hybrid import Switch
+from powertrain.dae.hybrid import Switch
 from powertrain.steadystate.neighbours import Walker
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 
-from powertrain.compiler.hybrid import Contact, Guard, HybridDae, Reset, Switch, TimeSignal, When
+from powertrain.dae.hybrid import Contact, Guard, HybridDae, Reset, Switch, TimeSignal, When
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import PowertrainError, SimulationError
 

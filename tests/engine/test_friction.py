@@ -9,7 +9,7 @@ from models import COUPLED_PARAMETERS, COUPLED_START, bodies, coupled_clutches, 
 from reference import load
 from scipy.optimize import brentq
 
-from powertrain.compiler.hybrid import Friction, HybridDae, Switch
+from powertrain.dae.hybrid import Friction, HybridDae, Switch
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import InitializationError
 

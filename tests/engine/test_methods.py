@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from models import dae
 
-from powertrain.compiler.hybrid import HybridDae
+from powertrain.dae.hybrid import HybridDae
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import ParameterError
 from powertrain.integration import fused as steps

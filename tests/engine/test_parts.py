@@ -14,7 +14,7 @@ from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 from test_methods import implicit, nonlinear
 
 import powertrain as pt
-from powertrain.compiler.hybrid import Guard, HybridDae
+from powertrain.dae.hybrid import Guard, HybridDae
 from powertrain.engine.simulator import Simulator
 from powertrain.integration import fused as steps
 from powertrain.integration.parts import Parts, in_parts

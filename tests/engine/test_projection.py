@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from models import dae
 
-from powertrain.compiler.hybrid import Friction, HybridDae
+from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.modes.projection import at_rest
 
 Matrix = np.ndarray[Any, Any]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from powertrain.compiler.hybrid import TimeSignal
+from powertrain.dae.hybrid import TimeSignal
 from powertrain.engine.schedules import Schedules
 
 Matrix = np.ndarray[Any, Any]

@@ -13,7 +13,7 @@ from cases import few
 from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 from test_methods import implicit, nonlinear
 
-from powertrain.compiler.hybrid import Friction, HybridDae, TimeSignal
+from powertrain.dae.hybrid import Friction, HybridDae, TimeSignal
 from powertrain.engine.simulator import Simulator
 from powertrain.integration import fused as steps
 from powertrain.modes.resolve import ModeResolver

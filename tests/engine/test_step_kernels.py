@@ -11,13 +11,13 @@ from models import dae
 from test_methods import exact, nonlinear
 
 import powertrain as pt
-from powertrain.compiler.hybrid import Friction
 from powertrain.components import rotational as rot
+from powertrain.dae.friction import next_mode
+from powertrain.dae.hybrid import Friction
+from powertrain.dae.tolerances import EPS
 from powertrain.engine.chatter import Chatter
 from powertrain.integration import fused as steps
-from powertrain.modes.friction import next_mode
 from powertrain.modes.selflocking import inverted
-from powertrain.modes.tolerances import EPS
 
 Matrix = np.ndarray[Any, Any]
 

@@ -13,8 +13,8 @@ import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components import translational as tr
 from powertrain.components.blocks import Sine
+from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.engine.waves import PART, Waves, _follows, _Speeds
-from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.modes.indicators import indicators
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Opened, Switch
+from powertrain.dae.hybrid import Contact, Friction, HybridDae, Opened, Switch
 from powertrain.modes.complementarity import Point
 
 Matrix = np.ndarray[Any, Any]

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from opened import Fit, Piecewise, compared, dae_of, finite_slopes, fits
 
-from powertrain.compiler.hybrid import Friction, HybridDae, Opened
 from powertrain.compiler.torques import COMPLIANCE
+from powertrain.dae.hybrid import Friction, HybridDae, Opened
+from powertrain.dae.tolerances import ZONE
 from powertrain.modes.complementarity import Answer, Complementarity, Laws, Point, _inverse
-from powertrain.modes.tolerances import ZONE
 
 Matrix = np.ndarray[Any, Any]
 

@@ -9,11 +9,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.compiler.hybrid import Contact, Friction, HybridDae, Switch, When
-from powertrain.modes import contact, friction, switch, when
-from powertrain.modes.contact import CLOSED, OPEN
-from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
-from powertrain.modes.tolerances import CREEP, EPS, INTEGRATED, NO_WIDTH, ZONE
+from powertrain.dae import contact, friction, switch, when
+from powertrain.dae.contact import CLOSED, OPEN
+from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
+from powertrain.dae.hybrid import Contact, Friction, HybridDae, Switch, When
+from powertrain.dae.tolerances import CREEP, EPS, INTEGRATED, NO_WIDTH, ZONE
 
 NEVER, ALWAYS = ca.SX(0), ca.SX(1)
 KNOWN, REACH = 0.25, 2.0

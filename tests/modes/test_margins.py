@@ -8,12 +8,12 @@ import pytest
 from joined import joined
 
 import powertrain as pt
-from powertrain.compiler.hybrid import Contact, Friction
 from powertrain.components import translational as tr
 from powertrain.components.blocks import Ramp
-from powertrain.modes.contact import pressure_margin
-from powertrain.modes.friction import torque_margins
-from powertrain.modes.tolerances import LEAST_TORQUE
+from powertrain.dae.contact import pressure_margin
+from powertrain.dae.friction import torque_margins
+from powertrain.dae.hybrid import Contact, Friction
+from powertrain.dae.tolerances import LEAST_TORQUE
 
 NONE = ca.SX(0)
 

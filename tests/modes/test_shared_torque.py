@@ -13,7 +13,7 @@ from mechanisms import mechanism, random_starts
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant, Ramp, Sine
-from powertrain.modes.tolerances import RESOLVED
+from powertrain.dae.tolerances import RESOLVED
 
 Matrix = np.ndarray[Any, Any]
 

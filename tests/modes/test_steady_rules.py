@@ -5,10 +5,10 @@ from __future__ import annotations
 import casadi as ca
 import pytest
 
-from powertrain.compiler.hybrid import Contact, Friction
-from powertrain.modes import contact, friction, switch
-from powertrain.modes.contact import CLOSED, OPEN
-from powertrain.modes.friction import BACKWARD, FORWARD, FREE, STUCK
+from powertrain.dae import contact, friction, switch
+from powertrain.dae.contact import CLOSED, OPEN
+from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
+from powertrain.dae.hybrid import Contact, Friction
 
 ZONE = 1e-9
 

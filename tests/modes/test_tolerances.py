@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
-from powertrain.modes import tolerances
+from powertrain.dae import tolerances
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = "modes engine integration equilibrium steadystate initialization compiler numerics".split()

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain.compiler.hybrid import HybridDae, Switch, When
-from powertrain.modes.tolerances import EPS, NOW
+from powertrain.dae.hybrid import HybridDae, Switch, When
+from powertrain.dae.tolerances import EPS, NOW
 
 
 def condition_margin(mode: ca.SX, g: ca.SX, known: ca.SX | float = EPS) -> ca.SX:

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from powertrain.compiler.hybrid import HybridDae, When
+from powertrain.dae.hybrid import HybridDae, When
+from powertrain.dae.switch import condition_margin, in_time, now
+from powertrain.dae.tolerances import EPS
 from powertrain.language.symbols import column
-from powertrain.modes.switch import condition_margin, in_time, now
-from powertrain.modes.tolerances import EPS
 
 
 def watched(dae: HybridDae, law: When) -> list[tuple[ca.SX, ca.SX | float]]:

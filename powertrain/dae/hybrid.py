@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.modes.tolerances import EPS, LEAST_TORQUE, ZONE
+from powertrain.dae.tolerances import EPS, LEAST_TORQUE, ZONE
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Friction:
 
     ``prescribed``: no torque of this law ever moves it; ``acts``: other motions nevertheless depend on that torque.
     ``limitless``: modes in which its own torque has no limit, so it cannot move in that direction.
-    ``known``: uncertainty of its torque, see ``powertrain.modes.tolerances``; ``rounding``: the part of it due to rounding of angles and
+    ``known``: uncertainty of its torque, see ``powertrain.dae.tolerances``; ``rounding``: the part of it due to rounding of angles and
     positions; ``reach``: G_ii.
     ``rests``: if other laws take part in its motion, m[rests] is 1 while it is at a limit and they hold it at rest;
     ``share`` is then the torque that its compliance would give it, at least its limit; None if that is not known.

@@ -14,8 +14,8 @@ import math
 
 import casadi as ca
 
-from powertrain.compiler.hybrid import Barrier, Friction, HybridDae
-from powertrain.modes.tolerances import CREEP, EPS, INTEGRATED, NO_WIDTH, SWIFT, ZONE
+from powertrain.dae.hybrid import Barrier, Friction, HybridDae
+from powertrain.dae.tolerances import CREEP, EPS, INTEGRATED, NO_WIDTH, SWIFT, ZONE
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 

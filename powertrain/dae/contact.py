@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain.compiler.hybrid import Contact, HybridDae
-from powertrain.modes.tolerances import EPS, INTEGRATED, ZONE
+from powertrain.dae.hybrid import Contact, HybridDae
+from powertrain.dae.tolerances import EPS, INTEGRATED, ZONE
 
 CLOSED, OPEN = 1.0, 0.0
 
