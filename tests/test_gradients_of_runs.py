@@ -6,6 +6,7 @@ import math
 import pickle
 import random
 from collections.abc import Callable, Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import casadi as ca
@@ -17,6 +18,7 @@ from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
 import powertrain as pt
 from powertrain.components.blocks import Step
 from powertrain.components.rotational import Brake, Damper, Fixed, Inertia, SpringDamper, Torque
+from powertrain.variational.instants import NotDifferentiable, Shift, duration, without_effect
 
 TIGHT: dict[str, Any] = {"rtol": 1e-11, "points": 1}
 Number = Callable[[Any], float]
@@ -556,6 +558,32 @@ def test_grazing_is_refused() -> None:
     assert flat["y"][-1] == pytest.approx(2.0, abs=1e-2)
     with pytest.raises(pt.SimulationError, match="only just switches"):
         pt.gradient(flat, "y", "limit")
+
+
+@pytest.mark.parametrize(
+    ("change", "lasting", "nothing"),
+    [(1e-8, math.inf, True), (1e-3, math.inf, False), (1e-3, 1e-5, True), (1e-3, 1e-3, False), (-1e-3, 1e-3, False)],
+)
+def test_a_grazing_event_counts_by_what_the_run_misses_without_it(change: float, lasting: float, nothing: bool) -> None:
+    """Rates that change by nothing, and those that change for no time; any event that does not graze counts."""
+    changes, rates, none = np.array([0.0, change]), np.array([1.0, 1.0]), np.zeros(1)
+    assert not without_effect(Shift("law", 0, none, none, 0), changes, rates, lasting)
+    grazing = Shift("law", 0, none, none, 0, NotDifferentiable("law only just switches"))
+    if nothing:
+        assert without_effect(grazing, changes, rates, lasting)
+    else:
+        with pytest.raises(NotDifferentiable, match="law only just switches"):
+            without_effect(grazing, changes, rates, lasting)
+
+
+def test_how_long_an_event_lasts() -> None:
+    """Until the same law changes again, or to the end."""
+    held = np.array([[1.0, 0.0], [1.0, 2.0], [0.0, 2.0]])
+    run: Any = SimpleNamespace(
+        end=9.0, instants=SimpleNamespace(times=np.array([1.0, 2.0, 4.0]), right=SimpleNamespace(m=held))
+    )
+    assert [duration(run, k, 0) for k in range(3)] == [3.0, 2.0, 5.0]
+    assert [duration(run, k, 1) for k in range(3)] == [1.0, 7.0, 5.0]
 
 
 class Two(pt.Component):

@@ -204,7 +204,9 @@ def test_no_circles_among_packages() -> None:
     files = {full_name(path): path for path in core() if path.name != "__init__.py"}
     needed: dict[str, set[str]] = {}
     for name, path in files.items():
-        others = {package(m) for m, _ in modules_imported(path, files) if (short(path), m.partition(".")[2]) not in LATER}
+        others = {
+            package(m) for m, _ in modules_imported(path, files) if (short(path), m.partition(".")[2]) not in LATER
+        }
         needed.setdefault(package(name), set()).update(others - {package(name)})
     graphlib.TopologicalSorter(needed).prepare()
 

@@ -6,9 +6,9 @@ from collections import defaultdict, deque
 
 from powertrain.dae.hybrid import Contact, Friction, Switch, When
 
-_SWITCHES = 200
+_SWITCHES = 1000
 _SPAN = 1e-5
-"""So many switches of one law within this share of the simulated time are chattering; real vibrations are slower."""
+"""So many switches of one law within this share of the simulated time are chattering: at this pace a run would have 100 million."""
 _HYSTERESIS = "Its condition contradicts its effect. Give it a hysteresis, or let the model slide or stick there."
 STOP = (
     "Where something strikes a stop, write unilateral(gap, force, restitution=...) instead of when: it ends the bouncing and holds what "

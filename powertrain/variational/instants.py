@@ -30,8 +30,8 @@ _GRAZING = 1e-3
 _SHALLOW = 100 * EPS
 """An indicator that would rise again this close below zero switches only because of the hysteresis of events."""
 _ROUNDING = 1e-15
-_NOTHING = 100 * EPS
-"""Changes of rates due to the hysteresis of events."""
+_NOTHING = 1000 * EPS
+"""Changes of rates due to the hysteresis of events, and changes of speeds due to events that are soon undone."""
 
 
 class NotDifferentiable(SimulationError):
@@ -154,10 +154,20 @@ class EventLaws:
         return ", ".join(dict.fromkeys([*names, *(name for name, _ in run.instants.extra[k])])) or "without a law"
 
 
-def without_effect(shift: Shift, change: Array, rates: Array) -> bool:
-    """Whether a grazing event changes nothing and can be ignored; otherwise raises the reason why there is no derivative."""
+def without_effect(shift: Shift, change: Array, rates: Array, lasting: float) -> bool:
+    """Whether a grazing event changes nothing and can be ignored; otherwise raises the reason why there is no derivative.
+
+    ``change`` of the ``rates`` lasts until the law changes again, for ``lasting`` seconds: that is what the run misses without the event.
+    """
     if shift.flat is None:
         return False
-    if (np.abs(change) <= _NOTHING * (1.0 + np.abs(rates))).all():
+    if (np.abs(change) * min(lasting, 1.0) <= _NOTHING * (1.0 + np.abs(rates))).all():
         return True
     raise shift.flat
+
+
+def duration(run: Record, k: int, index: int) -> float:
+    """How long a held value stays as event k leaves it [s]."""
+    values, times = run.instants.right.m[k:, index], run.instants.times[k:]
+    changed = np.flatnonzero(values != values[0])
+    return float((times[changed[0]] if changed.size else run.end) - times[0])

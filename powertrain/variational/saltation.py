@@ -25,7 +25,7 @@ from powertrain.modes.indicators import Indicator, indicators
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
 from powertrain.signals import Samples, signals_of
-from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, without_effect
+from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, duration, without_effect
 from powertrain.variational.mapping import Mapping, Round
 from powertrain.variational.partials import Block, Partials, Slopes
 from powertrain.variational.record import Record
@@ -109,7 +109,7 @@ class Saltation:
             rounds = carried.rounds
         across = s.copy(), q, rate
         change = s @ f_left + rate - f_right
-        moved = [shift for shift in shifts if not without_effect(shift, change, f_left)]
+        moved = [each for each in shifts if not without_effect(each, change, f_left, duration(run, k, each.index))]
         mean, farthest = self._parts(run, k, moved, f_left, change)
         on_s = np.array([shift.s for shift in moved]).reshape(len(moved), n)
         on_q = np.array([shift.q for shift in moved]).reshape(len(moved), q.shape[1])
