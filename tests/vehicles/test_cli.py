@@ -407,7 +407,7 @@ def test_wrong_settings_are_told(setting: str, said: str, short: str) -> None:
 
 def test_wrong_arguments_are_told(short: str, tmp_path: Path) -> None:
     assert "did you mean SplitPathCar" in refused("run", "SplitPathCr")
-    assert "did you mean wltc" in refused("run", "SplitPathCar", "--cycle", "wtlc")
+    assert "did you mean hwfet?" in refused("run", "SplitPathCar", "--cycle", "hwfte")
     assert "must end in .nc or .csv" in refused("run", "SplitPathCar", "--cycle", short, "--out", "run.txt")
     assert "there is no folder" in refused(
         "run", "SplitPathCar", "--cycle", short, "--out", str(tmp_path / "no" / "run.nc")
