@@ -38,6 +38,7 @@ from powertrain.components.transmissions.network_transmission import NetworkGear
 from powertrain.components.transmissions.planetary_levers import double_planetary, planetary, ravigneaux
 from powertrain.components.transmissions.power_shift import (
     PowerShiftGearbox,
+    ShiftedMeshes,
     StartingClutch,
     StartingConverter,
     StartingDevice,
@@ -86,6 +87,7 @@ __all__ = [
     "SchemeGear",
     "ShiftElement",
     "Shiftable",
+    "ShiftedMeshes",
     "SingleGear",
     "SplitPathTransmission",
     "StartingClutch",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from powertrain import Equations, Input, Map, Parameter, ParameterError, connect, parameter, signal_input
-from powertrain.components.cvu import CVU, VariableUnit
+from powertrain import Equations, Input, Map, Parameter, ParameterError, Symbol, connect, parameter, signal_input
+from powertrain.components.cvu import CVU
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.limited import limited
 from powertrain.components.rotational import Clutch, Inertia, TwoFlanges
@@ -13,17 +13,45 @@ from powertrain.components.transmissions.gearbox import Shiftable
 from powertrain.components.transmissions.hydrodynamic import TorqueConverter
 
 
+TORQUE_PHASE = 0.25
+"""Part of a shift in which the torque passes from one clutch to the other, before or after the speeds change."""
+
+
+class ShiftedMeshes(CVU):
+    """The gears of a power-shift gearbox: a variable ratio, and what its slipping clutches let through.
+
+    The efficiencies are eta_ab ``passed_ab`` if flange_a drives, eta_ba ``passed_ba`` if flange_b drives.
+    """
+
+    passed_ab: Input = signal_input("1", "Power that the clutches pass on over what flange_a gives them", default=1.0)
+    passed_ba: Input = signal_input("1", "Power that the clutches pass on over what flange_b gives them", default=1.0)
+
+    def _efficiency(self, name: str, constant: Symbol) -> Symbol:
+        """That of the gears times that of the clutches."""
+        passed = self.passed_ab if name == "map_ab" else self.passed_ba
+        return super()._efficiency(name, constant) * passed.value
+
+
 class PowerShiftGearbox(Shiftable):
-    """A planetary or dual-clutch gearbox by its ratios: the ratio changes from one gear to the next under load, whatever its clutches do.
+    """A planetary or dual-clutch gearbox by its ratios: the ratio changes from one gear to the next under load, while a clutch slips.
 
-    w_b = V w_a,  V = 1/ratios[k] with the lever at k, and linear in the lever between two gears
+    w_b = V w_a,  V = 1/ratios[k] in gear k
 
-    The unit's efficiency is that of the meshes under load, ``churning`` the drag of oil, pump and open clutches at the input shaft. The
-    slip of the clutches during a shift is neglected: the shafts follow the ratio. Errors: ParameterError for ratios that do not decrease.
+    Between two gears one clutch slips, and it loses torque times slip, whichever it is: the clutch of the higher gear if the input drives, so that
+    the output gets no more torque than in the higher gear, and the clutch of the lower gear if the output drives. Hence, from V_1 in the lower to
+    V_2 in the higher gear, the efficiencies of the clutches are
+
+    passed_ab = V/V_2,  passed_ba = V_1/V
+
+    The lever's way from gear to gear has a first and a last quarter in which only the torque passes from one clutch to the other; in between
+    V is linear in the lever.
+
+    The unit's efficiency is that of the meshes under load, ``churning`` the drag of oil, pump and open clutches at the input shaft.
+    Errors: ParameterError for ratios that do not decrease.
     """
 
     ratios: tuple[float, ...] = (4.7, 3.1, 2.1, 1.7, 1.3, 1.0, 0.84, 0.67)
-    unit: VariableUnit = CVU(eta_ab=0.96, eta_ba=0.96)
+    unit: ShiftedMeshes = ShiftedMeshes(eta_ab=0.96, eta_ba=0.96)
     input: Inertia = Inertia(J=0.02)
     churning: ChurningLoss = ChurningLoss(d=0.01)
     output: Inertia = Inertia(J=0.01)
@@ -49,13 +77,22 @@ class PowerShiftGearbox(Shiftable):
                 f"{self._path or 'PowerShiftGearbox'}.ratios = {self.ratios}; give two or more positive ratios that decrease from gear "
                 "to gear"
             )
-        gears, speeds = range(1, len(self.ratios) + 1), [1 / ratio for ratio in self.ratios]
-        ratio = Map.curve([float(k) for k in gears], speeds, x="lever", unit="1", name="speed ratio", outside="clip")
         yield connect(self.flange_a, self.input.flange_a)
         yield connect(self.input.flange_b, self.churning.flange, self.unit.flange_a)
-        yield self.unit.ratio.value == ratio(self.lever.value)
+        highest, V, lowest = self._along(0, TORQUE_PHASE), self._along(TORQUE_PHASE, 1 - TORQUE_PHASE), self._along(1 - TORQUE_PHASE, 1)
+        yield self.unit.ratio.value == V
+        yield self.unit.passed_ab.value == V / highest
+        yield self.unit.passed_ba.value == lowest / V
         yield connect(self.unit.flange_b, self.output.flange_a)
         yield connect(self.output.flange_b, self.flange_b)
+
+    def _along(self, begin: float, end: float) -> Symbol:
+        """The speed ratio of the gears at the lever, which passes to the next gear's from ``begin`` to ``end`` of the way there."""
+        levers, speeds = [1.0], [1 / self.ratios[0]]
+        for k, (here, there) in enumerate(pairwise(self.ratios), 1):
+            levers += [k + begin] * (begin > 0) + [k + end] + [k + 1.0] * (end < 1)
+            speeds += [1 / here] * (begin > 0) + [1 / there] + [1 / there] * (end < 1)
+        return Map.curve(levers, speeds, x="lever", unit="1", name="speed ratio", outside="clip")(self.lever.value)
 
 
 class StartingDevice(TwoFlanges):
