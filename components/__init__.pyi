@@ -241,7 +241,7 @@ from powertrain.components.transmissions import PowerShiftGearbox as PowerShiftG
 from powertrain.components.transmissions import RangeTransmission as RangeTransmission
 from powertrain.components.transmissions import RatioOfUnit as RatioOfUnit
 from powertrain.components.transmissions import Shiftable as Shiftable
-from powertrain.components.transmissions import ShiftedMeshes as ShiftedMeshes
+from powertrain.components.transmissions import ShiftedGears as ShiftedGears
 from powertrain.components.transmissions import SingleGear as SingleGear
 from powertrain.components.transmissions import SplitPathTransmission as SplitPathTransmission
 from powertrain.components.transmissions import StartingClutch as StartingClutch

@@ -38,7 +38,7 @@ from powertrain.components.transmissions.network_transmission import NetworkGear
 from powertrain.components.transmissions.planetary_levers import double_planetary, planetary, ravigneaux
 from powertrain.components.transmissions.power_shift import (
     PowerShiftGearbox,
-    ShiftedMeshes,
+    ShiftedGears,
     StartingClutch,
     StartingConverter,
     StartingDevice,
@@ -87,7 +87,7 @@ __all__ = [
     "SchemeGear",
     "ShiftElement",
     "Shiftable",
-    "ShiftedMeshes",
+    "ShiftedGears",
     "SingleGear",
     "SplitPathTransmission",
     "StartingClutch",

@@ -12,46 +12,49 @@ from powertrain.components.rotational import Clutch, Inertia, TwoFlanges
 from powertrain.components.transmissions.gearbox import Shiftable
 from powertrain.components.transmissions.hydrodynamic import TorqueConverter
 
-
 TORQUE_PHASE = 0.25
-"""Part of a shift in which the torque passes from one clutch to the other, before or after the speeds change."""
+"""Part of a shift, at its begin and at its end, in which the torque passes from one clutch to the other."""
 
 
-class ShiftedMeshes(CVU):
-    """The gears of a power-shift gearbox: a variable ratio, and what its slipping clutches let through.
+class ShiftedGears(CVU):
+    """The gears of a power-shift gearbox, whose clutches slip between two gears; see ``PowerShiftGearbox``.
 
-    The efficiencies are eta_ab ``passed_ab`` if flange_a drives, eta_ba ``passed_ba`` if flange_b drives.
+    The efficiencies are ``passed_ab`` eta_ab if flange_a drives and ``passed_ba`` eta_ba if flange_b drives.
     """
 
-    passed_ab: Input = signal_input("1", "Power that the clutches pass on over what flange_a gives them", default=1.0)
-    passed_ba: Input = signal_input("1", "Power that the clutches pass on over what flange_b gives them", default=1.0)
+    passed_ab: Input = signal_input(
+        "1", "Part of the power that the slipping clutch passes on if flange_a drives", default=1.0
+    )
+    passed_ba: Input = signal_input(
+        "1", "Part of the power that the slipping clutch passes on if flange_b drives", default=1.0
+    )
 
     def _efficiency(self, name: str, constant: Symbol) -> Symbol:
-        """That of the gears times that of the clutches."""
+        """That of the gears times that of the slipping clutch."""
         passed = self.passed_ab if name == "map_ab" else self.passed_ba
         return super()._efficiency(name, constant) * passed.value
 
 
 class PowerShiftGearbox(Shiftable):
-    """A planetary or dual-clutch gearbox by its ratios: the ratio changes from one gear to the next under load, while a clutch slips.
+    """A planetary or dual-clutch gearbox by its ratios, which shifts under load while one clutch slips.
 
-    w_b = V w_a,  V = 1/ratios[k] in gear k
+    w_b = V w_a,  V = 1/ratios[k] with the lever at k
 
-    Between two gears one clutch slips, and it loses torque times slip, whichever it is: the clutch of the higher gear if the input drives, so that
-    the output gets no more torque than in the higher gear, and the clutch of the lower gear if the output drives. Hence, from V_1 in the lower to
-    V_2 in the higher gear, the efficiencies of the clutches are
+    On its way from V_1 in one gear to V_2 > V_1 in the next, the input is faster than the higher gear would turn it and slower than the
+    lower one would. If it drives, only the clutch of the higher gear can transmit its torque; if it is driven, only that of the lower gear:
 
-    passed_ab = V/V_2,  passed_ba = V_1/V
+    flange_a drives: T_b = -T_a/V_2, the power T_a (w_a - w_b/V_2) becomes heat, and passed_ab = V/V_2 is left
+    flange_b drives: T_b = -T_a/V_1, the power T_a (w_a - w_b/V_1) becomes heat, and passed_ba = V_1/V is left
 
-    The lever's way from gear to gear has a first and a last quarter in which only the torque passes from one clutch to the other; in between
-    V is linear in the lever.
+    In the first and the last quarter of the lever's way the torque passes from one clutch to the other at a constant ratio (torque
+    phase); in between, the ratio changes linearly (inertia phase). ``unit`` has the efficiency of the gears under load, ``churning`` the
+    drag of oil, pump and open clutches at the input shaft. Errors: ParameterError for ratios that do not decrease.
 
-    The unit's efficiency is that of the meshes under load, ``churning`` the drag of oil, pump and open clutches at the input shaft.
-    Errors: ParameterError for ratios that do not decrease.
+    Source: H. Naunheimer et al., Automotive Transmissions, 2nd ed. 2011 (phases of a power shift).
     """
 
     ratios: tuple[float, ...] = (4.7, 3.1, 2.1, 1.7, 1.3, 1.0, 0.84, 0.67)
-    unit: ShiftedMeshes = ShiftedMeshes(eta_ab=0.96, eta_ba=0.96)
+    unit: ShiftedGears = ShiftedGears(eta_ab=0.96, eta_ba=0.96)
     input: Inertia = Inertia(J=0.02)
     churning: ChurningLoss = ChurningLoss(d=0.01)
     output: Inertia = Inertia(J=0.01)
@@ -79,20 +82,22 @@ class PowerShiftGearbox(Shiftable):
             )
         yield connect(self.flange_a, self.input.flange_a)
         yield connect(self.input.flange_b, self.churning.flange, self.unit.flange_a)
-        highest, V, lowest = self._along(0, TORQUE_PHASE), self._along(TORQUE_PHASE, 1 - TORQUE_PHASE), self._along(1 - TORQUE_PHASE, 1)
+        V_2, V = self._passing(0, TORQUE_PHASE), self._passing(TORQUE_PHASE, 1 - TORQUE_PHASE)
+        V_1 = self._passing(1 - TORQUE_PHASE, 1)
         yield self.unit.ratio.value == V
-        yield self.unit.passed_ab.value == V / highest
-        yield self.unit.passed_ba.value == lowest / V
+        yield self.unit.passed_ab.value == V / V_2
+        yield self.unit.passed_ba.value == V_1 / V
         yield connect(self.unit.flange_b, self.output.flange_a)
         yield connect(self.output.flange_b, self.flange_b)
 
-    def _along(self, begin: float, end: float) -> Symbol:
-        """The speed ratio of the gears at the lever, which passes to the next gear's from ``begin`` to ``end`` of the way there."""
-        levers, speeds = [1.0], [1 / self.ratios[0]]
-        for k, (here, there) in enumerate(pairwise(self.ratios), 1):
-            levers += [k + begin] * (begin > 0) + [k + end] + [k + 1.0] * (end < 1)
-            speeds += [1 / here] * (begin > 0) + [1 / there] + [1 / there] * (end < 1)
-        return Map.curve(levers, speeds, x="lever", unit="1", name="speed ratio", outside="clip")(self.lever.value)
+    def _passing(self, begin: float, end: float) -> Symbol:
+        """The speed ratio of a gear, which passes to that of the next gear from ``begin`` to ``end`` of the lever's way there."""
+        rows = {1.0: 1 / self.ratios[0]}
+        for k, (lower, higher) in enumerate(pairwise(self.ratios), 1):
+            rows |= {k + begin: 1 / lower, k + end: 1 / higher, k + 1.0: 1 / higher}
+        return Map.curve([*rows], [*rows.values()], x="lever", unit="1", name="speed ratio", outside="clip")(
+            self.lever.value
+        )
 
 
 class StartingDevice(TwoFlanges):

@@ -26,7 +26,7 @@ from powertrain.components.rotational import Clutch, IdealGear, Inertia, TwoFlan
 from powertrain.components.transmissions import (
     ManualGearbox,
     PowerShiftGearbox,
-    ShiftedMeshes,
+    ShiftedGears,
     SingleGear,
     StartingClutch,
     StartingConverter,
@@ -171,7 +171,7 @@ def _stepped(car: TestCar, technology: Technology, cool: bool) -> AutomaticCar:
     schedule = PowerShiftSchedule(
         speeds=rows, eager=full - 1, relaxed=relaxed, kick=0.9, dwell=1.0, w_open=W_OPEN, w_closed=W_CLOSED
     )
-    unit = ShiftedMeshes(eta_ab=eta, eta_ba=eta)
+    unit = ShiftedGears(eta_ab=eta, eta_ba=eta)
     engine = parts["engine"]
     start = StartingClutch(clutch=_clutch(engine)) if car.transmission == "dual clutch" else _converter(engine)
     return AutomaticCar(

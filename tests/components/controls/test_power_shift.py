@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.components.blocks import Constant
+from powertrain.components.blocks import Constant, Ramp
 from powertrain.components.control import ElectricDriveControl, StartStop
+from powertrain.components.differentials import ChurningLoss
 from powertrain.components.engines import AccessoryDrive, WillansEngine
-from powertrain.components.rotational import Inertia
-from powertrain.components.transmissions import PowerShiftGearbox
+from powertrain.components.rotational import ConstantTorque, Inertia
+from powertrain.components.transmissions import PowerShiftGearbox, ShiftedGears
 
 
 class Belt(pt.Component):
@@ -50,6 +51,58 @@ class Geared(pt.Component):
 def test_half_way_between_two_gears_the_speed_ratio_is_the_mean() -> None:
     result = pt.simulate(Geared(), 0.5, points=6, starts={"load.w": 10.0})
     np.testing.assert_allclose(result["load.w"] / result["shaft.w"], (1 / 4 + 1 / 2) / 2, rtol=1e-9)
+
+
+class Driven(pt.Component):
+    """A constant torque at the input of a gearbox without losses in gear."""
+
+    shaft: Inertia = Inertia(J=1.0)
+    load: Inertia = Inertia(J=5.0)
+    box: PowerShiftGearbox = PowerShiftGearbox(
+        ratios=(4.0, 2.0), unit=ShiftedGears(), churning=ChurningLoss(), input=Inertia(J=0), output=Inertia(J=0)
+    )
+    lever: Ramp = Ramp(duration=2.0, offset=1.0)
+    drive: ConstantTorque = ConstantTorque(tau_constant=20.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.box.flange_a)
+        yield pt.connect(self.box.flange_b, self.load.flange_a)
+        yield pt.connect(self.lever.y, self.box.lever)
+
+
+@pytest.mark.parametrize(("lever", "V"), [(1.0, 0.25), (1.2, 0.25), (1.5, 0.375), (1.9, 0.5), (2.0, 0.5)])
+@pytest.mark.parametrize("tau", [20.0, -20.0])
+def test_the_clutch_that_can_transmit_the_torque_sets_the_torque_ratio(lever: float, V: float, tau: float) -> None:
+    """J_a w_a' = tau - T,  J_b w_b' = i T,  w_b = V w_a:  i is that of one gear, and shared where torque passes from clutch to clutch."""
+    between = {
+        1.0: (4.0, 4.0),
+        1.2: (1 / (0.25 + 0.8 * 0.25), 4.0),
+        1.5: (2.0, 4.0),
+        1.9: (2.0, 1 / (0.5 - 0.4 * 0.25)),
+        2.0: (2.0, 2.0),
+    }
+    i = between[lever][tau < 0]
+    model = Driven(lever=Ramp(height=0.0, duration=1.0, offset=lever), drive=ConstantTorque(tau_constant=tau))
+    result = pt.simulate(model, 0.5, points=6, starts={"load.w": 100.0})
+    np.testing.assert_allclose(np.diff(result["shaft.w"]) / np.diff(result.time), tau / (1.0 + 5.0 * V / i), rtol=1e-6)
+
+
+@pytest.mark.parametrize("tau", [20.0, -20.0])
+@pytest.mark.parametrize("up", [True, False])
+def test_a_shift_loses_torque_times_slip(up: bool, tau: float) -> None:
+    """The clutch of one gear slips against the output, so what is lost is torque times the difference of the speeds there."""
+    lever = Ramp(height=1.0 if up else -1.0, duration=2.0, offset=1.0 if up else 2.0)
+    model = Driven(lever=lever, drive=ConstantTorque(tau_constant=tau))
+    result = pt.simulate(model, 2.0, points=2001, starts={"load.w": 60.0}, rtol=1e-8)
+    w_a, w_b, t = result["shaft.w"], result["load.w"], result.time
+    middle = (t > 0.51) & (t < 1.49)
+    carried = result["box.unit.flange_a.tau"][middle]
+    slip = w_a[middle] - np.where(carried > 0, 2.0, 4.0) * w_b[middle]
+    np.testing.assert_allclose(result["box.unit.tauLoss"][middle] * w_a[middle], carried * slip, rtol=1e-5)
+    assert (carried * slip >= 0).all()
+    assert np.abs(carried * slip).max() > 100
+    assert abs(pt.energy_audit(result).closure) < 1e-6
 
 
 @pytest.mark.parametrize(("soc_power", "force"), [(1e9, 3000.0), (12e3, 1200.0), (0.0, 0.0)])
