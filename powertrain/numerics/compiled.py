@@ -20,6 +20,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TypeAlias
 
@@ -167,15 +168,21 @@ def _built(code: str, compiler: tuple[str, ...], entry: Path) -> Path:
 
 
 def compiler(what: str = "compile=True") -> tuple[str, ...]:
-    """The command of the C compiler with its arguments; PowertrainError if there is none, with ``what`` needs it."""
+    """The command of the C compiler with its arguments: that of ``CC``, one on the path, or the one of the package ziglang.
+
+    PowertrainError if there is none, with ``what`` needs it.
+    """
     try:
         chosen = shlex.split(os.environ.get("CC") or "")
     except ValueError as error:
         raise PowertrainError(f"the environment variable CC is not a command: {error}") from None
     found = chosen or [path for name in ("cc", "gcc", "clang") if (path := shutil.which(name))][:1]
+    if not found and find_spec("ziglang"):
+        found = [sys.executable, "-m", "ziglang", "cc"]
     if not found:
         raise PowertrainError(
-            f"{what} needs a C compiler, and neither cc, gcc nor clang is on the path. Install one, or leave compile=False."
+            f"{what} needs a C compiler, and neither cc, gcc nor clang is on the path. Install one, for example with "
+            "pip install ziglang, or leave compile=False."
         )
     return tuple(found)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -201,6 +202,7 @@ def test_a_whole_car() -> None:
 def test_no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", "")
     monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setitem(sys.modules, "ziglang", None)
     with pytest.raises(pt.PowertrainError, match="needs a C compiler"):
         pt.steady(implicit_map.bench(), {"r": [0.5], "load": [100.0]}, compile=True)
 

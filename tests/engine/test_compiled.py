@@ -153,3 +153,14 @@ def test_minima_and_maxima_are_those_of_the_library(cache: Path) -> None:
     for x in numbers:
         for y in numbers:
             np.testing.assert_array_equal(machine_code(x, y), interpreted(x, y))
+
+
+def test_the_compiler_of_a_package_serves_where_the_machine_has_none(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("ziglang")
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CC", raising=False)
+    assert compiled.compiler() == (sys.executable, "-m", "ziglang", "cc")
+    assert float(compile_functions(doubled())["f"](0.5)) == pytest.approx(1.0 + np.sin(0.5), rel=1e-15)
+    assert libraries(cache)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sys
 import time
 
 import casadi as ca
@@ -207,5 +208,6 @@ def test_compiling_without_a_compiler_says_so(tmp_path: object, monkeypatch: pyt
     monkeypatch.setenv("POWERTRAIN_CACHE", str(tmp_path))
     monkeypatch.setenv("PATH", "")
     monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setitem(sys.modules, "ziglang", None)
     with pytest.raises(PowertrainError, match="needs a C compiler"):
         Simulator(coupled_clutches(), compile=True).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)
