@@ -35,7 +35,8 @@ def drawing(power: Symbol, w: Symbol, limit: Symbol, loss: Symbol) -> Symbol:
 class BlendedBraking(Component):
     """Partial: divides a brake demand between a machine and the friction brakes; the machine brakes first.
 
-    regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  fade = v/v_fade within 0..1,  k = w/v (v at least 0.1 m/s)
+    regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  k = w/v (v at least 0.1 m/s)
+    fade = min(v/v_fade, w/w_fade) within 0..1: a machine whose wheels lock does not drive them backward
     most = limit min(1, discharge_power/(limit w + added_loss))
 
     ``charge_power`` and ``discharge_power`` are the powers that battery and other consumers on the bus leave to the machine, without its
@@ -46,6 +47,9 @@ class BlendedBraking(Component):
     F_brake: Parameter = parameter("N", "Force of all brakes with the pedal fully pressed", default=15e3, above=0)
     F_most: Parameter = parameter("N", "Maximum regenerative braking force", default=5000.0, min=0)
     v_fade: Parameter = parameter("m/s", "Speed below which regenerative braking fades out", default=3.0, above=0)
+    w_fade: Parameter = parameter(
+        "rad/s", "Speed of the machine below which regenerative braking fades out", default=20.0, above=0
+    )
     accelerator: Input = signal_input("1", "Accelerator pedal")
     brake: Input = signal_input("1", "Brake pedal")
     limit: Input = signal_input("N.m", "Largest torque of the machine at its speed")
@@ -61,7 +65,7 @@ class BlendedBraking(Component):
         speed, turning = ca.fmax(v, SLOW), ca.fmax(w, SLOW)
         most = ca.fmin(ca.fmin(self.F_most, self.limit.value * turning / speed), self.charge_power.value / speed)
         force = ca.fmin(self.brake.value * self.F_brake, ca.fmax(most, 0))
-        yield self.regenerated == limited(v / self.v_fade) * force
+        yield self.regenerated == limited(ca.fmin(v / self.v_fade, w / self.w_fade)) * force
 
     def _most(self, w: Symbol) -> Symbol:
         """The largest driving torque that machine and battery permit at the machine's speed ``w``."""
@@ -74,7 +78,7 @@ class ElectricDriveControl(BlendedBraking):
     k = w/v (v at least 0.1 m/s), the speed of the machine over that of the car
     tau = accelerator most - regenerated/k,  friction = brake - regenerated/F_brake
     most = limit min(1, discharge_power/(limit w + added_loss))
-    regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  fade = v/v_fade within 0..1
+    regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  fade = min(v/v_fade, w/w_fade) within 0..1
 
     ``regenerated`` [N] is the regenerative braking force, without the losses of the gears. The friction brakes supply the rest of the
     demand, so the car brakes equally with a full and with an empty battery. F_brake is the force of all brakes with the pedal fully

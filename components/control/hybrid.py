@@ -99,7 +99,8 @@ class ParallelControl(HybridControl, BlendedBraking):
     asked = accelerator F_max (max(v, 0) + v_0),  demand = asked + k_soc (soc_0 - soc),  power = demand, at least P_min
     torque = running pressed power/w, at most tau_open,  pressed = accelerator/0.05 within 0..1
     tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  w_machine at least w_low, 0.1 rad/s for the brakes
-    rest = max(asked pressed - torque w, 0) - min(max(torque w_shaft - asked pressed, 0), charge_power),  w_shaft within 0..w
+    rest = max(asked pressed - torque w, 0) - turning min(max(torque w_shaft - asked pressed, 0), charge_power),  w_shaft within 0..w
+    turning = w_machine/w_fade within 0..1
     friction = brake - coupled regenerated/F_brake,  regenerated and most as in ``ElectricDriveControl``
 
     While the engine is stopped the machine drives alone. While it runs, it covers the driver's demand and the charge, and the machine
@@ -138,7 +139,8 @@ class ParallelControl(HybridControl, BlendedBraking):
         """Power of the machine: the engine's deficit, or the surplus of its power that arrives behind the clutch."""
         torque, w = self.torque.value, self.w.value
         spare = ca.fmax(torque * limited(self.w_shaft.value, 0, w) - asked, 0)
-        return ca.fmax(asked - torque * w, 0) - ca.fmin(spare, self.charge_power.value)
+        charging = ca.fmin(spare, self.charge_power.value) * limited(self.w_machine.value / self.w_fade)
+        return ca.fmax(asked - torque * w, 0) - charging
 
 
 class GensetControl(HybridControl):
