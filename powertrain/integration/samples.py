@@ -33,6 +33,8 @@ def survey(samples: Sequence[ca.SX], noise: ca.SX) -> tuple[ca.SX, ca.SX]:
     They also count if they come as close to zero as their uncertainty. ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the step,
     ``noise`` their round-off: a second difference up to 4 times that and a third difference up to 8 times that says nothing, as for torques
     while nothing moves. A dip that is missed for this reason is at most half the round-off deep.
+    The value at the start of the step is that of the cubic through the samples. If it is above zero, a parabola through it counts, too;
+    if not, the indicator has just left zero.
     Indicators below zero at a sample are located anyway; another indicator that falls in the same step does not matter, as the dip may come
     first. Error control alone does not see the torques of stuck laws: the states stand still while these torques change.
     """
@@ -42,10 +44,12 @@ def survey(samples: Sequence[ca.SX], noise: ca.SX) -> tuple[ca.SX, ca.SX]:
     bend, next_bend = a - 2 * b + c, b - 2 * c + d
     unsure = _SKEW * ca.fabs(next_bend - bend)
     straight = 4 * noise
+    start = 4 * (a + c) - 6 * b - d
+    early = ca.logic_and(start > unsure, _dips(a, (b - start) / 2, start - 2 * a + b, unsure, straight, (-1.0, 1.0)))
     first = _dips(b, (c - a) / 2, bend, unsure, straight, (-2.0, 1.0))
     second = _dips(c, (d - b) / 2, next_bend, unsure, straight, (-1.0, 1.0 + _BEYOND))
     lowest = ca.fmin(ca.fmin(a, b), ca.fmin(c, d))
-    dips = ca.logic_and(lowest > 0, ca.logic_or(first, second))
+    dips = ca.logic_and(lowest > 0, ca.logic_or(early, ca.logic_or(first, second)))
     size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
     rough = (ca.fabs(next_bend - bend) - 2 * straight) / (size + NOISE)
     return ca.mmax(dips), ca.fmax(0.0, ca.mmax(rough))

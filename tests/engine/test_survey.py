@@ -48,6 +48,22 @@ def test_either_parabola_may_dip_between_the_inner_samples(samples: list[float])
     assert not surveyed(np.array([0.02, 0.01, 0.01, 0.02]))[0]
 
 
+@pytest.mark.parametrize("least", [-0.3, 0.3])
+@pytest.mark.parametrize("at", [0.1, 0.12, 0.14])
+def test_a_trough_before_the_first_sample_is_seen_where_the_curve_turns_straight(at: float, least: float) -> None:
+    """A torque that reverses for a moment and then rises like a sine: no parabola through later samples comes near it."""
+    samples = 10.0 * (1 - np.cos(3.5 * (PLACES - at))) + least
+    assert (samples > 0.0).all()
+    assert surveyed(samples)[0] == (least < 0.0)
+
+
+@pytest.mark.parametrize("slope", [0.1, 1.0])
+@pytest.mark.parametrize("bend", [0.0, 1.0, 10.0])
+@pytest.mark.parametrize("third", [0.0, 1.0, 10.0])
+def test_what_has_just_left_zero_does_not_dip(slope: float, bend: float, third: float) -> None:
+    assert not surveyed(slope * PLACES + bend * PLACES**2 + third * PLACES**3)[0]
+
+
 @pytest.mark.parametrize("at", [-0.1, 1.2])
 def test_a_minimum_well_outside_the_step_is_none(at: float) -> None:
     assert not surveyed(20.0 * (PLACES - at) ** 2 - 0.01)[0]
