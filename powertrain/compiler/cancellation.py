@@ -6,26 +6,18 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from powertrain.language.symbols import Symbol, column, free_symbols
-from powertrain.numerics.tape import CallsFunction, operations
+from powertrain.language.symbols import Symbol, key
+from powertrain.numerics.tape import graph_of
 
 
 def terms(expression: Symbol) -> Symbol:
-    """The sum of the sizes of a scalar's terms; the scalar's own size if it calls a function."""
-    symbols = free_symbols(expression)
+    """The sum of the sizes of a scalar's terms; results of functions, such as maps, are single terms."""
     sizes: dict[int, Symbol] = {}
-    result = Symbol(0)
-    try:
-        for line in operations(expression, [column(symbols)], [symbols]):
-            if line.code == ca.OP_OUTPUT:
-                result = sizes[line.sources[0]]
-                continue
-            inner = [sizes[i] for i in line.sources] if line.operands else []
-            size = _size(line.code, inner, line.operands)
-            sizes[line.target] = ca.fabs(line.value) if size is None else size
-    except CallsFunction:
-        return ca.fabs(expression)
-    return result
+    for place, (node, operands) in graph_of(expression).items():
+        inner = [sizes[key(operand)] for operand in operands]
+        size = _size(node.op(), inner, operands) if inner and not node.is_output() else None
+        sizes[place] = ca.fabs(node) if size is None else size
+    return sizes[key(expression)]
 
 
 def _size(operation: int, sizes: Sequence[Symbol], values: Sequence[Symbol]) -> Symbol | None:

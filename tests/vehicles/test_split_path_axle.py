@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -53,6 +54,16 @@ def test_starts_and_halts(differential: str, tyre: str) -> None:
     closes(run, 1e-5)
     assert run.result["body.v"][-1] == pytest.approx(3.0, abs=0.3)
     assert np.abs(run.result["body.v"][(run.result.time > 14.0) & (run.result.time < 15.0)]).max() < 1e-3
+
+
+def test_a_synchronous_point_on_a_slope() -> None:
+    """The unit passes V = 1, where its differential turns as a block, uphill on a road with a table of grades."""
+    ride = replace(DriveCycle.named("udds").part(129, 204), grades=(0.06,) * 76)
+    run = drive_cycle(SplitPathCar(), ride)
+    closes(run, 1e-5)
+    V = run.result["actuator.ratio"][run.result.time > 40.0]
+    assert V.min() < 1.0 < V.max()
+    assert run.result["rear.wheels.fn"].min() > 4000.0
 
 
 @pytest.mark.slow
