@@ -211,8 +211,8 @@ class EnergyAudit:
         import pandas as pd
 
         sums, paths, rows = self._sums, [part.path for part in self._parts], list[tuple[str, float, str, float, str]]()
-        # An event located some microseconds late produces a negligible energy.
-        enough = 1e-9 * np.maximum(sums.turned, 1e-9 * self._scale)
+        # An event located some microseconds late produces a negligible energy, and a part that others hold at rest only round-off.
+        enough = np.maximum(1e-8 * sums.turned, 1e-14 * self._scale)
         for i in np.flatnonzero((sums.gain > self._tolerances) & (sums.given > enough)):
             rows.append((paths[i], sums.gained[i], "negative loss", -sums.gain[i], "W"))
         jumped = ROUNDING * np.maximum(sums.stored, 1e-9 * self._scale) + NOISE
