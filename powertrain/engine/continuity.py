@@ -40,12 +40,15 @@ class Continuity:
         self._m[:], self._y[:] = self.memory.m, self.memory.y[side]
 
     def check(self, side: int, reset: bool) -> None:
-        """Raise SimulationError if held values made a variable jump; the effect of a ``reset``, which may jump, is excluded."""
-        memory = self.memory
+        """Raise SimulationError if held values made a variable jump.
+
+        Changes of states are no such jumps: what has come to rest loses the drift of its speed, and a ``reset`` may also change the
+        unknowns that follow from states.
+        """
+        memory, kept = self.memory, None if reset else self.dae.x.numel()
         if self._m.tobytes() == memory.m.tobytes():
             return
-        if reset:
-            self._y[:] = memory.y[side]
+        self._y[:kept] = memory.y[side][:kept]
         self._compare[side].call()
         if self._excess[0] > 0.0:
             raise SimulationError(self._message(side))
