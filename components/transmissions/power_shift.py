@@ -12,8 +12,8 @@ from powertrain.components.rotational import Clutch, Inertia, TwoFlanges
 from powertrain.components.transmissions.gearbox import Shiftable
 from powertrain.components.transmissions.hydrodynamic import TorqueConverter
 
-TORQUE_PHASE = 0.25
-"""Part of a shift, at its begin and at its end, in which the torque passes from one clutch to the other."""
+HANDOVER = 0.25
+"""Part of a shift in which the torque passes from one clutch to the other."""
 
 
 class ShiftedGears(CVU):
@@ -46,11 +46,9 @@ class PowerShiftGearbox(Shiftable):
     flange_a drives: T_b = -T_a/V_2, the power T_a (w_a - w_b/V_2) becomes heat, and passed_ab = V/V_2 is left
     flange_b drives: T_b = -T_a/V_1, the power T_a (w_a - w_b/V_1) becomes heat, and passed_ba = V_1/V is left
 
-    In the first and the last quarter of the lever's way the torque passes from one clutch to the other at a constant ratio (torque
-    phase); in between, the ratio changes linearly (inertia phase). ``unit`` has the efficiency of the gears under load, ``churning`` the
+    V is linear in the lever. The torque passes from one clutch to the other within a quarter of the lever's way, beside the lower gear if
+    flange_a drives and beside the higher gear if flange_b drives. ``unit`` has the efficiency of the gears under load, ``churning`` the
     drag of oil, pump and open clutches at the input shaft. Errors: ParameterError for ratios that do not decrease.
-
-    Source: H. Naunheimer et al., Automotive Transmissions, 2nd ed. 2011 (phases of a power shift).
     """
 
     ratios: tuple[float, ...] = (4.7, 3.1, 2.1, 1.7, 1.3, 1.0, 0.84, 0.67)
@@ -82,8 +80,7 @@ class PowerShiftGearbox(Shiftable):
             )
         yield connect(self.flange_a, self.input.flange_a)
         yield connect(self.input.flange_b, self.churning.flange, self.unit.flange_a)
-        V_2, V = self._passing(0, TORQUE_PHASE), self._passing(TORQUE_PHASE, 1 - TORQUE_PHASE)
-        V_1 = self._passing(1 - TORQUE_PHASE, 1)
+        V_1, V, V_2 = self._passing(1 - HANDOVER, 1), self._passing(0, 1), self._passing(0, HANDOVER)
         yield self.unit.ratio.value == V
         yield self.unit.passed_ab.value == V / V_2
         yield self.unit.passed_ba.value == V_1 / V

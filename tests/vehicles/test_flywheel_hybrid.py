@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 import powertrain as pt
+from powertrain.components.body import DrivenAxle
 from powertrain.components.control import FlywheelCharge, FlywheelDrive
 from powertrain.components.cycles import DriveCycle
+from powertrain.components.rotational import IdealGear
+from powertrain.components.wheels import MagicFormulaWheel
 from powertrain.trials import CycleRun, charge_corrected, drive_cycle
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 
@@ -130,3 +133,12 @@ def test_cycles(name: str) -> None:
     _balanced(run)
     assert run.time_outside == 0
     assert 3.5 < charge_corrected(run, "flywheel") < 6.5
+
+
+def test_two_driven_axles_start() -> None:
+    """The axle loads follow from accelerations, which have no value at a speed ratio of zero, its guess."""
+    axle = DrivenAxle(final_drive=IdealGear(ratio=3.3), left=MagicFormulaWheel(), right=MagicFormulaWheel())
+    plant = pt.compile(pt.replace(FlywheelHybrid(), {"rear": axle, "cycle.cycle": TOWN}))
+    result = plant.simulate(1.0)
+    assert result["rear.left.Fz"][0] == pytest.approx(result["rear.left.fn"][0])
+    assert result["actuator.ratio"][0] > 0

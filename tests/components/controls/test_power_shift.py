@@ -71,7 +71,7 @@ class Driven(pt.Component):
         yield pt.connect(self.lever.y, self.box.lever)
 
 
-@pytest.mark.parametrize(("lever", "V"), [(1.0, 0.25), (1.2, 0.25), (1.5, 0.375), (1.9, 0.5), (2.0, 0.5)])
+@pytest.mark.parametrize(("lever", "V"), [(1.0, 0.25), (1.2, 0.3), (1.5, 0.375), (1.9, 0.475), (2.0, 0.5)])
 @pytest.mark.parametrize("tau", [20.0, -20.0])
 def test_the_clutch_that_can_transmit_the_torque_sets_the_torque_ratio(lever: float, V: float, tau: float) -> None:
     """J_a w_a' = tau - T,  J_b w_b' = i T,  w_b = V w_a:  i is that of one gear, and shared where torque passes from clutch to clutch."""
@@ -114,6 +114,16 @@ def test_recovery_is_what_brake_axle_machine_and_battery_allow(soc_power: float,
     assert result["regenerated"][-1] == pytest.approx(force)
     assert result["tau"][-1] == pytest.approx(-force * 10 / 50)
     assert result["friction"][-1] == pytest.approx(0.5 - force / 15e3)
+
+
+@pytest.mark.parametrize(("w", "fade"), [(50.0, 1.0), (10.0, 0.5), (0.0, 0.0), (-30.0, 0.0)])
+def test_a_machine_whose_wheels_lock_does_not_brake(w: float, fade: float) -> None:
+    """At 10 m/s it would turn at 50 rad/s; wheels that slide to a stop on ice are not driven backward."""
+    control = ElectricDriveControl(F_brake=15e3, F_most=3e3)
+    inputs = {"accelerator": 0.0, "brake": 0.5, "v": 10.0, "w": w, "limit": 1e4}
+    result = pt.simulate(control, 1.0, points=2, inputs=inputs)
+    assert result["regenerated"][-1] == pytest.approx(fade * 3000.0)
+    assert result["tau"][-1] == pytest.approx(-fade * 3000.0 * 10 / w if w > 0 else 0.0)
 
 
 def test_engine_stops_after_its_delay() -> None:
