@@ -141,4 +141,4 @@ def test_two_driven_axles_start() -> None:
     plant = pt.compile(pt.replace(FlywheelHybrid(), {"rear": axle, "cycle.cycle": TOWN}))
     result = plant.simulate(1.0)
     assert result["rear.left.Fz"][0] == pytest.approx(result["rear.left.fn"][0])
-    assert result["actuator.ratio"][0] > 0
+    assert result["actuator.ratio"][0] == pytest.approx(-0.35)
