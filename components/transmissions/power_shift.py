@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+import casadi as ca
+
 from powertrain import Equations, Input, Map, Parameter, ParameterError, Symbol, connect, parameter, signal_input
 from powertrain.components.cvu import CVU
 from powertrain.components.differentials.churning import ChurningLoss
@@ -12,8 +14,8 @@ from powertrain.components.rotational import Clutch, Inertia, TwoFlanges
 from powertrain.components.transmissions.gearbox import Shiftable
 from powertrain.components.transmissions.hydrodynamic import TorqueConverter
 
-HANDOVER = 0.25
-"""Part of a shift in which the torque passes from one clutch to the other."""
+HANDOVER = 4
+"""How steeply the torque passes from one clutch to the other: 1 - 0.75^4 = 0.68 of it in a quarter of the lever's way."""
 
 
 class ShiftedGears(CVU):
@@ -46,9 +48,10 @@ class PowerShiftGearbox(Shiftable):
     flange_a drives: T_b = -T_a/V_2, the power T_a (w_a - w_b/V_2) becomes heat, and passed_ab = V/V_2 is left
     flange_b drives: T_b = -T_a/V_1, the power T_a (w_a - w_b/V_1) becomes heat, and passed_ba = V_1/V is left
 
-    V is linear in the lever. The torque passes from one clutch to the other within a quarter of the lever's way, beside the lower gear if
-    flange_a drives and beside the higher gear if flange_b drives. ``unit`` has the efficiency of the gears under load, ``churning`` the
-    drag of oil, pump and open clutches at the input shaft. Errors: ParameterError for ratios that do not decrease.
+    V is linear in the lever. So that the torque does not jump, it passes to the clutch that carries it as the lever leaves one gear, or
+    from it as the lever reaches the other: with the lever at x on this way, V_2 - (V_2 - V_1)(1 - x)^4 stands for V_2 above, and
+    V_1 + (V_2 - V_1) x^4 for V_1. ``unit`` has the efficiency of the gears under load, ``churning`` the drag of oil, pump and open
+    clutches at the input shaft. Errors: ParameterError for ratios that do not decrease.
     """
 
     ratios: tuple[float, ...] = (4.7, 3.1, 2.1, 1.7, 1.3, 1.0, 0.84, 0.67)
@@ -78,23 +81,19 @@ class PowerShiftGearbox(Shiftable):
                 f"{self._path or 'PowerShiftGearbox'}.ratios = {self.ratios}; give two or more positive ratios that decrease from gear "
                 "to gear"
             )
+        gears, speeds = range(1, len(self.ratios) + 1), [1 / ratio for ratio in self.ratios]
+        speed = Map.curve([float(k) for k in gears], speeds, x="lever", unit="1", name="speed ratio", outside="clip")
         yield connect(self.flange_a, self.input.flange_a)
         yield connect(self.input.flange_b, self.churning.flange, self.unit.flange_a)
-        V_1, V, V_2 = self._passing(1 - HANDOVER, 1), self._passing(0, 1), self._passing(0, HANDOVER)
+        lever, last = self.lever.value, len(self.ratios) - 1
+        k = limited(ca.floor(lever), 1, last)
+        way, V_1, V_2 = limited(lever - k), speed(k), speed(k + 1)
+        V = speed(lever)
         yield self.unit.ratio.value == V
-        yield self.unit.passed_ab.value == V / V_2
-        yield self.unit.passed_ba.value == V_1 / V
+        yield self.unit.passed_ab.value == V / (V_2 - (V_2 - V_1) * (1 - way) ** HANDOVER)
+        yield self.unit.passed_ba.value == (V_1 + (V_2 - V_1) * way**HANDOVER) / V
         yield connect(self.unit.flange_b, self.output.flange_a)
         yield connect(self.output.flange_b, self.flange_b)
-
-    def _passing(self, begin: float, end: float) -> Symbol:
-        """The speed ratio of a gear, which passes to that of the next gear from ``begin`` to ``end`` of the lever's way there."""
-        rows = {1.0: 1 / self.ratios[0]}
-        for k, (lower, higher) in enumerate(pairwise(self.ratios), 1):
-            rows |= {k + begin: 1 / lower, k + end: 1 / higher, k + 1.0: 1 / higher}
-        return Map.curve([*rows], [*rows.values()], x="lever", unit="1", name="speed ratio", outside="clip")(
-            self.lever.value
-        )
 
 
 class StartingDevice(TwoFlanges):
