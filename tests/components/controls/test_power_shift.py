@@ -90,10 +90,10 @@ def test_a_shift_loses_torque_times_slip(up: bool, tau: float) -> None:
     model = Driven(lever=lever, drive=ConstantTorque(tau_constant=tau))
     result = pt.simulate(model, 2.0, points=2001, starts={"load.w": 60.0}, rtol=1e-8)
     w_a, w_b = result["shaft.w"], result["load.w"]
-    lever = result["lever.y"] - 1
-    middle = (lever > 0.01) & (lever < 0.99)
+    way = result["lever.y"] - 1
+    middle = (way > 0.01) & (way < 0.99)
     carried = result["box.unit.flange_a.tau"][middle]
-    x = lever[middle]
+    x = way[middle]
     held = np.where(carried > 0, 1 / (0.5 - 0.25 * (1 - x) ** 4), 1 / (0.25 + 0.25 * x**4))
     slip = w_a[middle] - held * w_b[middle]
     np.testing.assert_allclose(result["box.unit.tauLoss"][middle] * w_a[middle], carried * slip, rtol=1e-5)
