@@ -111,7 +111,8 @@ def test_a_battery_that_takes_nothing_leaves_all_to_the_brakes() -> None:
 
 @pytest.mark.slow
 def test_two_speeds() -> None:
-    run = drive_cycle(ElectricCar.two_speed(), STOP)
+    """Energy closes to some multiple of the tolerance: 2e-5, 2e-6 and 2e-7 at 1e-5, 1e-6 and 1e-7."""
+    run = drive_cycle(ElectricCar.two_speed(), STOP, rtol=1e-7)
     assert run.time_outside == 0
     assert set(np.unique(run.result["schedule.gear"])) == {1.0, 2.0}
     assert run.audit.closure < 1e-6
