@@ -45,10 +45,10 @@ class Continuity:
         Changes of states are no such jumps: what has come to rest loses the drift of its speed, and a ``reset`` may also change the
         unknowns that follow from states.
         """
-        memory, kept = self.memory, None if reset else self.dae.x.numel()
+        memory, states = self.memory, None if reset else self.dae.x.numel()
         if self._m.tobytes() == memory.m.tobytes():
             return
-        self._y[:kept] = memory.y[side][:kept]
+        self._y[:states] = memory.y[side][:states]
         self._compare[side].call()
         if self._excess[0] > 0.0:
             raise SimulationError(self._message(side))

@@ -154,7 +154,7 @@ class _Plan:
         self.results = [zeros(function.nnz_out(i)) for i in range(2)]
         self.values = Bound(function, self.arguments, self.results)
         self.rows, self.columns = (np.array(k, int) for k in jacobian.sparsity().get_triplet())
-        self.alone = np.flatnonzero((self.rows >= self.nz) & (np.bincount(self.rows)[self.rows] == 1))
+        self.single = np.flatnonzero((self.rows >= self.nz) & (np.bincount(self.rows)[self.rows] == 1))
         outputs = ca.vertcat(rows, ca.vec(jacobian.nz[:])) if rows.numel() else rows
         self.linear = not self.nz and not ca.depends_on(jacobian.nz[:], ca.vertcat(dae.x, dae.z))
         self.modal = bool(dae.m.numel()) and any(ca.which_depends(outputs, dae.m, 1, True))
@@ -181,7 +181,7 @@ class _Plan:
         target = np.concatenate([np.zeros(self.nz), given, self.declared])
         for (place, slope, offset), value in zip(self.known, given[self.plain].tolist(), strict=True):
             y[place] = (value - offset) / slope  # from another start Newton's method may not converge
-        self._settle(t, y, m, p, target)
+        self._solve_single(t, y, m, p, target)
         for _ in range(_ROUNDS):
             choice = self._newton(t, y, m, p, target)
             if not self.modal:
@@ -230,11 +230,11 @@ class _Plan:
             f"{', '.join(list(self.places)[:12])}, or give it a value with starts"
         )
 
-    def _settle(self, t: float, y: Array, m: Array, p: Array, target: Array) -> None:
-        """Give the unknowns that conditions state alone these values: at their guesses other equations may not even be defined."""
+    def _solve_single(self, t: float, y: Array, m: Array, p: Array, target: Array) -> None:
+        """A Newton step of every condition with a single unknown: at the guess of that unknown other equations may not be defined."""
         r, j = self._evaluate(t, y, m, p)
         guess = y.copy()
-        for k in self.alone[::-1].tolist():  # the first condition prevails
+        for k in self.single[::-1].tolist():  # the first condition prevails
             i, place = self.rows[k], self.columns[k]
             value = guess[place] - (r[i] - target[i]) / j[k] if j[k] else np.nan
             if np.isfinite(value):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import Any
 
 import pytest
@@ -10,6 +11,7 @@ import powertrain as pt
 from powertrain.components import blocks
 from powertrain.components import rotational as rot
 from powertrain.components.cvu import CVU
+from powertrain.engine.simulator import Simulator
 
 
 class Moved(pt.Component):
@@ -95,20 +97,38 @@ def test_jump_without_inertia_is_fine() -> None:
     assert pt.simulate(Light(), 1.0)["damper.tau"][-1] == pytest.approx(-5.0)
 
 
-def test_ratio_that_jumps_between_inertias() -> None:
+class Geared(pt.Component):
     """A variable unit whose ratio is an input of the model."""
 
-    class Geared(pt.Component):
-        V: pt.Input = pt.signal_input("1", "Ratio")
-        J1: rot.Inertia = rot.Inertia(J=1.0)
-        J2: rot.Inertia = rot.Inertia(J=2.0)
-        cvu: CVU = CVU()
+    V: pt.Input = pt.signal_input("1", "Ratio")
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    J2: rot.Inertia = rot.Inertia(J=2.0)
+    cvu: CVU = CVU()
 
-        def equations(self) -> pt.Equations:
-            yield pt.connect(self.J1.flange_b, self.cvu.flange_a)
-            yield pt.connect(self.cvu.flange_b, self.J2.flange_a)
-            yield pt.connect(self.V, self.cvu.ratio)
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.cvu.flange_a)
+        yield pt.connect(self.cvu.flange_b, self.J2.flange_a)
+        yield pt.connect(self.V, self.cvu.ratio)
 
+
+@pytest.mark.parametrize(("step", "jumps"), [(0.0, False), (0.5, True)])
+def test_a_state_that_loses_its_drift_at_an_event_is_no_jump(step: float, jumps: bool) -> None:
+    """All states change by 0.01 at a corner of the ratio, as those of what is at rest do; the ratio goes on, or jumps as well."""
+    dae = pt.compile(Geared()).compiled.dae
+    engine = Simulator(dae)
+    ratio = next(s.index for s in dae.schedules)
+    memory, continuity = engine.memory, engine.continuity
+    assert continuity is not None
+    memory.time[0], memory.p[: dae.p.numel()] = 0.5, 1.0
+    memory.m[ratio : ratio + 3] = 0.0, 1.0, 0.0  # since 0 s, the value there, its slope
+    memory.y[0][:], memory.y[1][:] = 10.0, 10.01
+    continuity.before(0)
+    memory.m[ratio : ratio + 3] = 0.5, 1.0 + step, 1.0
+    with pytest.raises(pt.SimulationError, match="jump by") if jumps else nullcontext():
+        continuity.check(1, reset=False)
+
+
+def test_ratio_that_jumps_between_inertias() -> None:
     plant = pt.compile(Geared())
     gradual = plant.simulate(1.0, starts={"J1.w": 10.0}, inputs={"V": ([0.0, 1.0], [1.0, 2.0])})
     assert pt.energy_audit(gradual).closure < 1e-6

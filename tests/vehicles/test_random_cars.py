@@ -1,6 +1,6 @@
 """Cars put together at random on roads at random: any differential in any car, on one axle or on both, on dry ground and on ice.
 
-Each either drives on with closed energy, or ends with a message about what such a car cannot do, as climb on ice.
+Each either drives on with closed energy, or ends with a message about what such a car cannot do, such as climb on ice.
 """
 
 from __future__ import annotations
@@ -41,7 +41,9 @@ CARS: list[Callable[[], Any]] = [
     FourWheelDriveCar, RearDriveCar, PowerSplitHybrid, SeriesHybrid, lambda: AutomaticCar.with_gearset(Automatic.eight_speed()),
     *(lambda p=p: ParallelHybrid.at(p) for p in ("P0", "P1", "P2", "P3", "P4")),
 ]  # fmt: skip
-TWO_PINIONS = FlywheelHybrid, FourWheelDriveCar, RearDriveCar, ManualCar, AutomaticCar, SplitPathCar, VariatorCar
+ONE_AXLE = FlywheelHybrid, RearDriveCar, ManualCar, AutomaticCar, SplitPathCar, VariatorCar
+"""Cars that drive one axle and have a transfer case that may drive the other as well."""
+OPPOSITE = {"front": "rear", "rear": "front"}
 CYCLES = "wltc", "udds", "us06", "nedc", "jc08", "wmtc"
 ENDS = re.compile(
     r"load of the wheel .* falls below 0 N|it rolled back by|it does not move|its engine is turned backwards"
@@ -77,8 +79,8 @@ def tyre(random: np.random.Generator, radius: float) -> Wheel:
 def driven(random: np.random.Generator, axle: Any) -> DrivenAxle:
     """An axle with the same final drive, any differential, and on the right perhaps other ground."""
     left = tyre(random, float((axle.left if isinstance(axle, DrivenAxle) else axle.wheels).radius))
-    other = not isinstance(left, RigidWheel) and random.random() < 0.4
-    right = pt.replace(left, {"mu": float(random.choice([0.1, 0.3, 0.6]))}) if other else left
+    differs = not isinstance(left, RigidWheel) and random.random() < 0.4
+    right = pt.replace(left, {"mu": float(random.choice([0.1, 0.3, 0.6]))}) if differs else left
     kind = KINDS[str(random.choice(list(KINDS)))]
     return DrivenAxle(final_drive=axle.final_drive, differential=kind, left=left, right=right)
 
@@ -88,16 +90,14 @@ def ride(seed: int) -> Ride:
     random = np.random.default_rng(seed)
     car = CARS[random.integers(len(CARS))]()
     parts: dict[str, Any] = {}
-    for side in ("front", "rear"):
+    for side in OPPOSITE:
         axle = getattr(car, side)
         if isinstance(axle, (LumpedAxle, DrivenAxle)) and random.random() < 0.85:
             parts[side] = driven(random, axle)
-    idle = [side for side in ("front", "rear") if isinstance(getattr(car, side), RollingAxle)]
-    if idle and type(car) in TWO_PINIONS and random.random() < 0.5:
-        other = parts.get(
-            "front" if idle[0] == "rear" else "rear", getattr(car, "front" if idle[0] == "rear" else "rear")
-        )
-        parts[idle[0]] = driven(random, other)
+    if type(car) in ONE_AXLE and random.random() < 0.5:
+        idle = next(side for side in OPPOSITE if isinstance(getattr(car, side), RollingAxle))
+        other = OPPOSITE[idle]
+        parts[idle] = driven(random, parts.get(other, getattr(car, other)))
         parts["transfer"] = CentreDifferential(differential=KINDS[str(random.choice(list(KINDS)))])
     whole = DriveCycle.named(str(random.choice(CYCLES)))
     halts = whole.times[(whole.speeds == 0) & (whole.times < whole.times[-1] - 80)]

@@ -16,6 +16,8 @@ MACHINE = {"brake": 0.0, "limit": 200.0, "charge_power": 17e3}
     [
         (0.5, 0, 0, 0),  # the clutch slips at standstill: nothing to charge with, though the engine gives 18 kW
         (0.5, -30, -30, 0),  # nor where the vehicle rolls back
+        (0.1, -30, 150, 0),  # nor where the wheels of its axle are driven backward on ice
+        (0.1, 10, 150, (1.8e3 - 18e3) / 2),  # below 20 rad/s it fades
         (0.1, 50, 50, 1.8e3 - 6e3),  # 120 N.m at 50 rad/s arrive, 1.8 kW are asked
         (0.1, 75, 150, 1.8e3 - 18e3),  # the clutch is closed
         (0.1, 75, 200, 1.8e3 - 18e3),  # no more than the engine gives
