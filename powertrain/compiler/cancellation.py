@@ -15,7 +15,7 @@ def terms(expression: Symbol) -> Symbol:
     sizes: dict[int, Symbol] = {}
     for place, (node, operands) in graph_of(expression).items():
         inner = [sizes[key(operand)] for operand in operands]
-        size = _size(node.op(), inner, operands) if inner and not node.is_output() else None
+        size = _size(node.op(), inner, operands) if inner else None
         sizes[place] = ca.fabs(node) if size is None else size
     return sizes[key(expression)]
 
