@@ -51,6 +51,6 @@ def catalogue(dae: HybridDae) -> Catalogue:
 
 
 def _told_apart(guards: list[Guard]) -> tuple[str, ...]:
-    """Unique names of the guards."""
+    """Names of the guards, with the component where several have the same name."""
     names = Counter(guard.name for guard in guards)
     return tuple(g.name if names[g.name] == 1 else f"{g.name} ({g.where.partition(':')[0]})" for g in guards)

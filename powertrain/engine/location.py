@@ -7,7 +7,7 @@ There the method extrapolates from the other side, or bisects.
 from __future__ import annotations
 
 from powertrain.dae.tolerances import EPS
-from powertrain.numerics.buffers import CHECKS, INFO, Bound, Memory, view
+from powertrain.numerics.buffers import CHECKS, INFO, Array, Bound, Memory, view
 
 AIM = 0.1 * EPS
 """A located indicator is below zero by this much, a tenth of the hysteresis, or at most twice as much."""
@@ -31,17 +31,14 @@ class Locator:
 
         ``memory.at`` and ``memory.g`` hold the unknowns and indicators there.
         """
-        fraction, worst, call, info = self._fraction, self._worst, self._call, self._info
-        first = 1
+        info, first = self._info, 1
         while info[INFO + first - 1] + depth > 0.0:
             first += 1
             if first == len(_PLACES):
                 return None
         low, high = _PLACES[first - 1], _PLACES[first]
         self._above.fill(0.0)
-        fraction[0] = high
-        call()
-        at_high = worst[0] + depth
+        at_high = self._value(high) + depth
         if at_high > 0.0:
             return None
         if at_high >= -2.0 * AIM:
@@ -49,25 +46,42 @@ class Locator:
         self._above[:] = self._g
         if depth:
             self._above += depth
-        fraction[0] = low
-        call()
-        at_low = worst[0] + depth
+        at_low = self._value(low) + depth
         return low if at_low <= 0.0 else self._first(low, high, at_low, at_high, depth)
 
     def _first(self, low: float, high: float, at_low: float, at_high: float, depth: float) -> float:
-        """Like ``_between``, but indicators that are above zero at ``high`` also count if they are below at the located point.
+        """Like ``_between``, but indicators that are above zero at ``high`` also count if they are below at the located point or midway.
 
-        They fell earlier and rose after the modes had ceased to hold, e.g. a stuck law loaded by another law that was free until then.
+        They fell earlier and rose again: after the modes had ceased to hold, e.g. a stuck law loaded by another law that was free until
+        then; or within a quarter of the step, which the samples of the step do not see.
         """
         above, start = self._above, self._g + depth
         while True:
             high = self._between(low, high, at_low + AIM, at_high + AIM, depth + AIM)
-            there = self._g + depth
-            earlier = (above > 0.0) & (start > 0.0) & (there < -2.0 * AIM)
+            earlier = self._fallen(start, depth)
+            if not earlier.any() and (above > 0.0).any():
+                self._value(0.5 * (low + high))
+                earlier = self._fallen(start, depth)
+                if earlier.any():
+                    high = 0.5 * (low + high)
+                else:
+                    self._value(high)
             if not earlier.any():
                 return high
+            there = self._g + depth
             above[earlier] = there[earlier]
             at_low, at_high = float(start[above <= 0.0].min()), float(there[above <= 0.0].min())
+
+    def _fallen(self, start: Array, depth: float) -> Array:
+        """Which indicators outside the search are below zero at the present place, and were above it at the start."""
+        fallen: Array = (self._above > 0.0) & (start > 0.0) & (self._g + depth < -2.0 * AIM)
+        return fallen
+
+    def _value(self, place: float) -> float:
+        """The least indicator in the search at a fraction of the step."""
+        self._fraction[0] = place
+        self._call()
+        return self._worst[0]
 
     def _between(self, low: float, high: float, at_low: float, at_high: float, aim: float) -> float:
         """The crossing between ``low`` and ``high``; ``at_low`` > 0 > ``at_high`` are the values there minus the goal."""
@@ -101,6 +115,5 @@ class Locator:
             else:
                 flat_below, weight_low = value < 0.5 * at_high, 0.5 * weight_low if side == 2 else at_low
                 beyond, at_beyond, high, at_high, weight_high, side = high, at_high, q, value, value, 2
-        fraction[0] = high
-        call()
+        self._value(high)
         return high

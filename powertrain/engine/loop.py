@@ -94,8 +94,9 @@ class Run:
             "rejected": float(self.rejected),
             "events": float(len(self.recorder.instants)),
         }
-        pairs = zip(self.catalogue.counted, self.outside.tolist(), strict=True)
-        statistics |= {f"outside {name}": n for name, n in pairs}
+        for name, n in zip(self.catalogue.counted, self.outside.tolist(), strict=True):
+            key = f"outside {name}"
+            statistics[key] = statistics.get(key, 0.0) + n
         final, notes = self.memory.y[self.side], tuple(self.engine.resolver.notes)
         return self.recorder.trajectory(self.t, final, self.memory.m, statistics, notes)
 

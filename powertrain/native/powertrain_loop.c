@@ -412,25 +412,39 @@ static double between(pt_model *a, double low, double high, double at_low, doubl
     return high;
 }
 
-/* As between, and what is above zero at high counts where it is below at the place that is found: it fell before. */
+/* Take what is above zero at high into the search where it is below zero at the present place; how many these are. */
+static int fallen(pt_model *a, double depth)
+{
+    int found = 0;
+    for (int k = 0; k < a->n->indicators; k++)
+        if (a->above[k] > 0 && a->lows[k] > 0 && a->g[k] + depth < -2 * PT_AIM) {
+            a->above[k] = a->g[k] + depth;
+            found++;
+        }
+    return found;
+}
+
+/* As between, and what is above zero at high counts where it is below at the place that is found, or midway: it fell before. */
 static double first_of(pt_model *a, double low, double high, double at_low, double at_high, double depth)
 {
     for (int k = 0; k < a->n->indicators; k++) a->lows[k] = a->g[k] + depth;
     for (;;) {
-        int earlier = 0;
         high = between(a, low, high, at_low + PT_AIM, at_high + PT_AIM, depth + PT_AIM);
+        if (!fallen(a, depth)) {
+            double middle = 0.5 * (low + high);
+            value_at(a, middle);
+            if (!fallen(a, depth)) {
+                value_at(a, high);
+                return high;
+            }
+            high = middle;
+        }
         at_low = at_high = HUGE_VAL;
         for (int k = 0; k < a->n->indicators; k++) {
-            double there = a->g[k] + depth;
-            if (a->above[k] > 0 && a->lows[k] > 0 && there < -2 * PT_AIM) {
-                a->above[k] = there;
-                earlier = 1;
-            }
             if (a->above[k] > 0) continue;
             at_low = fmin(at_low, a->lows[k]);
-            at_high = fmin(at_high, there);
+            at_high = fmin(at_high, a->g[k] + depth);
         }
-        if (!earlier) return high;
     }
 }
 

@@ -1,4 +1,4 @@
-"""Maps and drive cycles in a parameter file: the name of a CSV file, the name of a cycle, or their numbers.
+"""Maps, drive cycles and other records in a parameter file: the name of a CSV file, the name of a cycle, or their fields.
 
 curve = "full_load.csv"
 curve = { csv = "full_load.csv", outside = "clip" }
@@ -6,6 +6,7 @@ curve = { name = "full load", unit = "N.m", axes = [{ name = "w", unit = "rad/s"
           values = [110.0, 150.0] }
 cycle = "udds"
 cycle = { name = "hill", table = [[0.0, 0.0], [10.0, 12.0]], grades = [0.0, 0.05] }
+cam = { M = 4, N = 5 }
 scheme = { levers = [{ name = "1", a = "sun", b = "ring", carrier = "out", ratio = -2.0, eta = 0.985 }], elements = [...], gears = [...] }
 """
 
@@ -21,7 +22,6 @@ from typing import Any
 
 import powertrain as pt
 from powertrain.components.cycles import CYCLES, DriveCycle
-from powertrain.components.transmissions import GearScheme, Network
 from powertrain.errors import suggestion
 from powertrain.presets.places import Adjustable
 
@@ -29,8 +29,6 @@ NONE = "none"
 """In a file, for a place that may be empty."""
 
 
-RECORDS = (GearScheme, Network)
-"""Records whose fields are plain values and records; in a file they are tables."""
 CYCLE_KEYS = ("name", "table", "source", "grades")
 MAP_KEYS = ("name", "unit", "method", "axes", "values")
 AXIS_KEYS = ("name", "unit", "points", "outside")
@@ -39,9 +37,13 @@ CSV_KEYS = ("csv", "outside", "method")
 
 
 def takes_data(found: Adjustable) -> bool:
-    """Whether a place takes a map, a drive cycle, the record of a gearset, or rows with records."""
-    kinds = _kinds(found)
-    return any(kind in kinds for kind in (pt.Map, DriveCycle, *RECORDS))
+    """Whether a place takes a map, a drive cycle, another record, or rows with records."""
+    return any(isinstance(kind, type) and dataclasses.is_dataclass(kind) for kind in _kinds(found))
+
+
+def _is_record(kind: Any) -> bool:
+    """Whether a kind is a record whose fields are plain values and records; in a file it is a table of these."""
+    return isinstance(kind, type) and dataclasses.is_dataclass(kind) and kind not in (pt.Map, DriveCycle)
 
 
 def _kinds(found: Adjustable) -> tuple[Any, ...]:
@@ -58,7 +60,7 @@ def decoded(value: Any, found: Adjustable, folder: Path) -> Any:
     """The map, cycle or record that a value says, None for "none" where that is allowed. Errors: ParameterError, which names the place."""
     kinds = _kinds(found)
     is_map = pt.Map in kinds
-    record = next((kind for kind in RECORDS if kind in kinds), None)
+    record = next(filter(_is_record, kinds), None)
     if value == NONE and type(None) in _kinds(found):
         return None
     try:
@@ -103,7 +105,12 @@ def _check_keys(table: Any, known: Iterable[str]) -> None:
 def _record(kind: Any, value: Any) -> Any:
     """A record from the table of its fields."""
     hints = typing.get_type_hints(kind)
+    if not isinstance(value, dict):
+        raise TypeError(f"give a table of {', '.join(hints)}")
     _check_keys(value, hints)
+    needed = [field.name for field in dataclasses.fields(kind) if field.default is dataclasses.MISSING]
+    if missing := [name for name in needed if name not in value]:
+        raise ValueError(f"it lacks {', '.join(missing)}")
     return kind(**{name: _field(hints[name], content) for name, content in dict(value).items()})
 
 
@@ -131,7 +138,7 @@ def encoded(found: Adjustable) -> str:
         axes = tuple({"name": a.name, "unit": a.unit, "points": a.points, "outside": a.outside} for a in value.axes)
         values = _tuples(value.values.tolist())
         return _inline({"name": value.name, "unit": value.unit, "method": value.method, "axes": axes, "values": values})
-    if isinstance(value, RECORDS) or (isinstance(value, tuple) and takes_data(found)):
+    if _is_record(type(value)) or (isinstance(value, tuple) and takes_data(found)):
         return _text(value)
     raise pt.ParameterError(f"{found.path}: a {type(value).__name__} cannot be written to a parameter file")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import re
+import tomllib
 import typing
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -27,7 +28,8 @@ M = TypeVar("M", bound=pt.Component)
 def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:
     """A copy with places set from texts: ``differential.mu`` "0.1", ``differential`` "CircularCamDifferential(mu=0.1)".
 
-    Maps are named by their file and cycles by their name or file, as in a parameter file: ``engine.curve`` "full_load.csv".
+    Maps are named by their file and cycles by their name or file, as in a parameter file: ``engine.curve`` "full_load.csv"; tables are
+    written as there, too: ``cam`` "{ M = 4, N = 5 }".
     Values that follow each other are set at once, so that conditions between them hold for all of them together.
     Errors: ParameterError for an unknown path, and for a value that does not fit, with its unit and range.
     """
@@ -38,7 +40,7 @@ def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:
             component = pt.replace(component, values | {path: part(text, found)})
             values = {}
         elif takes_data(found):
-            values[path] = decoded(text, found, Path())
+            values[path] = decoded(table_or_name(text, path), found, Path())
         else:
             values[path] = checked(found, number_or_text(text) if found.spec is not None else _read(text, found))
     return pt.replace(component, values) if values else component
@@ -47,6 +49,16 @@ def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:
 def checked(found: Adjustable, value: Any) -> Any:
     """A value for a parameter or a plain field, as the field holds it. Errors: ParameterError where it does not fit."""
     return _fitted(value, found) if found.spec is None else found.spec.check(value, found.path)
+
+
+def table_or_name(text: str, where: str) -> Any:
+    """An array or table in TOML; other texts stay."""
+    if text.lstrip()[:1] not in ("[", "{"):
+        return text
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError as error:
+        raise pt.ParameterError(f"{where}: {text!r} is not a table as in a parameter file: {error}") from None
 
 
 def number_or_text(text: str) -> float | str:

@@ -158,3 +158,12 @@ def test_one_that_rises_again_behind_the_event_of_another() -> None:
     """The first falls at 0.11; behind 0.2, where the second falls, its values mean nothing."""
     step = Step([lambda q: 0.11 - q + 20.0 * max(q - 0.2, 0.0), lambda q: 3.0 * (0.2 - q), lambda q: 0.22 - q])
     assert step.find() == pytest.approx(0.11, abs=1e-10)
+
+
+def test_one_that_dips_before_the_event_of_another() -> None:
+    """Above zero at both ends of the interval and at the event of the other, 0.2; below in between."""
+    dip: Curve = lambda q: (q - 0.1) ** 2 - 0.0016  # noqa: E731
+    assert min(dip(0.0), dip(0.2), dip(0.25)) > 0.0
+    step = Step([lambda q: 0.2 - q, dip])
+    assert step.find() == pytest.approx(0.06, abs=1e-9)
+    assert step.memory.g[1] <= 0.0 < step.memory.g[0]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_rear_drive import KINDS
 
 import powertrain as pt
 from powertrain.components.body import DrivenAxle, RoadProfile
@@ -16,11 +17,14 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.components.differentials import LimitedSlipDifferential
 from powertrain.components.electric import cells_in_series
 from powertrain.components.engines import MappedEngine, WillansEngine
+from powertrain.components.gearless.spherical_cam import SphericalCam
 from powertrain.components.rotational import IdealGear
 from powertrain.components.transmissions import ManualGearbox, RangeTransmission
 from powertrain.components.wheels import RigidWheel
+from powertrain.presets.catalogue import components
 from powertrain.presets.files import applied, written
 from powertrain.presets.places import place
+from powertrain.presets.settings import assigned
 from powertrain.vehicles import load, names, save
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.manual_car import ManualCar
@@ -92,6 +96,44 @@ def test_parts_with_bound_parameters_and_rows_with_records(part: dict[str, Any])
     """The ratio of a crown gear's mesh is bound to that of the gear, so no file has it; a range has its network in a row."""
     car = pt.replace(SplitPathCar(), part)
     assert applied(SplitPathCar(), tomllib.loads(written(car, ())))[0] == car
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_every_differential_goes_through_a_file(name: str) -> None:
+    car = pt.replace(ManualCar(), {"front": DrivenAxle(differential=KINDS[name])})
+    assert read_again(car) == car
+
+
+def test_every_component_goes_through_a_file() -> None:
+    read = 0
+    for kind in (entry.kind for entry in components()):
+        try:
+            part = kind()
+        except pt.ParameterError:  # needs values
+            continue
+        assert read_again(part) == part
+        read += 1
+    assert read > 150
+
+
+CAM = "front.differential.cam"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("{ M = 5 }", "is not a SphericalCam: it lacks N"),
+        ("{ M = 5, N = 6, K = 1 }", "unknown key 'K'; known keys are M, N, alpha_1, alpha_3, alpha_4"),
+        ("{ M = 5, N = ", "is not a table as in a parameter file"),
+        ("mine", "is not a SphericalCam: give a table of M, N, alpha_1, alpha_3, alpha_4"),
+        ("{ M = 5, N = 5 }", "as many lobes as rollers"),
+    ],
+)
+def test_tables_in_texts(text: str, said: str) -> None:
+    car = pt.replace(ManualCar(), {"front": DrivenAxle(differential=KINDS["spherical cam"])})
+    assert assigned(car, [(CAM, "{ M = 5, N = 6 }")]).front.differential.cam == SphericalCam(5, 6)
+    with pytest.raises(pt.ParameterError, match=said):
+        assigned(car, [(CAM, text)])
 
 
 SLOPE = '{{ name = "g", unit = "{}", axes = [{{ name = "s", unit = "m", points = {} }}], values = [0, 0.1] }}\n'

@@ -117,3 +117,12 @@ def test_any_car_drives_on_or_says_why_not(seed: int) -> None:
     assert run.audit.closure < 10 * asked.rtol
     assert run.audit.violations.empty
     assert np.abs(run.result["body.v"]).max() < 60
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [22, 71])
+def test_a_reversal_between_two_events(seed: int) -> None:
+    """The torque of a lossy mesh reverses and comes back between an event and the next, within a quarter of a step."""
+    asked = ride(seed)
+    run = drive_cycle(asked.car, asked.cycle, rtol=1e-4, inputs=asked.inputs())
+    assert run.audit.violations.empty
