@@ -8,10 +8,19 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.linalg import invhilbert
 
 from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.dae.hybrid import Friction
-from powertrain.equilibrium.beginnings import EulerStep, _condition_bound, _degenerate, _distinct, mobilities
+from powertrain.equilibrium.beginnings import (
+    UNSURE,
+    EulerStep,
+    _condition_bound,
+    _degenerate,
+    _distinct,
+    euler_step,
+    mobilities,
+)
 from powertrain.equilibrium.continuation import relaxed
 from powertrain.equilibrium.corrector import corrected, undetermined
 from powertrain.equilibrium.laws import Linearized, Motion, NextModes, SteadyLaws
@@ -309,3 +318,26 @@ def test_a_law_at_its_limit_sticks_if_its_share_is_less(limit: float, modes: lis
     assert done.all()
     assert end.modes[0].tolist() == modes
     np.testing.assert_allclose(end.tau, [torques], atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_round_off_of_a_step_is_known(seed: int) -> None:
+    """On integer matrices of condition 5e8, with whole numbers as the solution; elimination alone is as wrong as ``unsure`` says."""
+    matrix, solution = invhilbert(7), np.random.default_rng(seed).integers(-9, 9, 7).astype(float)
+    solution[0] = 0.0
+    right = matrix @ solution
+    laws = by_hand(
+        7,
+        1,
+        rows=lambda y, tau: ca.DM(matrix) @ y - ca.DM(right) * tau,
+        speed=lambda y, tau: y[0],
+        lower=lambda y, tau: -ca.DM.ones(1),
+        upper=lambda y, tau: ca.DM.ones(1),
+    )
+    at = Iterates(np.zeros((1, 0)), np.zeros((1, 7)), np.ones((1, 1)), np.ones((1, 1)))
+    value = laws.motion(at)
+    found = euler_step(laws, value, 1e300)
+    error = np.abs(found.along[0, :, 0] - solution)
+    assert error.max() > 0.0
+    assert (error <= UNSURE * found.unsure[0, :, 0]).all()
+    assert mobilities(value, found)[0].all()  # the torque does not move its own law

@@ -6,6 +6,9 @@ There the method extrapolates from the other side, or bisects.
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from powertrain.dae.tolerances import EPS
 from powertrain.numerics.buffers import CHECKS, INFO, Array, Bound, Memory, view
 
@@ -72,16 +75,15 @@ class Locator:
             above[earlier] = there[earlier]
             at_low, at_high = float(start[above <= 0.0].min()), float(there[above <= 0.0].min())
 
-    def _fallen(self, start: Array, depth: float) -> Array:
+    def _fallen(self, start: Array, depth: float) -> NDArray[np.bool_]:
         """Which indicators outside the search are below zero at the present place, and were above it at the start."""
-        fallen: Array = (self._above > 0.0) & (start > 0.0) & (self._g + depth < -2.0 * AIM)
-        return fallen
+        return np.asarray((self._above > 0.0) & (start > 0.0) & (self._g + depth < -2.0 * AIM))
 
     def _value(self, place: float) -> float:
         """The least indicator in the search at a fraction of the step."""
         self._fraction[0] = place
         self._call()
-        return self._worst[0]
+        return float(self._worst[0])
 
     def _between(self, low: float, high: float, at_low: float, at_high: float, aim: float) -> float:
         """The crossing between ``low`` and ``high``; ``at_low`` > 0 > ``at_high`` are the values there minus the goal."""

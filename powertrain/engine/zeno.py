@@ -42,8 +42,8 @@ class Zeno:
             if (when.name, "reset") not in instant.extra or max(abs(before[0, k]), abs(after[0, k])) > _RESOLVED:
                 continue
             way = -1.0 if before[1, k] < 0.0 else 1.0  # the whole condition may require a comparison to fail
-            (_, rising, _), (g, rate, acceleration) = way * before[:, k], way * after[:, k]
-            if rate < 0 < acceleration and rate**2 / (2 * acceleration) - g < _RESOLVED:
+            (_, rising, _), (_, rate, acceleration) = way * before[:, k], way * after[:, k]
+            if rate < 0 < acceleration and rate**2 / (2 * acceleration) < _RESOLVED:
                 interval = -2 * rate / acceleration
                 raise SimulationError(_message(when, instant.time, interval, -rate / rising if rising > 0 else np.inf))
 
