@@ -239,3 +239,45 @@ def test_without_the_loop_in_c_a_run_is_made_in_python(monkeypatch: pytest.Monke
         found = pt.compile(CoupledClutches()).simulate(1.5, compile=True)
     assert not isinstance(wanted, str)
     assert found.statistics == wanted.statistics
+
+
+class Paused(pt.Component):
+    """A motion given by time that comes to rest, where nothing determines the torque of the brake that a counter needs."""
+
+    s: pt.Variable = pt.variable("1", "Count")
+    w: pt.Variable = pt.variable("rad/s", "Speed")
+    tau: pt.Variable = pt.variable("N.m", "Torque of the brake")
+
+    def equations(self) -> pt.Equations:
+        yield self.w == pt.switch(pt.time < 0.5, 0.5 - pt.time, 0.0, continuous=True)
+        yield pt.friction(self.w, self.tau, -1.0, 1.0)
+        yield pt.der(self.s) == self.tau
+
+
+class Seizing(pt.Component):
+    """A shoe that draws itself in from a certain speed on."""
+
+    w: pt.Variable = pt.variable("rad/s", "Speed", start=10.0)
+    k: pt.Variable = pt.variable("1", "Pressing force over friction force")
+    N: pt.Variable = pt.variable("N", "Pressing force")
+    F: pt.Variable = pt.variable("N", "Friction force")
+
+    def equations(self) -> pt.Equations:
+        yield self.k == pt.switch(self.w < 9.5, 3.0, 1.0)
+        yield self.N - self.k * self.F == 10.0
+        yield pt.friction(self.w, self.F, -0.5 * self.N, 0.5 * self.N)
+        yield pt.der(self.w) == 1.0 - self.F
+
+
+@pytest.mark.parametrize(
+    ("model", "said"),
+    [
+        (Paused(), "rests at t = 0.5 s .* nothing determines this torque"),
+        (Seizing(), "is self-locking.* in the wrong order"),
+    ],
+)
+def test_modes_that_are_refused(model: pt.Component, said: str) -> None:
+    """Python checks what the modes found by C mean."""
+    for compiled in (False, True):
+        with pytest.raises(pt.SimulationError, match=said):
+            pt.simulate(model, 1.0, compile=compiled)
