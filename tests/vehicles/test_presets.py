@@ -130,7 +130,7 @@ CAM = "front.differential.cam"
     ],
 )
 def test_tables_in_texts(text: str, said: str) -> None:
-    car = pt.replace(ManualCar(), {"front": DrivenAxle(differential=KINDS["spherical cam"])})
+    car: Any = pt.replace(ManualCar(), {"front": DrivenAxle(differential=KINDS["spherical cam"])})
     assert assigned(car, [(CAM, "{ M = 5, N = 6 }")]).front.differential.cam == SphericalCam(5, 6)
     with pytest.raises(pt.ParameterError, match=said):
         assigned(car, [(CAM, text)])
