@@ -39,7 +39,21 @@ def by_hand(n: int, count: int, rows: Any, speed: Any, lower: Any, upper: Any, m
     dae = SimpleNamespace(frictions=frictions, switches=[], contacts=[])
     laws = [ca.SX(ca.densify(ca.SX(e(y, tau)))) for e in (rows, speed, lower, upper)]
     names, rate_of = tuple(f"y{i}" for i in range(n)), np.arange(n)
-    given: list[Any] = [dae, none, y, names, np.zeros(n), modes, none, tau, laws[0], rate_of, *laws[1:], none]
+    given: list[Any] = [
+        dae,
+        none,
+        y,
+        names,
+        np.zeros(n),
+        ca.SX.zeros(n),
+        modes,
+        none,
+        tau,
+        laws[0],
+        rate_of,
+        *laws[1:],
+        none,
+    ]
     given.append(ca.SX.ones(count))
     return SteadyLaws(Balance(*given))
 

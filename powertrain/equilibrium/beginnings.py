@@ -25,11 +25,12 @@ SINGULAR = 1e14
 class Beginnings:
     """For each point: where the search starts, and what its laws do at rest.
 
-    ``sliding`` is the motion, as a change of the unknowns, that torques affect most, scaled so that laws slide at unit speed; zero if
-    there is none.
+    ``start`` is as guessed, ``initial`` as at the start of a run. ``sliding`` is the motion, as a change of the unknowns, that torques
+    affect most, scaled so that laws slide at unit speed; zero if there is none.
     """
 
     start: Array
+    initial: Array
     rest: AtRest
     sliding: Array
 
@@ -126,7 +127,7 @@ def mobilities(value: Motion, step: EulerStep) -> tuple[Mask, Array, Array]:
 def beginnings(laws: SteadyLaws, grid: Array, side: Array) -> Beginnings:
     """The beginnings for the points of ``grid``, whose rest is approached from ``side``, one per row."""
     count = len(grid)
-    start = np.repeat(laws.balance.start[:, None], count, 1).T
+    start, initial = laws.starts(grid)
     at = Iterates(grid, start, np.zeros((laws.balance.modes.numel(), count)).T, np.zeros((laws.count, count)).T)
     some, place = _motions(laws, at)
     degenerate = _degenerate(euler_matrix(laws, some, SHORT_STEP))
@@ -140,7 +141,7 @@ def beginnings(laws: SteadyLaws, grid: Array, side: Array) -> Beginnings:
     given, reach, slope = mobilities(some, step)
     sliding = _sliding(~given & ~laws.contact, reach, slope, step.along)
     rest = AtRest(taken(given, place), taken(COMPLIANCE * reach, place), side)
-    return Beginnings(at.y, rest, taken(sliding, place))
+    return Beginnings(at.y, initial, rest, taken(sliding, place))
 
 
 def _motions(laws: SteadyLaws, at: Iterates) -> tuple[Motion, Index]:

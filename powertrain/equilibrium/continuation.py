@@ -3,9 +3,10 @@
     (y' - y)/h = f(y', tau),   w = w(y'),   w > 0: tau = U,   w < 0: tau = L,   w = 0: L <= tau <= U
 
 Linearised at y, a step is the problem of ``powertrain.modes.complementarity`` with speeds in place of rates. Steps grow until they are
-Newton steps. A step whose problem has no solution is shortened: along it a decreasing limit may have changed sign. The term 1/h holds
-motions that nothing else holds. Torques that grow with others (lossy meshes) come last: without them the problem is convex and gives all
-modes, and its speeds give the directions of sliding. Without laws, all points take their steps at once.
+Newton steps. A step for which one linearisation is not valid is shortened: along it a decreasing limit may have changed sign, a clutch
+opened, or a torque saturated. The term 1/h holds motions that nothing else holds. Torques that grow with others (lossy meshes) come last:
+without them the problem is convex and gives all modes, and its speeds give the directions of sliding. Without laws, all points take their
+steps at once.
 
 C. T. Kelley, D. E. Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998) 508.
 """
@@ -21,7 +22,7 @@ import numpy as np
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.dae.contact import CLOSED
 from powertrain.dae.friction import FORWARD, STUCK
-from powertrain.dae.tolerances import NO_WIDTH, REST
+from powertrain.dae.tolerances import NO_WIDTH, REST, STILL
 from powertrain.equilibrium.beginnings import beginnings, euler_matrix, euler_step, mobilities
 from powertrain.equilibrium.corrector import corrected
 from powertrain.equilibrium.laws import LAST_STEP, Linearized, SteadyLaws
@@ -32,14 +33,18 @@ from powertrain.numerics.newton import relative, solved
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
 """First and longest step in seconds, from steps that follow the motion to Newton steps, and the factor by which they grow or shrink."""
+LEAST_STEP = 1e-4
+"""The shortest step [s]."""
+DESCRIBED = 1.0
+"""A step is accepted if the next correction is no longer than this share of it."""
 ROUNDS = 40
 FAR = 1e10
 """Unknowns above this diverge."""
 MOST_PIECES = 8
 RELAXED_FIRST, RELAXED_GROWTH, RELAXED_FALL = 1e-4, 3.0, 0.25
 """Without laws: the first step in seconds, and the factors by which steps grow and shrink."""
-DESCRIBED = 0.3
-"""Without laws, a step is accepted if the next correction is no longer than this share of it."""
+RELAXED_DESCRIBED = 0.3
+"""``DESCRIBED`` without laws."""
 RELAXED_ROUNDS = 400
 
 
@@ -121,9 +126,10 @@ class Continuation:
         """
         laws, every = self.laws, np.ones(self.laws.count, bool)
         self._steps.linearized.set_common(laws.common)
-        rest, modes = beginnings(laws, grid, side).rest, np.zeros(laws.balance.modes.numel())
-        first = _Trial(0.0, laws.balance.start, np.zeros(0), modes, grid[0], FIRST_STEP, True, every)
-        for attempt in self._held, self._settled:
+        begun, modes = beginnings(laws, grid, side), np.zeros(laws.balance.modes.numel())
+        rest = begun.rest
+        starts = [_Trial(0.0, y[0], np.zeros(0), modes, grid[0], FIRST_STEP, True, every) for y in laws.starts(grid)]
+        for attempt, first in product((self._held, self._settled), starts):
             found = attempt(first, np.zeros(laws.count), rest)
             if found is not None and laws.tied.any():
                 x, m, tau = found.y[0], found.modes[0], found.tau[0]
@@ -161,6 +167,9 @@ class Continuation:
                 return None
             after = replace(point, m=m, x=y)
             here = after.at(answer.tau)
+            if point.step > LEAST_STEP and not self._described(here, point, rest):
+                point = replace(point, step=point.step / GROWTH)
+                continue
             if (found := self._corrected(here, point, rest, False)) is not None:
                 return found
             value = self._steps.linearized(here, point.lossless)
@@ -171,6 +180,15 @@ class Continuation:
             point = replace(after, step=min(GROWTH * point.step, LONGEST_STEP), open=wide)
             tau = answer.tau
         return None
+
+    def _described(self, here: Iterates, point: _Trial, rest: AtRest) -> bool:
+        """Whether one linearisation is valid for the step: its Newton correction is shorter than the step."""
+        laws, moved, scale = self.laws, here.y[0] - point.x, relative(point.x)
+        entries, left = laws.equations(laws.fixed(here, rest, point.lossless, point.step), here.z)
+        left[0, laws.rates] -= moved[laws.rated] / point.step
+        correction = laws.pattern.solver(entries)(-left)[0, : laws.unknowns]
+        size, most = (np.abs(v / scale).max(initial=0.0) for v in (correction, moved))
+        return bool(size <= DESCRIBED * most + STILL)
 
     def _answer(self, point: _Trial, tau: Array) -> Answer | None:
         """The problem with the kinks of the bounds; if that fails, one problem for each combination of their pieces."""
@@ -214,7 +232,7 @@ def relaxed(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Iterates:
         defect[:, laws.rates] -= step[:, laws.rated] / length[active, None]
         scale = relative(here.y)
         size, left = (np.abs(v / scale).max(axis=1, initial=0.0) for v in (step, solved(matrix, -defect)))
-        good = left <= DESCRIBED * size
+        good = left <= RELAXED_DESCRIBED * size
         y[active[good]] = there.y[good]
         length[active] *= np.where(good, RELAXED_GROWTH, RELAXED_FALL)
         active = active[(length[active] < LAST_STEP) & (length[active] > RELAXED_FIRST**3)]

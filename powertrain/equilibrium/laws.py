@@ -87,6 +87,8 @@ class SteadyLaws:
         self.common = np.zeros(balance.common.numel())
         self.pattern, self._equations = _equations(balance, compile)
         self._rules = _rules(balance, compile)
+        both = scalars(balance.start) + scalars(balance.initial)
+        self._starts = Columns("steady_starts", scalars(balance.grid), balance.common, both)
         needed, z = self._equations.needed, balance.grid.numel() + balance.modes.numel() + 2 * self.count + 1
         self._fixed, self._moving = needed[needed < z], needed[needed >= z] - z
 
@@ -94,7 +96,15 @@ class SteadyLaws:
         """Parameters and inputs that are the same for all points."""
         self.common = values.copy()
         self._rules.set_common(values)
+        self._starts.set_common(values)
         self._equations.set_common(values)
+
+    def starts(self, grid: Array) -> tuple[Array, Array]:
+        """The unknowns (point, unknown) as guessed and as at the start of a run; zero where these have no value."""
+        with np.errstate(all="ignore"):
+            found = self._starts.of_points([grid])
+        start, initial = np.split(np.where(np.isfinite(found), found, 0.0), 2)
+        return start.T, initial.T
 
     def fixed(self, at: Iterates, rest: AtRest, lossless: bool = False, step: float = LAST_STEP) -> list[Array]:
         """Everything constant while z changes, for the modes of the points, one row per quantity.

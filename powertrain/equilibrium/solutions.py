@@ -1,8 +1,8 @@
 """Operating points on many grid points: a semismooth Newton method from several starts, then from neighbours, then continuation.
 
-The starts are the model's own, and all movable laws sliding forward or backward. They are the same for every point, so whether a point
-has several solutions does not depend on the grid. A point that no start solves begins at the solution of its nearest neighbour; the
-remaining points are solved by continuation. ``Between`` starts from known solutions instead.
+The starts are the model's own, all movable laws sliding forward or backward, and the speeds at which a run would start. They do not
+depend on other points, so whether a point has several solutions does not depend on the grid. A point that no start solves begins at the
+solution of its nearest neighbour; the remaining points are solved by continuation. ``Between`` starts from known solutions instead.
 """
 
 from __future__ import annotations
@@ -67,8 +67,10 @@ class Solutions:
         differing = np.zeros((laws.balance.modes.numel(), count), bool).T
         start = beginnings(laws, grid, side)
         best, beyond, begun = self._nothing(start.rest), self._nothing(start.rest), list[Array]()
-        for speed in SPEEDS if start.sliding.any() else SPEEDS[:1]:
-            found = self._from(start.start + speed * start.sliding, grid, start.rest, begun)
+        speeds = SPEEDS if start.sliding.any() else SPEEDS[:1]
+        starts = [start.start + speed * start.sliding for speed in speeds]
+        for first in starts if np.array_equal(start.initial, start.start) else [*starts, start.initial]:
+            found = self._from(first, grid, start.rest, begun, ~best.done & (first is start.initial))
             self._leave(found, beyond, grid)
             other, both = np.zeros(count, bool), np.flatnonzero(best.done & found.done)
             if both.size:
@@ -95,8 +97,11 @@ class Solutions:
         given, yields = rest.given.copy(order="K"), rest.yields.copy(order="K")
         return SolvedPoints(np.zeros(count, bool), y, modes, tau, given, yields)
 
-    def _from(self, first: Array, grid: Array, rest: AtRest, begun: list[Array]) -> SolvedPoints:
-        """The solutions from one start with the modes implied by its speeds; none at points where another start had these modes."""
+    def _from(self, first: Array, grid: Array, rest: AtRest, begun: list[Array], anyway: Mask) -> SolvedPoints:
+        """The solutions from one start with the modes implied by its speeds; none at points where another start had these modes.
+
+        The start is tried ``anyway`` at some points.
+        """
         laws, count = self.laws, len(grid)
         found = self._nothing(rest)
         found.y += first
@@ -104,7 +109,7 @@ class Solutions:
         seen = np.zeros(count, bool)
         for other in begun:
             seen |= (modes == other).all(axis=1)
-        new = np.flatnonzero(~seen)
+        new = np.flatnonzero(~seen | anyway)
         begun.append(modes)
         found.modes[:] = modes
         end, found.done[new] = corrected(laws, found.at(grid).some(new), rest.some(new), firm=True)

@@ -32,6 +32,7 @@ from powertrain.equilibrium.placed import (
     state_of,
     turning_together,
 )
+from powertrain.equilibrium.starts import starts
 from powertrain.language.symbols import Symbol, column, key, scalars
 from powertrain.numerics.batch import dependence
 from powertrain.numerics.buffers import Array
@@ -43,14 +44,16 @@ class Balance:
 
     ``rows`` are zero at the unknowns ``y``; all is in terms of grid, y, modes, common values and tau. ``speed`` are the relative speeds of
     friction laws and the gaps of contacts, ``lower`` and ``upper`` the limits of their torques, multiplied by ``peak`` while stuck;
-    ``conditions`` are those of switches. ``rate_of`` is the unknown whose rate a row is, or -1. ``start`` is where a search for y starts.
+    ``conditions`` are those of switches. ``rate_of`` is the unknown whose rate a row is, or -1. A search for y starts at ``start``, as
+    guessed, and at ``initial``, as at the start of a run.
     """
 
     dae: HybridDae
     grid: Symbol
     y: Symbol
     names: tuple[str, ...]
-    start: Array
+    start: Symbol
+    initial: Symbol
     modes: Symbol
     common: Symbol
     tau: Symbol
@@ -198,7 +201,7 @@ def _balance(placed: Placed, moving: Sequence[int], unknowns: Sequence[Unknown],
         column(list(placed.axis.values())),
         column([u.symbol for u in y]),
         names,
-        _starts(compiled, asked.guesses, names),
+        *starts(placed, {u.name: u.symbol for u in y}, [dae.x[i] for i in cyclic]),
         column([dae.m[law.index] for law in placed.laws]),
         placed.common,
         opened.tau,
@@ -216,40 +219,6 @@ def _opened(compiled: Compiled, names: Sequence[str]) -> tuple[Opened, list[Symb
         return Opened(none, dae.xdot, dae.residual, none, none, none, none, none, none, none, conditions), signals
     given = [compiled.open([v.symbol])[0] if (v := compiled.variables.get(n)) else None for n in names]
     return dae.opened, [compiled.signals[n].expression if e is None else e for n, e in zip(names, given, strict=True)]
-
-
-def _starts(compiled: Compiled, guesses: Mapping[str, float], names: Sequence[str]) -> Array:
-    """Where the search for unknowns starts: guesses, present parameters, else what the model declares or starts with."""
-    given = _initial_values(compiled)
-
-    def start(name: str) -> float:
-        if name in guesses:
-            return float(guesses[name])
-        if name in compiled.parameters:
-            return compiled.parameters[name].value
-        unknown = compiled.variables.get(name) or compiled.inputs.get(name)
-        declared = 0.0 if unknown is None else float(unknown.start or unknown.guess or 0.0)
-        return declared or given.get(name, 0.0)
-
-    return np.array([start(name) for name in names], float)
-
-
-def _initial_values(compiled: Compiled) -> dict[str, float]:
-    """The unknowns that an initial equation gives as an expression of parameters."""
-    values, found = {key(c.symbol): c.value for c in compiled.parameters.values()}, dict[str, float]()
-    names = {key(u.symbol): name for name, u in compiled.variables.items()}
-    for equation in compiled.source.initial:
-        symbols = ca.symvar(equation.residual)
-        unknown = [s for s in symbols if key(s) not in values]
-        if len(unknown) != 1 or key(unknown[0]) not in names:
-            continue
-        slope = ca.jacobian(equation.residual, unknown[0])
-        others = [s for s in symbols if key(s) in values]
-        line = ca.Function("powertrain_start", [unknown[0], column(others)], [equation.residual, slope])
-        value, rise = (float(x) for x in line(0.0, [values[key(s)] for s in others]))
-        if not dependence([slope], unknown).any() and rise != 0.0 and np.isfinite(value / rise):
-            found[names[key(unknown[0])]] = -value / rise
-    return found
 
 
 def moved_by_unknowns(problem: Equilibrium) -> list[bool]:

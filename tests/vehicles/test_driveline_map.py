@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import itertools
+from typing import Any
+
 import casadi as ca
 import matplotlib.pyplot as plt
 import numpy as np
@@ -17,13 +20,15 @@ from powertrain.trials.backward import backward, demand
 from powertrain.trials.driveline import driveline_map
 from powertrain.trials.driveline_figure import plot_driveline_map
 from powertrain.trials.gears import in_gear
-from powertrain.trials.operating import on_rolling_road, operating_map
+from powertrain.trials.operating import mapped_model, on_rolling_road, operating_map
 from powertrain.vehicles.automatic_car import AutomaticCar
+from powertrain.vehicles.dual_clutch_car import DualClutchCar
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.four_wheel_drive import FourWheelDriveCar
 from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
+from powertrain.vehicles.rear_drive import RearDriveCar
 from powertrain.vehicles.series_hybrid import SeriesHybrid
 from powertrain.vehicles.split_path_car import SplitPathCar
 from powertrain.vehicles.variator_car import VariatorCar
@@ -319,3 +324,46 @@ def test_figure_shows_map_and_points(found: xr.Dataset) -> None:
     cases = [text.get_text() for text in legend.get_texts()][-2:]
     assert cases == ["variable unit: split", "variable unit: negative recirculation"]
     plt.close("all")
+
+
+CARS_WITH_GEARS = ManualCar, DualClutchCar, AutomaticCar, FourWheelDriveCar, RearDriveCar
+CASES = [(kind, gear) for kind in CARS_WITH_GEARS for gear in (1, 2, 6)] + [(SplitPathCar, 0), (VariatorCar, 0)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "gear"), CASES)
+def test_operating_points_are_where_runs_settle(kind: Any, gear: int) -> None:
+    """From idle at a given speed of the car; or there are several, as in overrun, where a centrifugal clutch holds or the engine idles."""
+    model = mapped_model(in_gear(kind(), gear) if gear else kind())
+    plant = pt.compile(model)
+    speeds, pedals = [2.0, 6.0, 14.0, 30.0], [0.0, 0.15, 0.5, 1.0]
+    found = pt.steady(
+        plant, {"body.speed": speeds, "driver.accelerator_set": pedals}, outputs=["body.force", "engine.w"]
+    )
+    several = 0
+    for v, accelerator in itertools.product(speeds, pedals):
+        point = found.sel({"body.speed": v, "driver.accelerator_set": accelerator})
+        if int(point["status"]) == SEVERAL:
+            several += 1
+            continue
+        run = plant.simulate(
+            100.0, parameters={"body.speed": v, "driver.accelerator_set": accelerator}, points=1, rtol=1e-6
+        )
+        for name in ("body.force", "engine.w"):
+            assert float(point[name]) == pytest.approx(run[name][-1], rel=1e-4, abs=1e-3)
+    assert several <= 8
+
+
+def test_where_an_idling_engine_is_found() -> None:
+    """At 2 m/s in first gear the engine idles behind an open clutch; its speed is no unknown of the steady state."""
+    plant = pt.compile(mapped_model(in_gear(ManualCar(), 1)))
+    found = pt.steady(plant, {"body.speed": 2.0, "driver.accelerator_set": 0.0}, outputs=["engine.w"])
+    assert float(found["engine.w"]) == pytest.approx(float(ManualCar().engine.w_idle))
+
+
+def test_guesses_of_variables_that_are_no_unknowns() -> None:
+    """In overrun the engine idles behind an open clutch, or turns with the wheels, whatever is guessed."""
+    plant = pt.compile(mapped_model(in_gear(ManualCar(), 1)))
+    grid = {"body.speed": 14.0, "driver.accelerator_set": 0.15}
+    for guesses in {}, {"engine.w": 85.0}, {"engine.w": 688.8}:
+        assert int(pt.steady(plant, grid, outputs=["engine.w"], guesses=guesses)["status"]) == SEVERAL

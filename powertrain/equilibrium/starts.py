@@ -1,0 +1,78 @@
+"""Where the search for the unknowns of a steady state starts: at guesses, and where the model says that a run starts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import casadi as ca
+import numpy as np
+
+from powertrain.compiler.assemble import Compiled
+from powertrain.equilibrium.placed import Placed
+from powertrain.language.symbols import Symbol, column, key, scalars
+from powertrain.numerics.batch import dependence
+
+
+def starts(placed: Placed, y: Mapping[str, Symbol], cyclic: Sequence[Symbol]) -> tuple[Symbol, Symbol]:
+    """The unknowns ``y`` at the guesses, as far as these determine them, and at the start of a run, in terms of grid and common values.
+
+    An unknown of which nothing is known is zero, as are the states ``cyclic``.
+    """
+    compiled, guesses = placed.compiled, placed.asked.guesses
+    given = _initial_values(compiled)
+    declared = {
+        n: float(v.start or v.guess) for n, v in (compiled.variables | compiled.inputs).items() if v.start or v.guess
+    }
+    present = {n: compiled.parameters[n].value for n in y if n in compiled.parameters}
+    begun = given | declared | present
+    own = {n: v for n, v in begun.items() if n in y}
+    return _determined(placed, y, cyclic, [guesses, own]), _determined(placed, y, cyclic, [own, begun])
+
+
+def _determined(
+    placed: Placed, y: Mapping[str, Symbol], cyclic: Sequence[Symbol], told: Sequence[Mapping[str, float]]
+) -> Symbol:
+    """The unknowns at which variables have the values ``told``; what is told first counts more.
+
+    One after the other, a variable gives the unknown on which it depends linearly, if it depends on no other that is still open.
+    """
+    known, names, none = dict[str, Symbol](), {key(s): n for n, s in y.items()}, ca.SX.zeros(len(cyclic))
+    given = {key(s) for s in (*placed.axis.values(), *scalars(placed.common))}
+    for values in told:
+        known = {n: Symbol(v) for n, v in values.items() if n in y} | known
+        others = [n for n in values if n in placed.compiled.variables and n not in y]
+        expressions = placed.put([placed.compiled.signals[n].expression for n in others])
+        for name, expression in zip(others, ca.substitute(expressions, [column(cyclic)], [none]), strict=True):
+            old, new = column([y[n] for n in known]), column(list(known.values()))
+            residual = ca.substitute(expression - values[name], old, new)
+            left = [s for s in ca.symvar(residual) if key(s) not in given]
+            if len(left) == 1 and key(left[0]) in names and (root := _root(residual, left[0])) is not None:
+                known[names[key(left[0])]] = root
+    return column([known.get(n, Symbol(0)) for n in y])
+
+
+def _initial_values(compiled: Compiled) -> dict[str, float]:
+    """The variables that initial equations give, one after the other, from parameters and those given before."""
+    values, found = {key(c.symbol): c.value for c in compiled.parameters.values()}, dict[str, float]()
+    names = {key(u.symbol): name for name, u in compiled.variables.items()}
+    left, before = [equation.residual for equation in compiled.source.initial], -1
+    while before != len(found):
+        before = len(found)
+        for residual in left:
+            symbols = ca.symvar(residual)
+            unknown = [s for s in symbols if key(s) not in values]
+            if len(unknown) != 1 or key(unknown[0]) not in names or (root := _root(residual, unknown[0])) is None:
+                continue
+            others = [s for s in symbols if key(s) in values]
+            value = float(ca.Function("powertrain_start", [column(others)], [root])([values[key(s)] for s in others]))
+            if np.isfinite(value):
+                values[key(unknown[0])] = found[names[key(unknown[0])]] = value
+    return found
+
+
+def _root(residual: Symbol, unknown: Symbol) -> Symbol | None:
+    """Where a residual that is linear in the unknown is zero; None if it is not linear."""
+    slope = ca.densify(ca.jacobian(residual, unknown))
+    if slope.is_zero() or dependence([slope], [unknown]).any():
+        return None
+    return Symbol(-ca.substitute(residual, unknown, Symbol(0)) / slope)
