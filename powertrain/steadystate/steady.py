@@ -82,7 +82,7 @@ def steady(
     held : sequence of str, optional
         The held states, if not all prescribed states are held.
     guesses : mapping of str to float, optional
-        Start values of unknowns.
+        Values of variables near the solution that is looked for. The search starts there, and also where a run would start.
     time : float
         Time [s] at which time-dependent sources are evaluated.
     first : bool

@@ -342,7 +342,7 @@ def test_operating_points_are_where_runs_settle(kind: Any, gear: int) -> None:
     )
     several = 0
     for v, accelerator in itertools.product(speeds, pedals):
-        point = found.sel({"body.speed": v, "driver.accelerator_set": accelerator})
+        point = found.sel(speed=v, accelerator_set=accelerator)
         if int(point["status"]) == SEVERAL:
             several += 1
             continue
