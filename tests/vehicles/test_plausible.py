@@ -48,6 +48,21 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
         ),
         (
             ManualCar(),
+            {"engine.w_P": 5500},  # rpm without its unit
+            ["engine gives up to 1.013e+05 W below its limiter, engine.w_limit = 680 rad/s, and not engine.P_max"],
+        ),
+        (
+            ManualCar(),
+            {"body.m": 12000},  # the brakes of a car on a truck
+            ["the brakes decelerate body.m = 12000 kg with 1.2 m/s2 at most"],
+        ),
+        (
+            ManualCar(),
+            {"gearbox.synchronisers[0].fn_max": 190},
+            ["gearbox.synchronisers[0] slides at full load: its dogs hold 512.4 N.m"],
+        ),
+        (
+            ManualCar(),
             {"front.final_drive.ratio": 41},
             ["in top gear at 100 km/h engine turns at 24651 rpm, unusual"],
         ),
