@@ -9,6 +9,7 @@ import numpy as np
 
 import powertrain as pt
 from powertrain.components.body import Body, CoastDownBody, DrivenAxle, LumpedAxle
+from powertrain.components.control import SpeedSchedule
 from powertrain.components.rotational import Clutch
 from powertrain.components.transmissions import (
     DualClutchGearbox,
@@ -39,6 +40,8 @@ CRUISE, TURNS = 100 / 3.6, (900.0, 5500.0)
 """A speed [m/s], and speeds [rpm] that the engine of a car has there in top gear."""
 PEAK = 0.9, 1.1
 """Power that an engine reaches below its limiter over its largest power."""
+MACHINE, SHIFT = 3000.0, 40.0
+"""Speed of a machine [rad/s], and of a car that shifts up with the accelerator released [m/s]; usual ones are below."""
 BRAKING = 3.0
 """Deceleration with the brakes fully pressed [m/s2]; the regulations demand 5."""
 GEARBOXES = ManualGearbox, SynchronisedGearbox, DualClutchGearbox, PowerShiftGearbox
@@ -58,6 +61,7 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
         *(text for path, body in bodies for text in _power(vehicle, parts, path, body)),
         *(text for path, body in bodies for text in _brakes(vehicle, path, body)),
         *(text for path in parts.engines for text in _limiter(vehicle, path)),
+        *_speeds(vehicle, parts),
         *_stored(vehicle, parts),
         *_clutches(vehicle, parts),
         *_synchronisers(vehicle, parts),
@@ -119,6 +123,20 @@ def _limiter(vehicle: pt.Component, path: str) -> Iterator[str]:
             f"{path} gives up to {most:.4g} W below its limiter, {path}.w_limit = {w_limit:g} rad/s, and not {path}.P_max = {P_max:g} W, "
             f'which is that at {path}.w_P = {w_P:g} rad/s; speeds with another unit are written as "5500 rpm"'
         )
+
+
+def _speeds(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
+    """Speeds of machines and of upshifts that look like numbers in rpm and km/h."""
+    for path in parts.machines:
+        w_max = _number(value_at(vehicle, path), "w_max")
+        if w_max and w_max > MACHINE:
+            yield f'{path}.w_max = {w_max:g} rad/s is unusual (up to {MACHINE:g} rad/s); speeds in rpm are written as "15000 rpm"'
+    for name, schedule in children(vehicle):
+        if isinstance(schedule, SpeedSchedule) and (up := schedule.speeds[-1][0]) > SHIFT:
+            yield (
+                f"{name}.speeds: the last upshift at {up:g} m/s is unusual (up to {SHIFT:g} m/s); "
+                'speeds in km/h are written as "75 km/h"'
+            )
 
 
 def _brakes(vehicle: pt.Component, path: str, body: Any) -> Iterator[str]:

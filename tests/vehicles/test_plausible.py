@@ -35,6 +35,12 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
         (ManualCar(), {"body.m": 1.5}, ["body.m = 1.5 kg is unusual", "engine: 8.2e+04 W for body.m = 1.5 kg"]),
         (ManualCar(), POUNDS, ["body.F_0 = 26 N is 0.18% of the weight"]),
         (ElectricCar(), {"machine.P_max": 150}, ["machine: 150 W for body.m = 1700 kg is unusual"]),
+        (ElectricCar(), {"machine.w_max": 15000}, ["machine.w_max = 15000 rad/s is unusual (up to 3000 rad/s)"]),
+        (
+            ManualCar(),
+            {"schedule.speeds": ((15, 9), (29, 21), (43, 34), (59, 46), (75, 63))},  # km/h without the unit
+            ["schedule.speeds: the last upshift at 75 m/s is unusual (up to 40 m/s)"],
+        ),
         (ElectricCar(), {"battery.Q": 60}, ["battery holds 5.96 W.h when full"]),
         (
             ManualCar(),
