@@ -37,10 +37,15 @@ class SimulationError(PowertrainError):
         self.result = result
 
 
+PART = 3
+"""Letters from which a name is sought within others."""
+
+
 def suggestion(name: str, known: Iterable[str], fields: Mapping[str, Any] | None = None) -> str:
     """'; did you mean ...?' with up to three near misses of ``name``, or '' where nothing is near.
 
-    First come those of ``fields`` whose description begins with the name: mass is m, "Mass of the vehicle".
+    First come those of ``fields`` whose description begins with the name: mass is m, "Mass of the vehicle". Last come those that
+    contain it: golf is volkswagen-golf-gti-manual.
     """
     known, begins = list(dict.fromkeys(known)), name.replace("_", " ").lower() + " "
     near = [k for k, spec in (fields or {}).items() if str(getattr(spec, "doc", "")).lower().startswith(begins)][:3]
@@ -48,4 +53,5 @@ def suggestion(name: str, known: Iterable[str], fields: Mapping[str, Any] | None
         return f"; did you mean {' or '.join(near)}?"
     near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
     near += [k for k in known if k not in near and k.rpartition(".")[2] == name.rpartition(".")[2]][: 3 - len(near)]
+    near = near or [k for k in known if len(name) >= PART and name.lower() in k.lower()][:3]
     return f"; did you mean {' or '.join(near)}?" if near else ""

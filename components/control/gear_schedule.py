@@ -33,7 +33,7 @@ from powertrain.components.control.shift_rule import NEVER, Driving, KickLimits,
 from powertrain.components.ratios import RATIO, gear_ratios
 from powertrain.components.wheels.interfaces import Wheel
 
-SPEED = parameter("rad/s", "Engine speed", above=0)
+SPEED = parameter("rad/s", "Engine speed", above=0, max=3000)
 SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
 """Shifts of a six-speed gearbox in m/s, with the accelerator released."""
 

@@ -23,6 +23,7 @@ _RPM = {"rpm", "rev/min", "r/min", "u/min"}
 _SPELLINGS = {
     **dict.fromkeys(("lbs", "lbm"), "lb"),
     "bhp": "hp",
+    **dict.fromkeys(("cc", "ccm"), "cm3"),
     **{
         mark.join(pair): "lbf.ft"
         for mark in ".- "

@@ -32,7 +32,8 @@ from powertrain.presets.settings import checked, component_named, part
 M = TypeVar("M", bound=pt.Component)
 CLASS = "class"
 HINTS = {
-    "Cannot overwrite a value": "; a component that is set as a text has no table of its own: write its name as class = ... in the table",
+    "Cannot overwrite a value": "; a value is given once, and a component that is set as a text has no table of its own: "
+    "write its name as class = ... in the table",
     "twice": "; write all values of a component in one table",
     "Invalid value": "; texts stand in quotation marks",
     "Expected newline": '; quantities with a unit stand in quotation marks, as in m = "1500 kg", and decimals have a point',

@@ -9,6 +9,7 @@ import numpy as np
 
 import powertrain as pt
 from powertrain.components.body import Body, CoastDownBody, DrivenAxle, LumpedAxle
+from powertrain.components.control import SpeedSchedule
 from powertrain.components.rotational import Clutch
 from powertrain.components.transmissions import (
     DualClutchGearbox,
@@ -17,7 +18,7 @@ from powertrain.components.transmissions import (
     StartingGearbox,
     SynchronisedGearbox,
 )
-from powertrain.components.wheels import Wheel
+from powertrain.components.wheels import Wheel, WheelBrake
 from powertrain.language.component import children
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
 from powertrain.vehicles.wheels import wheels_of
@@ -37,6 +38,12 @@ STORED = 0.2
 """Energy [kW.h] of the battery of a vehicle without engine."""
 CRUISE, TURNS = 100 / 3.6, (900.0, 5500.0)
 """A speed [m/s], and speeds [rpm] that the engine of a car has there in top gear."""
+PEAK = 0.9, 1.1
+"""Power that an engine reaches below its limiter over its largest power."""
+MACHINE, SHIFT = 3000.0, 40.0
+"""Speed of a machine [rad/s], and of a car that shifts up with the accelerator released [m/s]; usual ones are below."""
+BRAKING = 3.0
+"""Deceleration with the brakes fully pressed [m/s2]; the regulations demand 5."""
 GEARBOXES = ManualGearbox, SynchronisedGearbox, DualClutchGearbox, PowerShiftGearbox
 GRAVITY, KWH, SPEEDS = 9.80665, 3.6e6, 200
 
@@ -52,8 +59,12 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
         *_unusual([*wheels_of(vehicle), *bodies]),
         *(text for path, body in bodies if isinstance(body, CoastDownBody) for text in _road_load(path, body)),
         *(text for path, body in bodies for text in _power(vehicle, parts, path, body)),
+        *(text for path, body in bodies for text in _brakes(vehicle, path, body)),
+        *(text for path in parts.engines for text in _limiter(vehicle, path)),
+        *_speeds(vehicle, parts),
         *_stored(vehicle, parts),
         *_clutches(vehicle, parts),
+        *_synchronisers(vehicle, parts),
         *_overall_ratio(vehicle, parts),
     )
 
@@ -100,6 +111,48 @@ def _most(vehicle: pt.Component, path: str) -> tuple[float, float]:
     return float(torque.max()), float((w * torque).max())
 
 
+def _limiter(vehicle: pt.Component, path: str) -> Iterator[str]:
+    """An engine whose limiter and speed of the largest power do not fit together."""
+    engine = value_at(vehicle, path)
+    P_max, w_P, w_limit = (_number(engine, name) for name in ("P_max", "w_P", "w_limit"))
+    if not (P_max and w_P and w_limit) or engine.curve is not None:
+        return
+    most = _most(vehicle, path)[1]
+    if not PEAK[0] <= most / P_max <= PEAK[1]:
+        yield (
+            f"{path} gives up to {most:.4g} W below its limiter, {path}.w_limit = {w_limit:g} rad/s, and not {path}.P_max = {P_max:g} W, "
+            f'which is that at {path}.w_P = {w_P:g} rad/s; speeds with another unit are written as "5500 rpm"'
+        )
+
+
+def _speeds(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
+    """Speeds of machines and of upshifts that look like numbers in rpm and km/h."""
+    for path in parts.machines:
+        w_max = _number(value_at(vehicle, path), "w_max")
+        if w_max and w_max > MACHINE:
+            yield f'{path}.w_max = {w_max:g} rad/s is unusual (up to {MACHINE:g} rad/s); speeds in rpm are written as "15000 rpm"'
+    for name, schedule in children(vehicle):
+        if isinstance(schedule, SpeedSchedule) and (up := schedule.speeds[-1][0]) > SHIFT:
+            yield (
+                f"{name}.speeds: the last upshift at {up:g} m/s is unusual (up to {SHIFT:g} m/s); "
+                'speeds in km/h are written as "75 km/h"'
+            )
+
+
+def _brakes(vehicle: pt.Component, path: str, body: Any) -> Iterator[str]:
+    """Brakes that are too weak for the mass, such as those of a car on a truck."""
+    m, force = _number(body, "m"), 0.0
+    for _, axle in children(vehicle):
+        torque = sum(_number(part, "tau_max") or 0.0 for _, part in children(axle) if isinstance(part, WheelBrake))
+        radius = next((_number(wheel, "radius") for _, wheel in wheels_of(axle)), None)
+        force += torque / radius if radius else 0.0
+    if m and 0 < force < BRAKING * m:
+        yield (
+            f"the brakes decelerate {path}.m = {m:g} kg with {force / m:.2g} m/s2 at most, which is little; "
+            "this is their tau_max over the radius of the wheels and the mass"
+        )
+
+
 def _stored(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
     for path in parts.batteries if not parts.engines else ():
         energy = value_at(vehicle, path).full_energy() / KWH
@@ -123,6 +176,26 @@ def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
                     f"{prefix}{name} slips at full load: it holds {holds:.4g} N.m, {parts.engines[0]} gives up to {torque:.4g} N.m; "
                     f"{prefix}{name}.fn_max = {fn_max * torque / holds:.4g} N would hold them"
                 )
+
+
+def _synchronisers(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
+    """The first synchroniser whose dogs slide at full load."""
+    gearbox = dict(children(vehicle)).get("gearbox")
+    if len(parts.engines) != 1 or not isinstance(gearbox, ManualGearbox | DualClutchGearbox):
+        return
+    torque = _most(vehicle, parts.engines[0])[0]
+    for k, (gear, dogs) in enumerate(zip(gearbox.gears, gearbox.synchronisers, strict=True)):
+        ratio, fn_max, cgeo, peak = _number(gear, "ratio"), *(_number(dogs, n) for n in ("fn_max", "cgeo", "peak"))
+        if not (ratio and fn_max and cgeo and peak):
+            continue
+        holds, needed = peak * fn_max * cgeo * dogs.mue_pos[0][1], torque * abs(ratio)
+        if holds < needed:
+            where = f"gearbox.synchronisers[{k}]"
+            yield (
+                f"{where} slides at full load: its dogs hold {holds:.4g} N.m, {parts.engines[0]} gives up to {needed:.4g} N.m "
+                f"in gear {k + 1}; {where}.fn_max = {fn_max * needed / holds:.4g} N would hold them"
+            )
+            return
 
 
 def _overall_ratio(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:

@@ -419,6 +419,8 @@ def test_wrong_arguments_are_told(short: str, tmp_path: Path) -> None:
     toml = tmp_path / "bad.toml"
     toml.write_text("body.m = \n")
     assert "is not a TOML file" in refused("run", "SplitPathCar", "--params", str(toml))
+    toml.write_text("body.m = 1300\nbody.m = 1400\n")
+    assert "a value is given once" in refused("run", "SplitPathCar", "--params", str(toml))
     toml.write_text('class = "RearDriveCar"\n')
     assert "is for RearDriveCar" in refused("run", "SplitPathCar", "--params", str(toml))
 

@@ -35,6 +35,12 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
         (ManualCar(), {"body.m": 1.5}, ["body.m = 1.5 kg is unusual", "engine: 8.2e+04 W for body.m = 1.5 kg"]),
         (ManualCar(), POUNDS, ["body.F_0 = 26 N is 0.18% of the weight"]),
         (ElectricCar(), {"machine.P_max": 150}, ["machine: 150 W for body.m = 1700 kg is unusual"]),
+        (ElectricCar(), {"machine.w_max": 15000}, ["machine.w_max = 15000 rad/s is unusual (up to 3000 rad/s)"]),
+        (
+            ManualCar(),
+            {"schedule.speeds": ((15, 9), (29, 21), (43, 34), (59, 46), (75, 63))},  # km/h without the unit
+            ["schedule.speeds: the last upshift at 75 m/s is unusual (up to 40 m/s)"],
+        ),
         (ElectricCar(), {"battery.Q": 60}, ["battery holds 5.96 W.h when full"]),
         (
             ManualCar(),
@@ -45,6 +51,21 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
             DualClutchCar(),
             {"gearbox.odd_clutch": Clutch(fn_max=140, mue_pos=((0.0, 1.0),))},
             ["gearbox.odd_clutch slips at full load: it holds 140 N.m"],
+        ),
+        (
+            ManualCar(),
+            {"engine.w_P": 5500},  # rpm without its unit
+            ["engine gives up to 1.013e+05 W below its limiter, engine.w_limit = 680 rad/s, and not engine.P_max"],
+        ),
+        (
+            ManualCar(),
+            {"body.m": 12000},  # the brakes of a car on a truck
+            ["the brakes decelerate body.m = 12000 kg with 1.2 m/s2 at most"],
+        ),
+        (
+            ManualCar(),
+            {"gearbox.synchronisers[0].fn_max": 190},
+            ["gearbox.synchronisers[0] slides at full load: its dogs hold 512.4 N.m"],
         ),
         (
             ManualCar(),

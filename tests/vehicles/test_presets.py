@@ -291,6 +291,10 @@ def test_tables_of_engines_by_their_files(tmp_path: Path) -> None:
 def test_unknown_name() -> None:
     with pytest.raises(pt.ParameterError, match="there is no vehicle 'toyota-rav4'"):
         load("toyota-rav4")
+    with pytest.raises(
+        pt.ParameterError, match="did you mean volkswagen-golf-gti-dual-clutch or volkswagen-golf-gti-manual"
+    ):
+        load("golf")
     assert "ManualCar" in names()
     assert "toyota-rav4-automatic" in names()
     assert pt.vehicles.load is load
