@@ -687,3 +687,23 @@ def test_jumps_below_1e_9_of_the_energy_exchanged_are_not_listed(jump: float, co
     """1e-9 of half a gigajoule is half a joule."""
     parts = Declared(jump=jump), Declared(steady=1e9)
     assert len(energy_audit(pt.simulate(Several(parts=parts), 1.0)).jumps) == count
+
+
+class Coasting(pt.Component):
+    """A wheel of 1 GJ that coasts beside a part whose loss nothing supplies."""
+
+    wheel: rot.Inertia = rot.Inertia(J=2e9)
+    part: Declared = Declared(steady=1e-3)
+
+    def equations(self) -> Equations:
+        yield from ()
+
+    def initial(self) -> Equations:
+        yield self.wheel.w == 1.0
+
+
+def test_what_is_left_over_counts_beside_what_is_stored() -> None:
+    """A millijoule is twice the energy exchanged, but a thousandth of 1e-9 of what is stored."""
+    audit = energy_audit(pt.simulate(Coasting(), 1.0))
+    assert audit.turnover == pytest.approx(5e-4)
+    assert audit.closure == pytest.approx(1e-3)
