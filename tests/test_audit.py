@@ -315,26 +315,29 @@ class Generous(CompliantWithRelativeStates):
 class Stiffening(CompliantWithRelativeStates):
     """A spring whose rate jumps while it is twisted."""
 
+    later: Parameter = parameter("N.m/rad", "Rate from 0.5 s on", default=200.0)
+
     def equations(self) -> Equations:
         yield from self._transmit()
         yield self.tau == self.rate * self.phi_rel
 
     @property
     def rate(self) -> Symbol:
-        return pt.switch(pt.time > 0.5, 200.0, 100.0)
+        return pt.switch(pt.time > 0.5, self.later, 100.0)
 
     def energy(self) -> Symbol:
         return self.rate * self.phi_rel**2 / 2
 
 
 class Kicked(pt.Component):
-    """A mass of 1 kg that gets 2 m/s more from nowhere."""
+    """A mass of 1 kg that gets more speed from nowhere."""
 
+    more: Parameter = parameter("m/s", "Change of the speed", default=2.0)
     v: Variable = variable("m/s", "Speed", start=3.0)
 
     def equations(self) -> Equations:
         yield der(self.v) == 0.0
-        yield pt.when(pt.time > 0.5, pt.reinit(self.v, self.v + 2.0))
+        yield pt.when(pt.time > 0.5, pt.reinit(self.v, self.v + self.more))
 
     def energy(self) -> Symbol:
         return self.v**2 / 2
@@ -382,6 +385,12 @@ def test_a_reset_that_gives_energy_is_named_with_its_instant() -> None:
     assert (component, violation[:12], unit) == ("", "gives energy", "J")
     assert time == pytest.approx(0.5)
     assert amount == pytest.approx((5.0**2 - 3.0**2) / 2)
+
+
+@pytest.mark.parametrize(("more", "count"), [(1e-7, 0), (1e-5, 1)])
+def test_a_reset_may_give_a_millionth_of_the_energy(more: float, count: int) -> None:
+    """Of v^2/2 it gives the share 2 more/v, with v = 3 m/s."""
+    assert len(energy_audit(pt.simulate(Kicked(more=more), 1.0)).violations) == count
 
 
 @pytest.mark.parametrize("shaft", [rot.Spring(c=100.0), rot.Damper(d=1.0), rot.SpringDamper(c=100.0, d=1.0)])
@@ -593,3 +602,108 @@ def test_a_short_pulse_of_time_in_a_loss_is_seen() -> None:
     gain = found[found["violation"] == "negative loss"]
     assert gain["component"].tolist() == ["damper"]
     assert 0.501 < gain["time"].item() < 0.502
+
+
+class Declared(pt.Component):
+    """Loses ``steady`` W, but gains ``gained`` W for ``lasting`` s from 0.5 s on, where its energy jumps; nothing moves."""
+
+    steady: Parameter = parameter("W", "Loss", default=0.0)
+    gained: Parameter = parameter("W", "Gain", default=0.0)
+    lasting: Parameter = parameter("s", "Duration of the gain", default=0.0)
+    jump: Parameter = parameter("J", "Energy from 0.5 s on", default=0.0)
+    late: Variable = variable("1", "Whether it is later than 0.5 s")
+
+    def equations(self) -> Equations:
+        yield self.late == pt.switch(pt.time > 0.5, 1.0, 0.0)
+
+    def loss(self) -> Symbol:
+        gains = pt.switch(pt.time > 0.5, pt.switch(pt.time < 0.5 + self.lasting, 1.0, 0.0), 0.0)
+        return self.steady - (self.steady + self.gained) * gains
+
+    def energy(self) -> Symbol:
+        return self.jump * self.late
+
+
+class Several(pt.Component):
+    parts: tuple[Declared, ...] = ()
+
+    def equations(self) -> Equations:
+        yield from ()
+
+
+def named(violation: str, *parts: Declared) -> bool:
+    """Whether a violation of the first of these parts is named, in a run of 1 s."""
+    found = energy_audit(pt.simulate(Several(parts=parts), 1.0)).violations
+    return bool(((found["component"] == "parts[0]") & found["violation"].str.startswith(violation)).any())
+
+
+@pytest.mark.parametrize(("lasting", "wrong"), [(5e-6, False), (2e-5, True)])
+def test_a_part_may_gain_a_hundred_millionth_of_its_own_energy(lasting: float, wrong: bool) -> None:
+    """1 W over 1 s is 1 J; 1 mW for 5 us is 5e-9 J, and for 20 us 2e-8 J. The power itself is far above round-off."""
+    assert named("negative loss", Declared(steady=1.0, gained=1e-3, lasting=lasting)) == wrong
+
+
+@pytest.mark.parametrize(("lasting", "wrong"), [(2e-6, False), (1e-5, True)])
+def test_a_part_may_gain_1e_14_of_the_energy_exchanged(lasting: float, wrong: bool) -> None:
+    """1 GW over 1 s turns over half a gigajoule, of which 1e-14 is 5e-6 J; 1 W gives 2e-6 J in 2 us and 1e-5 J in 10 us."""
+    assert named("negative loss", Declared(gained=1.0, lasting=lasting), Declared(steady=1e9)) == wrong
+
+
+@pytest.mark.parametrize(("loss", "wrong"), [(3e-7, False), (3e-6, True)])
+def test_an_imbalance_of_1e_15_of_the_largest_power_is_round_off(loss: float, wrong: bool) -> None:
+    """Nothing supplies what the part loses, some millionths of a watt beside a gigawatt."""
+    assert named("power does not balance", Declared(steady=loss), Declared(steady=1e9)) == wrong
+
+
+@pytest.mark.parametrize(("jump", "wrong"), [(1e-7, False), (2e-6, True)])
+def test_a_jump_of_1e_15_of_the_energy_exchanged_is_round_off(jump: float, wrong: bool) -> None:
+    """1e-15 of half a gigajoule is 5e-7 J."""
+    assert named("stored energy jumps", Declared(jump=jump), Declared(steady=1e9)) == wrong
+
+
+class Exaggerating(CompliantWithRelativeStates):
+    """A damper that calls a little more than its power its loss."""
+
+    beyond: Parameter = parameter("1", "How much more")
+
+    def equations(self) -> Equations:
+        yield from self._transmit()
+        yield self.tau == self.w_rel
+
+    def loss(self) -> Symbol:
+        return self.tau * self.w_rel * (1.0 + self.beyond)
+
+
+@pytest.mark.parametrize(("share", "wrong"), [(3e-7, False), (1e-5, True)])
+def test_a_millionth_of_the_terms_is_round_off(share: float, wrong: bool) -> None:
+    """The loss beside the power of the terms, and the jump beside the largest energy, of which sin^2(sqrt(150)/2) = 0.025 is left."""
+    for shaft in Exaggerating(beyond=share), Stiffening(later=100.0 * (1.0 + share / 0.025)):
+        audit = energy_audit(pt.simulate(Coupled(shaft=shaft), 1.0, rtol=1e-8))
+        assert audit.violations["component"].tolist() == ["shaft"] * wrong
+
+
+@pytest.mark.parametrize(("jump", "count"), [(0.1, 0), (2.0, 1)])
+def test_jumps_below_1e_9_of_the_energy_exchanged_are_not_listed(jump: float, count: int) -> None:
+    """1e-9 of half a gigajoule is half a joule."""
+    parts = Declared(jump=jump), Declared(steady=1e9)
+    assert len(energy_audit(pt.simulate(Several(parts=parts), 1.0)).jumps) == count
+
+
+class Coasting(pt.Component):
+    """A wheel of 1 GJ that coasts beside a part whose loss nothing supplies."""
+
+    wheel: rot.Inertia = rot.Inertia(J=2e9)
+    part: Declared = Declared(steady=1e-3)
+
+    def equations(self) -> Equations:
+        yield from ()
+
+    def initial(self) -> Equations:
+        yield self.wheel.w == 1.0
+
+
+def test_what_is_left_over_counts_beside_what_is_stored() -> None:
+    """A millijoule is twice the energy exchanged, but a thousandth of 1e-9 of what is stored."""
+    audit = energy_audit(pt.simulate(Coasting(), 1.0))
+    assert audit.turnover == pytest.approx(5e-4)
+    assert audit.closure == pytest.approx(1e-3)

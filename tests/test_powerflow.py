@@ -222,6 +222,7 @@ def test_splits_sum_to_one() -> None:
 def test_stuck_point_has_no_flow() -> None:
     flow = over_ratio("bHa", np.array([0.5, 1.0, 1.5]))
     assert np.isnan(flow.circulating.values[1])
+    assert np.isnan(flow.data.loss.isel(V=1)).all()
     assert np.isnan(flow.variator(CVU_PATH).K.values[1])
     assert flow.variator(CVU_PATH)["case"].values[1] == ""
     assert np.isfinite(flow.efficiency.values[[0, 2]]).all()
@@ -332,6 +333,19 @@ def test_chain_along_a_simulation() -> None:
     assert (cases == "series").all()
     with pytest.raises(pt.ParameterError, match="outside the simulated span"):
         pt.power_flow(result, at=2.0)
+
+
+def test_what_accelerates_at_a_point_is_stored() -> None:
+    """40 N.m at 2 times 10 rad/s are 800 W, as at the start of a run from there; what the mesh does not lose accelerates both wheels."""
+    flow = pt.power_flow(Chain(), {"second.w": [-10.0], "drive": 40.0}).isel(w=0)
+    moving = pt.power_flow(pt.simulate(Chain(), 0.1, inputs={"drive": 40.0}, starts={"second.w": -10.0}), at=0.0)
+    assert float(flow.input) == pytest.approx(800.0)
+    assert float(flow.output) == 0.0
+    lost = 0.04 * float(flow.power.sel(port="mesh.a"))
+    assert float(flow.data.loss.sum()) == pytest.approx(lost)
+    assert float(flow.data.stored.sum()) == pytest.approx(800.0 - lost)
+    for name in ("stored", "supplied", "loss"):
+        np.testing.assert_allclose(flow.data[name], moving.data[name], atol=1e-9)
 
 
 class FourSquare(pt.Component):

@@ -104,7 +104,6 @@ class EnergyAudit:
             for t in (trajectory.start, trajectory.end)
         )
         self._stored = last - first
-        self._largest = max(map(float, (self._sums.most[0], abs(first.sum()), abs(last.sum()))))
 
     @cached_property
     def _values(self) -> EnergyValues:
@@ -252,7 +251,7 @@ class EnergyAudit:
 
     @property
     def _scale(self) -> float:
-        return max(self.turnover, 1e-9 * self._largest)
+        return max(self.turnover, 1e-9 * float(self._sums.most[0]))
 
     def _balance(self) -> dict[str, Array]:
         """The columns of every component's own balance."""

@@ -252,8 +252,7 @@ class _Problem:
         lower, upper = _finite(near.lower), _finite(near.upper)
         self.forward = (near.speed > zone) & ~rest
         slope_l, slope_u = np.nan_to_num(near.lower_slope), np.nan_to_num(near.upper_slope)
-        near_tau: Long = tau.astype(np.longdouble)  # large terms cancel, and the effect of the compliance must survive
-        l0, u0 = lower - slope_l @ near_tau, upper - slope_u @ near_tau
+        l0, u0 = lower - slope_l @ tau, upper - slope_u @ tau
         # tau = base + own q + added g+: laws at rest have lower + q, sliding laws are at their bound
         bound, slope = np.where(self.forward, u0, l0), np.where(self.forward[:, None], slope_u, slope_l)
         added = np.where(self.forward[:, None], bend.upper, bend.lower)
@@ -267,10 +266,10 @@ class _Problem:
         own[self.places, np.arange(self.places.size)] = np.where(self.hangs[self.places], -1.0, 1.0)
         self.tau_0, self.tau_q, self.tau_g = inverse @ bound, inverse @ own, inverse @ added
         self.two = self.places[np.isfinite(near.lower[self.places]) & np.isfinite(near.upper[self.places])]
-        self.rate_0, self.width_0 = near.rate - near.rate_slope @ near_tau, u0 - l0
+        self.rate_0, self.width_0 = near.rate - near.rate_slope @ tau, u0 - l0
         self.width_slope = slope_u - slope_l
         self.g_slope = near.g_slope[bend.places] / size[:, None]
-        self.g_0 = near.g[bend.places] / size - self.g_slope @ near_tau
+        self.g_0 = near.g[bend.places] / size - self.g_slope @ tau
 
     def answer(self, switches: list[int]) -> Answer:
         """The modes of laws at rest, of sliding laws and of the conditions with kinks."""
@@ -278,19 +277,16 @@ class _Problem:
         if not (np.isfinite(M).all() and np.isfinite(q).all()):
             return Answer({}, None, ())
         found = lemke(M, q / scale)
-        r, t, s = self.places.size, self.two.size, len(self.bend.places)
+        r, t = self.places.size, self.two.size
         if found.z is None or found.w is None:
             kinds = [*self.places, *self.two]
             return Answer({}, None, tuple(sorted({int(kinds[k]) for k in found.ray if k < r + t})))
         z, w = found.z * scale, found.w
         tau = self.tau_0 + self.tau_q @ z[:r] + self.tau_g @ z[r + t :]
-        n = r + t + s
         second = {int(k): r + j for j, k in enumerate(self.two)}
         modes: dict[int, float] = {}
         for i, k in enumerate(self.places.tolist()):
-            # a law slides if its rate is basic and positive; with a rate of zero it is at rest
-            at_first = i in found.basic and w[i] > 0.0
-            at_other = k in second and n + second[k] in found.basic and z[second[k]] > 0.0
+            at_first, at_other = w[i] > 0.0, k in second and z[second[k]] > 0.0  # with a rate of zero it is at rest
             first = FORWARD if self.hangs[k] else BACKWARD
             mode = first if at_first else -first if at_other else STUCK
             modes[self.laws.index[k]] = mode if k < self.laws.frictions else CLOSED if mode == STUCK else OPEN
@@ -335,8 +331,11 @@ class _Problem:
 
 
 def _inverse(matrix: Array) -> Long:
-    """The inverse in extended precision: one Newton step from the inverse in double precision."""
-    found = np.linalg.inv(matrix).astype(np.longdouble)
+    """The inverse in extended precision: one Newton step from the inverse in double precision; nan for a singular matrix."""
+    try:
+        found = np.linalg.inv(matrix).astype(np.longdouble)
+    except np.linalg.LinAlgError:
+        return np.full(matrix.shape, np.nan, np.longdouble)
     better: Long = found @ (2 * np.eye(len(matrix)) - matrix @ found)
     return better
 

@@ -76,10 +76,9 @@ class Discontinuities:
         speed, restitution, rests, on_x, on_a = self._impact(*self.memory.instant(side))
         touching = [*struck, *(k for k in np.flatnonzero(rests.ravel()).tolist() if k not in struck)]
         speed, restitution = speed.ravel()[touching], restitution.ravel()[touching]
-        inwards = np.minimum(speed, 0.0)
-        rebound = np.where(-restitution * inwards < REST_SPEED, 0.0, restitution)
+        rebound = np.where(-restitution * speed < REST_SPEED, 0.0, restitution)
         effect = on_a[np.ix_(touching, touching)]
-        impulse = self._impulses(effect, speed + rebound * inwards, [barriers[k] for k in touching])
+        impulse = self._impulses(effect, speed + rebound * speed, [barriers[k] for k in touching])
         self.memory.y[side][: self.dae.x.numel()] += on_x[:, touching] @ impulse
         self.impulses[touching] += impulse
         after, nothing = speed + effect @ impulse, ZONE + STRUCK * np.abs(speed).max()

@@ -36,23 +36,25 @@ def first_violation(dae: HybridDae, memory: Memory, side: int, t: float) -> str:
 
 def guard_violation(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> str | None:
     """The message for a guard whose value is outside its limits, or None."""
-    value, low, high = _guard_values(dae, memory, side, guard, t)
-    tolerance = LIMIT * (1.0 + min(abs(low), abs(high)))
-    return _guard_text(guard, value, low, high, t) if value < low - tolerance or value > high + tolerance else None
+    value, low, high, margin = _guard_values(dae, memory, side, guard, t)
+    return _guard_text(guard, value, low, high, t) if margin < 0.0 else None
 
 
 def guard_message(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> str:
     """The message for a guard whose limits are exceeded."""
-    return _guard_text(guard, *_guard_values(dae, memory, side, guard, t), t)
+    value, low, high, _ = _guard_values(dae, memory, side, guard, t)
+    return _guard_text(guard, value, low, high, t)
 
 
-def _guard_values(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> tuple[float, float, float]:
-    outputs = [ca.SX(guard.value), ca.SX(guard.low), ca.SX(guard.high)]
+def _guard_values(
+    dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float
+) -> tuple[float, float, float, float]:
+    outputs = [ca.SX(guard.value), ca.SX(guard.low), ca.SX(guard.high), guard_margin(guard)]
     function = ca.Function("powertrain_guard", [dae.t, dae.x, dae.z, dae.m, dae.p], outputs)
     n, y = dae.x.numel(), memory.y[side]
     values = function(t, y[:n], y[n : n + dae.z.numel()], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()])
-    value, low, high = (float(v) for v in values)
-    return value, low, high
+    value, low, high, margin = (float(v) for v in values)
+    return value, low, high, margin
 
 
 def _guard_text(guard: Guard, value: float, low: float, high: float, t: float) -> str:

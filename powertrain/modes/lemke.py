@@ -19,19 +19,15 @@ Long = NDArray[np.longdouble]
 
 PIVOT = 1e-13
 """Entries below this share of the largest in their column are round-off."""
-ROUND_OFF = 1e-13
-"""How far values may fall below zero, for vectors of the order of one."""
 LARGE = 0.01
 """Among tied rows, only pivots of at least this share of the largest are considered."""
-TIE = 1e-15
-"""Entries that differ by less than this share are tied in the lexicographic order."""
 _MOST = 50
 """Pivots per variable after which round-off must have made the method cycle."""
 
 
 @dataclass(frozen=True)
 class Solution:
-    """``z`` and ``w`` solve the problem, and ``basic`` are the variables (0 .. n-1: w, n .. 2n-1: z) that may be positive.
+    """``z`` and ``w`` solve the problem.
 
     Without a solution ``z`` is None, and ``ray`` lists the pairs that grow along the ray on which the method ended. For a copositive-plus
     ``M`` a ray proves that there is no solution. ``ray`` is empty if round-off ended the search.
@@ -39,7 +35,6 @@ class Solution:
 
     z: Long | None
     w: Long | None
-    basic: frozenset[int]
     ray: tuple[int, ...]
     pivots: int
 
@@ -48,7 +43,7 @@ def lemke(M: Array | Long, q: Array | Long) -> Solution:
     """Solve the problem with the matrix ``M`` (n, n) and the vector ``q`` (n), whose entries are of the order of one."""
     n = q.size
     if not (q < 0.0).any():
-        return Solution(np.zeros(n, np.longdouble), q.astype(np.longdouble), frozenset(range(n)), (), 0)
+        return Solution(np.zeros(n, np.longdouble), q.astype(np.longdouble), (), 0)
     tableau: Long = np.hstack([np.eye(n), -M, -np.ones((n, 1)), q[:, None]]).astype(np.longdouble)
     basis, artificial = list(range(n)), 2 * n
     row = int(n - 1 - np.argmin(q[::-1]))  # among equal ones the last: its perturbation is the smallest
@@ -60,32 +55,31 @@ def lemke(M: Array | Long, q: Array | Long) -> Solution:
         rows = np.flatnonzero(column > small)
         if not rows.size:
             growing = {basis[k] % n for k in np.flatnonzero(np.abs(column) > small) if basis[k] != artificial}
-            return Solution(None, None, frozenset(basis), tuple(sorted(growing | {entering % n})), pivots)
+            return Solution(None, None, tuple(sorted(growing | {entering % n})), pivots)
         leaving = _exchange(tableau, basis, _leaving_row(tableau, rows, entering, basis.index(artificial)), entering)
         if leaving == artificial:
             values = np.zeros(2 * n, np.longdouble)
             values[basis] = np.maximum(tableau[:, -1], 0)
-            return Solution(values[n:], values[:n], frozenset(basis), (), pivots + 1)
-    return Solution(None, None, frozenset(basis), (), _MOST * n)
+            return Solution(values[n:], values[:n], (), pivots + 1)
+    return Solution(None, None, (), _MOST * n)
 
 
 def _leaving_row(tableau: Long, rows: NDArray[np.intp], entering: int, artificial: int) -> int:
-    """The row with the least ratio; among tied rows the artificial variable's, else the lexicographically least.
+    """The row with the least ratio; among tied rows the artificial variable's, else the lexicographically least without a small pivot.
 
-    Rows count as tied if they let no value fall below zero by more than round-off; small pivots are avoided among them. P. M. J. Harris,
-    Pivot selection methods of the Devex LP code, Mathematical Programming 5 (1973) 1.
+    Only equal ratios are tied. A tolerance would spoil the lexicographic order, and the method could cycle.
     """
-    column, values = tableau[:, entering], tableau[:, -1]
-    longest = ((np.maximum(values[rows], 0.0) + ROUND_OFF) / column[rows]).min()
-    tied = rows[values[rows] / column[rows] <= longest]
+    column = tableau[:, entering]
+    ratios = np.maximum(tableau[rows, -1], 0.0) / column[rows]
+    tied = rows[ratios == ratios.min()]
     if artificial in tied:
         return artificial
     tied = tied[column[tied] >= LARGE * column[tied].max()]
-    for j in range(values.size):
+    for j in range(len(tableau)):
         if tied.size == 1:
             break
         entries = tableau[tied, j] / column[tied]
-        tied = tied[entries <= entries.min() + TIE * (1.0 + abs(entries.min()))]
+        tied = tied[entries == entries.min()]
     return int(tied[0])
 
 

@@ -157,18 +157,27 @@ class ModeResolver:
         return self._tried(side, start, laws, against)
 
     def _tried(self, side: int, start: Array, laws: set[int], against: set[int]) -> bool:
-        """Try all modes of ``laws`` (on a ray) and ``against``, in all pieces: if bounds depend on torques, a ray proves nothing."""
-        m, pieces = self.memory.m, self.uniqueness.pieces
-        # the pieces before the event come first
-        tried: list[Alternatives] = [([i], [(start[i],), (1.0 - start[i],)]) for i in pieces]
-        tried += self._alternatives(side, laws | against)
-        places = [i for group, _ in tried for i in group]
-        for modes in islice(product(*(values for _, values in tried)), _MOST_COMBINATIONS):
-            m[:] = start
-            m[places] = [value for values in modes for value in values]
-            if self._consistent(side):
-                return True
-        if math.prod(len(values) for _, values in tried) > _MOST_COMBINATIONS:
+        """Try all modes of ``laws`` (on a ray) and ``against``, then of all laws at rest, in all pieces.
+
+        If bounds depend on torques, a ray proves nothing.
+        """
+        m, pieces, problem = self.memory.m, self.uniqueness.pieces, self._problem
+        assert problem is not None
+        m[:] = start
+        point = self._point(side)
+        rest = problem.laws.at_rest(point, problem.laws.at(point, np.zeros(problem.laws.count)), ZONE)
+        for varied in laws | against, laws | against | {problem.laws.index[k] for k in np.flatnonzero(rest)}:
+            # the pieces before the event come first
+            tried: list[Alternatives] = [([i], [(start[i],), (1.0 - start[i],)]) for i in pieces]
+            tried += self._alternatives(side, varied)
+            places = [i for group, _ in tried for i in group]
+            for modes in islice(product(*(values for _, values in tried)), _MOST_COMBINATIONS):
+                m[:] = start
+                m[places] = [value for values in modes for value in values]
+                if self._consistent(side):
+                    return True
+            count = math.prod(len(values) for _, values in tried)
+        if count > _MOST_COMBINATIONS:
             raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
         return self._jam(side, laws, 2 ** len(pieces))
 

@@ -29,10 +29,8 @@ def match_rows(pattern: ca.Sparsity, values: NDArray[np.float64]) -> list[int]:
     n = pattern.size1()
     cost = np.full((n, n), _STRUCTURAL_ZERO)
     size = np.abs(np.nan_to_num(values, nan=0.0, posinf=1e300, neginf=1e300))
-    scale = size.max(axis=1, keepdims=True) if n else size
-    relative = size / np.where(scale > 0.0, scale, 1.0)
     for i, j in zip(pattern.row(), pattern.get_col(), strict=True):
-        cost[i, j] = -np.log(relative[i, j]) if relative[i, j] > 1e-300 else _NUMERIC_ZERO
+        cost[i, j] = -np.log(size[i, j]) if size[i, j] > 1e-300 else _NUMERIC_ZERO
     _, rows = linear_sum_assignment(cost.T)
     unmatched = [j for j in range(n) if cost[rows[j], j] >= _STRUCTURAL_ZERO]
     if unmatched:

@@ -57,6 +57,13 @@ def test_a_right_hand_side_without_a_value_leaves_the_others(singular: bool) -> 
     assert np.isnan(found[2]).all()
 
 
+def test_an_equation_without_unknowns_gives_the_shortest_solution() -> None:
+    """A row of zeros, beside a regular system."""
+    matrices = np.array([[[3.0, 4.0], [0.0, 0.0]], [[2.0, 0.0], [0.0, 4.0]]])
+    found = solved(matrices, np.array([[25.0, 0.0], [1.0, 1.0]]))
+    np.testing.assert_allclose(found, [[3.0, 4.0], [0.5, 0.25]], rtol=1e-12)
+
+
 def test_large_rows_are_no_better_pivots() -> None:
     """x + 1e20 y = 1e20 and x + y = 2: unless rows count alike, x is lost."""
     found = solved(np.array([[[1.0, 1e20], [1.0, 1.0]]]), np.array([[1e20, 2.0]]))

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 import powertrain as pt
 from powertrain.components import blocks
 from powertrain.components import rotational as rot
-from powertrain.modes.resting import _follow
+from powertrain.modes.resting import _follow, _own
 
 
 @pytest.mark.parametrize(
@@ -28,6 +28,17 @@ def test_a_law_is_held_that_moves_as_those_that_hold(free: tuple[float, float], 
 def test_a_law_with_a_motion_of_its_own_is_not_held() -> None:
     G = np.array([[4.0, 2.0], [2.0, 1.5]])
     assert _follow(G, np.zeros(2), [0], np.array([False, True])) == [False]
+
+
+@pytest.mark.parametrize(("left", "held"), [(2e-9, True), (1e-7, False)])
+def test_a_motion_of_its_own_counts_from_1e_8_of_the_whole(left: float, held: bool) -> None:
+    G = np.array([[1.0 + left, 1.0], [1.0, 1.0]])
+    assert _follow(G, np.zeros(2), [0], np.array([False, True])) == [held]
+
+
+def test_laws_are_scaled_by_what_moves_them_even_where_it_cancels() -> None:
+    """A law that moves, one between shafts of 1e-6 kg.m2 that gears tie to each other, and one that nothing moves."""
+    assert _own(np.array([-2.0, 1e-7, 0.0]), np.array([3.0, 2e6, 0.0])).tolist() == [2.0, 2e6, 1.0]
 
 
 def test_the_round_off_of_other_rates_is_no_motion() -> None:

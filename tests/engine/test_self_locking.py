@@ -8,6 +8,8 @@ import pytest
 from cases import few
 
 import powertrain as pt
+from powertrain.dae.hybrid import Friction, HybridDae
+from powertrain.modes.selflocking import _slope
 
 
 class Shoe(pt.Component):
@@ -36,6 +38,19 @@ def test_what_cannot_slide_is_called_self_locking(size: str, mu: float, k: float
     with pytest.raises(pt.PowertrainError, match=r"mode .*pt\.friction\(.* is self-locking.*stiffness") as caught:
         pt.simulate(Shoe(size=size, mu=mu, k=k), 1.0)
     assert "algebraic loop" not in str(caught.value)
+
+
+@pytest.mark.parametrize("scale", [-0.5, 1.0, 4.0])
+@pytest.mark.parametrize("mode", [1.0, -1.0])
+def test_the_slope_of_a_limit_is_by_the_torque_and_not_by_the_unknown(scale: float, mode: float) -> None:
+    """The torque is scale z, the limits are 1 + 0.3 z^2 and 2 z: at a torque of 2e6 N.m they grow by 1.2e6/scale^2 and by 2/scale."""
+    t, x, z, m = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("z", 2), ca.SX.sym("m", 1)
+    zero = ca.SX(0)
+    law = Friction("law", "hand", 0, x, scale * z[1], 2 * z[1] + z[0], 1 + 0.3 * z[1] ** 2, ca.SX(1), zero)
+    dae = HybridDae(t, x, z, m, ca.SX.sym("p", 0), zero, z, ("w",), np.zeros(1), frictions=(law,))
+    slope = ca.Function("slope", [z, m], [_slope(dae, law)])
+    expected = 1.2e6 / scale**2 if mode > 0.0 else 2.0 / scale
+    assert float(slope([0.0, 0.0], mode)) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("size", ["plain", "size", "smooth"])

@@ -95,3 +95,10 @@ def test_structure_beyond_round_off_counts() -> None:
     dip = 20.0 * (PLACES - 0.3) ** 2 - 0.01
     assert surveyed(dip, noise=0.5)[0]  # second difference 2.5
     assert not surveyed(dip, noise=0.7)[0]
+
+
+def test_below_a_millionth_indicators_need_not_be_smooth() -> None:
+    """1, 3, 1, 3 has a third difference of 8: 2.7 times its size, but 0.08 millionths at 1e-8."""
+    jagged = np.array([1.0, 3.0, 1.0, 3.0])
+    assert surveyed(jagged)[1] == pytest.approx(8.0 / 3.0, rel=1e-5)
+    assert surveyed(1e-8 * jagged)[1] == pytest.approx(0.08, rel=0.05)

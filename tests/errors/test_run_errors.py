@@ -206,6 +206,26 @@ def test_value_that_leaves_its_range_with_unit_and_time() -> None:
     )
 
 
+class Kept(pt.Component):
+    """A value that stays as it starts, within a range that begins at zero."""
+
+    x: pt.Variable = pt.variable("W", "power", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        pt.within(self.x, 0.0, 1e6, name="power", unit="W")
+        yield pt.der(self.x) == 0.0
+
+
+@pytest.mark.parametrize(("start", "fits"), [(1e6 + 5e-4, True), (1e6 + 2e-3, False), (-5e-10, True), (-2e-9, False)])
+def test_each_limit_of_a_range_has_its_own_rounding(start: float, fits: bool) -> None:
+    """1e-9 of one plus the limit: a milliwatt at a megawatt, a nanowatt at zero."""
+    if fits:
+        assert pt.simulate(Kept(), 1.0, starts={"x": start})["x"][-1] == start
+        return
+    with pytest.raises(pt.SimulationError, match=r"power .* leaves its range at t = 0 s"):
+        pt.simulate(Kept(), 1.0, starts={"x": start})
+
+
 class Oscillator(pt.Component):
     """Two shafts and a spring."""
 

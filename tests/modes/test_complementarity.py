@@ -311,6 +311,26 @@ def test_one_way_laws() -> None:
         assert answer.modes == {0: mode, 1: 0.0}
 
 
+@pytest.mark.parametrize("load", [3.0, -3.0])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_the_one_limit_of_a_one_way_law_bends(way: float, load: float) -> None:
+    """Its limit is 1 + 0.5 |tau_1| = 2.5 with the held load of 3 on either side; pushed beyond it slides, pushed back it holds."""
+    given = Piecewise(
+        np.array([9.0 * way, load]), np.eye(2), np.array([1.0, 5.0]),
+        W=np.array([[0.5], [0.0]]), C=np.array([[0.0, 1.0]]), c=np.zeros(1),
+    )  # fmt: skip
+    dae, point = dae_of(given)
+    assert dae.opened is not None
+    limits = (ca.SX(-np.inf), dae.opened.upper[0]) if way > 0.0 else (dae.opened.lower[0], ca.SX(np.inf))
+    lower, upper = (
+        ca.vertcat(one, each[1]) for one, each in zip(limits, (dae.opened.lower, dae.opened.upper), strict=True)
+    )
+    problem = Complementarity(replace(dae, opened=replace(dae.opened, lower=lower, upper=upper)))
+    answer = problem.solve(point, np.zeros(2), ZONE, bends=True)
+    np.testing.assert_allclose(np.array(answer.tau), [2.5 * way, load], atol=1e-6)
+    assert answer.modes == {0: way, 1: 0.0, 2: float(load > 0.0)}
+
+
 def test_a_law_of_no_width_is_free() -> None:
     """Where it may be; else it slides or rests with its one torque."""
     given = Piecewise(np.array([1.0, 1.0]), np.eye(2), np.array([0.0, 5.0]))
@@ -374,6 +394,32 @@ def test_a_rate_that_no_torque_can_make_ends_on_the_ray_of_the_laws_involved() -
     assert answer.ray == (0, 1)
 
 
+def test_a_ray_names_laws_of_which_only_the_rate_grows() -> None:
+    """Both laws narrow the bounds as they pull; on the ray the second moves faster and faster at its upper bound."""
+    B = np.array([[-3.0, -3.0], [1.0, -2.0]])
+    answer = answered(Piecewise(np.array([3.0, -2.0]), np.eye(2), np.array([0.0, 2.0]), B=B))
+    assert answer.tau is None
+    assert answer.ray == (0, 1)
+
+
+def test_a_bound_that_follows_its_own_torque_gives_no_answer() -> None:
+    """The lower bound is tau - 2, the upper one 2 - tau: no torque is at the lower bound, and none is measured from it."""
+    answer = answered(Piecewise(np.array([1.0]), np.eye(1), np.array([2.0]), B=-np.eye(1)))
+    assert answer.tau is None
+    assert answer.ray == ()
+
+
+@pytest.mark.parametrize("size", [1.0, 1e8])
+def test_a_condition_that_is_zero_but_for_round_off_keeps_its_side(size: float) -> None:
+    """Torques of a third, two thirds and minus one add up to zero, though their doubles do not, nor does what compliance leaves."""
+    given = Piecewise(
+        np.array([1.0, 2.0, -3.0]) / 3.0 * size, np.eye(3), np.full(3, 9.0 * size), C=np.ones((1, 3)), c=np.array([1e-17 * size])
+    )  # fmt: skip
+    assert set(answered(given).modes) == {0, 1, 2}
+    assert answered(replace(given, c=np.array([1e-6 * size]))).modes[3] == 1.0
+    assert answered(replace(given, c=np.array([-1e-6 * size]))).modes[3] == 0.0
+
+
 @pytest.mark.parametrize("unit", [1e-14, 1e14])
 def test_unit_of_the_conditions_does_not_matter(unit: float) -> None:
     rng = np.random.default_rng(27)
@@ -430,3 +476,7 @@ def test_a_break_away_ratio_widens_bounds_that_bend(push: float, stays: bool, ot
         opened = replace(dae.opened, peak=ca.SX([peak, 1.0]))
         answer = Complementarity(replace(dae, opened=opened)).solve(point, np.zeros(2), ZONE, bends=True)
         assert answer.modes[0] == expected
+    marked = tuple(replace(law, rests=3) for law in dae.frictions[:1])  # whether it is at its peak, but not sliding yet
+    held = ca.vertcat(dae.m, ca.SX.sym("rests"))
+    problem = Complementarity(replace(dae, m=held, opened=opened, frictions=(*marked, dae.frictions[1])))
+    assert problem.solve(replace(point, m=np.zeros(4)), np.zeros(2), ZONE, bends=True).modes[3] == float(not stays)

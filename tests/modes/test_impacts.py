@@ -103,6 +103,17 @@ def test_rows_of_bodies(plant: pt.Plant[Row], seed: int) -> None:
     assert (GAPS @ x + [[1.0], [0.0], [0.0], [1.0]]).min() > -TOUCHING
 
 
+@pytest.mark.parametrize("speed", [1.0, 1e4, 1e8])
+@pytest.mark.parametrize("mass", [0.3, 1.1, 7.7])
+def test_bodies_that_do_not_bounce_stay_together_at_any_speed(plant: pt.Plant[Row], speed: float, mass: float) -> None:
+    """The first strikes the others, which touch already; round-off of the impulses parts none of them."""
+    result = plant.simulate(0.6 / speed, parameters={"m1": mass}, starts={"v1": speed})
+    closed = [("first", 1.0), ("last", 1.0)]
+    assert [(event.name, event.new) for event in result.events if event.kind == "contact"] == closed
+    together = speed * mass / (mass + 2.5)
+    assert [result[name][-1] for name in ("v1", "v2", "v3")] == pytest.approx([together] * 3)
+
+
 def test_a_body_that_presses_on_another_stops_with_it() -> None:
     """Both go on as one until the wall, which stops both; what presses then is the weight of both."""
     result = pt.simulate(pt.replace(Row(), {"g": 1.0}), 5.0)

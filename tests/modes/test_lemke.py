@@ -41,7 +41,7 @@ def all_solutions(M: Matrix, q: Matrix) -> list[Matrix]:
 
 
 def solves(found: Solution, M: Matrix, q: Matrix) -> None:
-    """w = q + M z, both not negative, one of each pair zero, and the basis says which."""
+    """w = q + M z, both not negative, one of each pair zero."""
     assert found.z is not None
     assert found.w is not None
     z, w = np.array(found.z, float), np.array(found.w, float)
@@ -49,11 +49,6 @@ def solves(found: Solution, M: Matrix, q: Matrix) -> None:
     assert z.min() >= 0.0
     assert w.min() >= 0.0
     assert (np.minimum(z, w) == 0.0).all()
-    n = len(q)
-    assert len(found.basic) == n
-    assert all((i in found.basic) != (n + i in found.basic) for i in range(n))
-    assert all(i in found.basic for i in np.flatnonzero(w))
-    assert all(n + i in found.basic for i in np.flatnonzero(z))
 
 
 def feasible(M: Matrix, q: Matrix) -> bool:
@@ -197,7 +192,6 @@ def test_no_pivot_where_nothing_is_negative() -> None:
     q = np.array([0.0, 2.0])
     found = lemke(np.full((2, 2), np.nan), q)
     assert found.pivots == 0
-    assert found.basic == {0, 1}
     assert np.array_equal(np.array(found.w), q)
     assert np.array_equal(np.array(found.z), [0.0, 0.0])
 
@@ -228,7 +222,7 @@ def test_scale_of_rows_and_columns_does_not_matter(seed: int) -> None:
     plain, scaled = lemke(M, q), lemke(left[:, None] * M * right, left * q)
     solves(scaled, left[:, None] * M * right, left * q)
     np.testing.assert_allclose(np.array(scaled.z) * right, np.array(plain.z), rtol=1e-9, atol=1e-14)
-    assert scaled.basic == plain.basic
+    assert np.array_equal(np.array(scaled.z) > 0, np.array(plain.z) > 0)
 
 
 @pytest.mark.parametrize("eps", [1e-6, 1e-8, 1e-10, 1e-11])
@@ -288,6 +282,23 @@ def test_small_pivots_are_avoided_where_rows_are_tied() -> None:
         assert found.w is not None
         z = np.array(found.z, float)
         np.testing.assert_allclose(np.array(found.w, float), q + M @ z, atol=1e-10 * (1.0 + z.max()))
+
+
+@pytest.mark.parametrize("noise", [1e-16, 1e-15, 1e-14])
+def test_rows_tied_but_for_round_off_do_not_cycle(noise: float) -> None:
+    """The same problems with other vectors, of -1 and 0 but for round-off: each has a solution, and soon."""
+    rng = np.random.default_rng(7)
+    for _ in range(800):
+        n = int(rng.integers(3, 7))
+        M = rng.integers(0, 3, (n, n)) * 10.0 ** rng.choice([0, 0, -11, -6], (n, n))
+        np.fill_diagonal(M, 1.0)
+        q = rng.integers(-1, 1, n) + noise * rng.uniform(-1.0, 1.0, n)
+        found = lemke(M, q)
+        assert found.pivots <= 2**n
+        assert found.z is not None
+        assert found.w is not None
+        z = np.array(found.z, float)
+        np.testing.assert_allclose(np.array(found.w, float), q + M @ z, atol=1e-7 * (1.0 + z.max()))
 
 
 @pytest.mark.skipif(bool(np.finfo(np.longdouble).eps > 1e-18), reason="no extended precision on this machine")

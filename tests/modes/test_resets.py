@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -85,6 +86,16 @@ def one_after_the_other(m: Reset) -> pt.Equations:
     """The second law is triggered by the first."""
     yield pt.when(m.s > 0.5, pt.reinit(m.held, 4))
     yield pt.when(m.held > 3, pt.reinit(m.held, 5), pt.reinit(m.wheel.w, 0))
+
+
+@pytest.mark.parametrize(("apart", "differ"), [(1e-8, False), (1e-6, True)])
+def test_values_differ_from_a_ten_millionth_on(apart: float, differ: bool) -> None:
+    def laws(m: Reset) -> pt.Equations:
+        yield pt.when(m.s > 0.5, pt.reinit(m.held, 5))
+        yield pt.when(m.s > 0.5, pt.reinit(m.held, 5 * (1 + apart)))
+
+    with pytest.raises(pt.SimulationError, match="reset to two values") if differ else nullcontext():
+        pt.simulate(Reset(laws=laws), stop=1.0)
 
 
 @pytest.mark.parametrize("laws", [equal, one_after_the_other])

@@ -11,7 +11,10 @@ import pytest
 from powertrain.modes.uniqueness import Uniqueness
 
 
-@pytest.mark.parametrize(("other", "several"), [([5.0, 2.0], True), ([5.0, 1.0 + 1e-8], False), ([np.nan, 2.0], False)])
+@pytest.mark.parametrize(
+    ("other", "several"),
+    [([5.0, 2.0], True), ([5.0, 1.0 + 1e-4], True), ([5.0, 1.0 + 1e-7], False), ([np.nan, 2.0], False)],
+)
 def test_torques_of_the_other_side_of_a_mesh(other: list[float], several: bool) -> None:
     torques = {0.0: np.array([5.0, 1.0]), 1.0: np.array(other)}
     m = np.array([0.0, 3.0])
