@@ -252,7 +252,8 @@ class _Problem:
         lower, upper = _finite(near.lower), _finite(near.upper)
         self.forward = (near.speed > zone) & ~rest
         slope_l, slope_u = np.nan_to_num(near.lower_slope), np.nan_to_num(near.upper_slope)
-        l0, u0 = lower - slope_l @ tau, upper - slope_u @ tau
+        near_tau: Long = tau.astype(np.longdouble)  # large terms cancel, and the effect of the compliance must survive
+        l0, u0 = lower - slope_l @ near_tau, upper - slope_u @ near_tau
         # tau = base + own q + added g+: laws at rest have lower + q, sliding laws are at their bound
         bound, slope = np.where(self.forward, u0, l0), np.where(self.forward[:, None], slope_u, slope_l)
         added = np.where(self.forward[:, None], bend.upper, bend.lower)
@@ -266,10 +267,10 @@ class _Problem:
         own[self.places, np.arange(self.places.size)] = np.where(self.hangs[self.places], -1.0, 1.0)
         self.tau_0, self.tau_q, self.tau_g = inverse @ bound, inverse @ own, inverse @ added
         self.two = self.places[np.isfinite(near.lower[self.places]) & np.isfinite(near.upper[self.places])]
-        self.rate_0, self.width_0 = near.rate - near.rate_slope @ tau, u0 - l0
+        self.rate_0, self.width_0 = near.rate - near.rate_slope @ near_tau, u0 - l0
         self.width_slope = slope_u - slope_l
         self.g_slope = near.g_slope[bend.places] / size[:, None]
-        self.g_0 = near.g[bend.places] / size - self.g_slope @ tau
+        self.g_0 = near.g[bend.places] / size - self.g_slope @ near_tau
 
     def answer(self, switches: list[int]) -> Answer:
         """The modes of laws at rest, of sliding laws and of the conditions with kinks."""
