@@ -66,11 +66,11 @@ class Solutions:
         several = np.zeros(count, bool)
         differing = np.zeros((laws.balance.modes.numel(), count), bool).T
         start = beginnings(laws, grid, side)
-        best, beyond, begun = self._nothing(start.rest), self._nothing(start.rest), list[Array]()
+        best, beyond, begun = self._nothing(start.rest), self._nothing(start.rest), list[tuple[Array, Mask]]()
         speeds = SPEEDS if start.sliding.any() else SPEEDS[:1]
         starts = [start.start + speed * start.sliding for speed in speeds]
         for first in starts if np.array_equal(start.initial, start.start) else [*starts, start.initial]:
-            found = self._from(first, grid, start.rest, begun, ~best.done & (first is start.initial))
+            found = self._from(first, grid, start.rest, begun, again=first is start.initial)
             self._leave(found, beyond, grid)
             other, both = np.zeros(count, bool), np.flatnonzero(best.done & found.done)
             if both.size:
@@ -97,23 +97,25 @@ class Solutions:
         given, yields = rest.given.copy(order="K"), rest.yields.copy(order="K")
         return SolvedPoints(np.zeros(count, bool), y, modes, tau, given, yields)
 
-    def _from(self, first: Array, grid: Array, rest: AtRest, begun: list[Array], anyway: Mask) -> SolvedPoints:
+    def _from(
+        self, first: Array, grid: Array, rest: AtRest, begun: list[tuple[Array, Mask]], again: bool
+    ) -> SolvedPoints:
         """The solutions from one start with the modes implied by its speeds; none at points where another start had these modes.
 
-        The start is tried ``anyway`` at some points.
+        ``begun`` are the modes of earlier starts, and whether a solution has them. With ``again`` only such starts count.
         """
         laws, count = self.laws, len(grid)
         found = self._nothing(rest)
         found.y += first
         modes = laws.next_modes(found.at(grid), rest).modes
         seen = np.zeros(count, bool)
-        for other in begun:
-            seen |= (modes == other).all(axis=1)
-        new = np.flatnonzero(~seen | anyway)
-        begun.append(modes)
+        for other, held in begun:
+            seen |= (modes == other).all(axis=1) & (held | (not again))
+        new = np.flatnonzero(~seen)
         found.modes[:] = modes
         end, found.done[new] = corrected(laws, found.at(grid).some(new), rest.some(new), firm=True)
         found.y[new], found.modes[new], found.tau[new] = end.y, end.modes, end.tau
+        begun.append((modes, found.done & (found.modes == modes).all(axis=1)))
         return found
 
     def _leave(self, found: SolvedPoints, beyond: SolvedPoints, grid: Array) -> None:
