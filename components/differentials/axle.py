@@ -131,8 +131,9 @@ class CrownGear(TwoFlanges):
         ParameterError
             If the crown wheel is no larger than the pinion.
         """
+        ratio = pair_ratio(pinion, crown)
         if crown <= pinion:
             raise ParameterError(
                 f"a crown wheel of {crown} teeth is not larger than its pinion of {pinion}: exchange them, or use a gear pair"
             )
-        return cls(ratio=pair_ratio(pinion, crown), eta_ab=eta_ab, eta_ba=eta_ba)
+        return cls(ratio=ratio, eta_ab=eta_ab, eta_ba=eta_ba)

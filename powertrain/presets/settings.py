@@ -179,7 +179,7 @@ def _made(node: ast.Call, cls: type[pt.Component], where: str, folder: Path | No
         arguments, named = _located(maker, arguments, named, folder)
     try:
         made = maker(*arguments, **named)
-    except TypeError as error:
+    except (TypeError, ValueError, AttributeError, LookupError) as error:
         takes = (
             f"; {ast.unparse(target)} takes {', '.join(inspect.signature(maker).parameters)}"
             if maker is not cls

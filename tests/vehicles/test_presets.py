@@ -26,6 +26,7 @@ from powertrain.presets.files import applied, written
 from powertrain.presets.places import place
 from powertrain.presets.settings import assigned
 from powertrain.vehicles import load, names, save
+from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.parallel_hybrid import ParallelHybrid
@@ -330,3 +331,17 @@ def test_files_that_cannot_be_written_or_read(tmp_path: Path) -> None:
         load("car.yaml")
     save(ManualCar(), tmp_path / "CAR.TOML")
     assert load(tmp_path / "CAR.TOML") == ManualCar()
+
+
+@pytest.mark.parametrize(
+    ("path", "text"),
+    [
+        ("gearbox", "Automatic.of('TEN_SPEED')"),
+        ("road", "RoadProfile.from_heights([0, 100], 'heights.csv')"),
+        ("front.final_drive", "CrownGear.from_teeth('ten', 41)"),
+    ],
+)
+def test_makers_that_cannot_take_what_they_get(path: str, text: str) -> None:
+    with pytest.raises(pt.ParameterError) as caught:
+        assigned(AutomaticCar(), [(path, text)])
+    assert path in str(caught.value) or "ten" in str(caught.value)
