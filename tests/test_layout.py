@@ -55,7 +55,7 @@ ORDER = [
     "native: code driver",
     "analysis: linear_model operating_point reduction perturbation linearization energy_terms quadrature jumps audit",
     "analysis: identity archive cases dispatch sweep sweeping sampling surrogate",
-    "equilibrium: points placed elimination system search",
+    "equilibrium: points placed elimination starts system search",
     "equilibrium: laws corrector beginnings continuation solutions operating",
     "steadystate: axes intervals neighbours rowwise results",
     "steadystate: steady_map dataset",
