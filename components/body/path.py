@@ -28,7 +28,6 @@ from powertrain import (
 from powertrain.components.body.body import G_N
 from powertrain.components.thermal import Lossy
 from powertrain.components.translational import Flange
-from powertrain.language.arguments import row
 
 Array = NDArray[np.float64]
 EASED = 0.25
@@ -127,12 +126,12 @@ class RoadProfile(Component):
         zero if these have opposite signs. Before the first and after the last place the slope is constant. Errors: ParameterError for
         places that do not increase, or heights that change by more than the length of the road.
         """
-        places, z = row("the places of a road", s), row("the heights of a road", heights)
+        places, z = np.asarray(s, float).ravel(), np.asarray(heights, float).ravel()
         if places.size != z.size or places.size < 2:
             raise ParameterError(f"a road needs as many heights as places, at least two: {z.size} and {places.size}")
         steps, rises = np.diff(places), np.diff(z)
-        if not (steps > 0).all():
-            raise ParameterError("a road needs heights at places that increase")
+        if not ((steps > 0).all() and np.isfinite(z).all()):
+            raise ParameterError("a road needs finite heights at places that increase")
         if np.any(steep := np.abs(rises) >= steps):
             i = int(np.argmax(steep))
             raise ParameterError(
