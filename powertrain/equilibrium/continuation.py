@@ -126,9 +126,10 @@ class Continuation:
         """
         laws, every = self.laws, np.ones(self.laws.count, bool)
         self._steps.linearized.set_common(laws.common)
-        begun, modes = beginnings(laws, grid, side), np.zeros(laws.balance.modes.numel())
-        rest = begun.rest
-        starts = [_Trial(0.0, y[0], np.zeros(0), modes, grid[0], FIRST_STEP, True, every) for y in laws.starts(grid)]
+        rest, modes = beginnings(laws, grid, side).rest, np.zeros(laws.balance.modes.numel())
+        start, initial = laws.starts(grid)
+        begun = [start] if np.array_equal(start, initial) else [start, initial]
+        starts = [_Trial(0.0, y[0], np.zeros(0), modes, grid[0], FIRST_STEP, True, every) for y in begun]
         for attempt, first in product((self._held, self._settled), starts):
             found = attempt(first, np.zeros(laws.count), rest)
             if found is not None and laws.tied.any():

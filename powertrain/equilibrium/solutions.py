@@ -70,8 +70,9 @@ class Solutions:
         speeds = SPEEDS if start.sliding.any() else SPEEDS[:1]
         starts = [start.start + speed * start.sliding for speed in speeds]
         for first in starts if np.array_equal(start.initial, start.start) else [*starts, start.initial]:
-            found = self._from(first, grid, start.rest, begun, again=first is start.initial)
+            modes, found = self._from(first, grid, start.rest, begun, again=first is start.initial)
             self._leave(found, beyond, grid)
+            begun.append((modes, found.done & (found.modes == modes).all(axis=1)))
             other, both = np.zeros(count, bool), np.flatnonzero(best.done & found.done)
             if both.size:
                 other[both] = self._differ(grid[both], best.some(both), found.some(both))
@@ -99,8 +100,8 @@ class Solutions:
 
     def _from(
         self, first: Array, grid: Array, rest: AtRest, begun: list[tuple[Array, Mask]], again: bool
-    ) -> SolvedPoints:
-        """The solutions from one start with the modes implied by its speeds; none at points where another start had these modes.
+    ) -> tuple[Array, SolvedPoints]:
+        """The modes implied by the speeds of a start, and the solutions from it; none at points where another start had these modes.
 
         ``begun`` are the modes of earlier starts, and whether a solution has them. With ``again`` only such starts count.
         """
@@ -115,8 +116,7 @@ class Solutions:
         found.modes[:] = modes
         end, found.done[new] = corrected(laws, found.at(grid).some(new), rest.some(new), firm=True)
         found.y[new], found.modes[new], found.tau[new] = end.y, end.modes, end.tau
-        begun.append((modes, found.done & (found.modes == modes).all(axis=1)))
-        return found
+        return modes, found
 
     def _leave(self, found: SolvedPoints, beyond: SolvedPoints, grid: Array) -> None:
         """Move solutions beyond a limit of the model from ``found`` to ``beyond``."""
