@@ -92,6 +92,12 @@ def find(name: str, among: Iterable[Entry], what: str) -> Entry:
     raise pt.ParameterError(f"unknown {what} {name!r}{near}{few}")
 
 
+def name_in(slot: object, kind: type[pt.Component]) -> str:
+    """The name by which ``find`` finds a class among those of a slot: with its family where others are called the same."""
+    alike = [entry for entry in fitting(slot) if entry.name == kind.__name__]
+    return next((entry.full_name for entry in alike if entry.kind is kind and len(alike) > 1), kind.__name__)
+
+
 def is_named(kind: type[pt.Component], name: str) -> bool:
     """Whether a name is that of the class, as ``find`` compares them."""
     return _plain(name) == _plain(kind.__name__)

@@ -23,8 +23,7 @@ import powertrain as pt
 from powertrain.errors import PowertrainError
 from powertrain.language.checks import is_rows
 from powertrain.language.component import variants
-from powertrain.language.fields import Port
-from powertrain.presets.catalogue import fitting, is_named
+from powertrain.presets.catalogue import fitting, is_named, name_in
 from powertrain.presets.data import decoded, encoded, literal, plain, takes_data
 from powertrain.presets.places import Adjustable, place, places
 from powertrain.presets.settings import checked, component_named, part
@@ -211,16 +210,14 @@ def _table(component: pt.Component, prefix: str, free: Collection[str] | None, r
             yield f"{found.path} = {text}"
         elif found.value is not None or takes_data(found):
             yield f"{found.path} = {encoded(found)}"
-    for name, value in component._values.items():
-        if isinstance(value, tuple) and value and all(isinstance(item, pt.Component) for item in value):
-            for item in value:
-                yield from _section(item, f"{prefix}{name}", free, f"[[{prefix}{name}]]", row=True)
-        elif isinstance(value, pt.Component) and not isinstance(component._fields[name], Port):
-            yield from _section(value, f"{prefix}{name}", free, f"[{prefix}{name}]", row)
+    for found in places(component):
+        if found.is_part and "." not in found.path:
+            slot, index, _ = found.path.partition("[")
+            yield from _section(found, f"{prefix}{slot}", free, in_row=bool(index), row=row)
 
 
-def _section(part: pt.Component, path: str, free: Collection[str] | None, head: str, row: bool) -> Iterator[str]:
+def _section(found: Adjustable, path: str, free: Collection[str] | None, *, in_row: bool, row: bool) -> Iterator[str]:
     yield ""
-    yield head
-    yield f"{CLASS} = {json.dumps(type(part).__name__)}"
-    yield from _table(part, f"{path}.", free, row)
+    yield f"[[{path}]]" if in_row else f"[{path}]"
+    yield f"{CLASS} = {json.dumps(name_in(found.kind, type(found.value)))}"
+    yield from _table(found.value, f"{path}.", free, row or in_row)

@@ -12,13 +12,14 @@ import pytest
 from test_rear_drive import KINDS
 
 import powertrain as pt
+from powertrain.components import rotational, translational
 from powertrain.components.body import DrivenAxle, RoadProfile
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.differentials import LimitedSlipDifferential
 from powertrain.components.electric import cells_in_series
 from powertrain.components.engines import MappedEngine, WillansEngine
 from powertrain.components.gearless.spherical_cam import SphericalCam
-from powertrain.components.rotational import IdealGear
+from powertrain.components.rotational import IdealGear, Inertia
 from powertrain.components.transmissions import ManualGearbox, RangeTransmission
 from powertrain.components.wheels import RigidWheel
 from powertrain.presets.catalogue import components
@@ -115,6 +116,23 @@ def test_every_component_goes_through_a_file() -> None:
         assert read_again(part) == part
         read += 1
     assert read > 150
+
+
+class _Anything(pt.Component):
+    """Slots for components of any kind."""
+
+    one: pt.Component = Inertia(J=1)
+    several: tuple[pt.Component, ...] = (Inertia(J=2),)
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+
+@pytest.mark.parametrize("kind", [rotational.SpringDamper, translational.SpringDamper])
+def test_components_of_one_name_in_two_families_go_through_a_file(kind: Any) -> None:
+    part = kind(c=1, d=2)
+    model = _Anything(one=part, several=(part, Inertia(J=3)))
+    assert applied(_Anything(), tomllib.loads(written(model)))[0] == model
 
 
 CAM = "front.differential.cam"
