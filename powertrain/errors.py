@@ -51,7 +51,7 @@ def suggestion(name: str, known: Iterable[str], fields: Mapping[str, Any] | None
     near = [k for k, spec in (fields or {}).items() if str(getattr(spec, "doc", "")).lower().startswith(begins)][:3]
     if near:
         return f"; did you mean {' or '.join(near)}?"
-    near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+    near = [k for k in known if k.lower() == name.lower()] or difflib.get_close_matches(name, known, n=3, cutoff=0.5)
     near += [k for k in known if k not in near and k.rpartition(".")[2] == name.rpartition(".")[2]][: 3 - len(near)]
     near = near or [k for k in known if len(name) >= PART and name.lower() in k.lower()][:3]
     return f"; did you mean {' or '.join(near)}?" if near else ""

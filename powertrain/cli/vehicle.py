@@ -33,7 +33,7 @@ class VehicleName(ArgumentType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> VehicleArgument:
         """A file by its ending, a vehicle by its class or name; case, - and _ do not matter."""
-        from powertrain.presets import catalogue, named, settings
+        from powertrain.presets import named
 
         text = str(value)
         if text.lower().endswith(".toml") and not Path(text).is_file():
@@ -42,10 +42,8 @@ class VehicleName(ArgumentType):
             if text.lower().endswith(".toml"):
                 model, paths = named.of_file(Path(text))
                 return VehicleArgument(Path(text).stem, model, tuple(paths))
-            if text.lower() in named.measured():
-                return VehicleArgument(text.lower(), named.load(text.lower()))
-            model = settings.model_named(text, catalogue.vehicles())
-            return VehicleArgument(type(model).__name__, model)
+            model = named.load(text)
+            return VehicleArgument(text.lower() if text.lower() in named.measured() else type(model).__name__, model)
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """The vehicles that begin so, or files."""

@@ -19,30 +19,28 @@ def names() -> tuple[str, ...]:
 def load(name: str | Path) -> Any:
     """A vehicle by one of ``names()``, a variant such as ``ParallelHybrid.at("P4")``, or a parameter file (.toml) that names its class.
 
-    Measured cars are built from the data of the EPA's test-car list and the numbers of their technology. What a file leaves out is as in
-    the class; names of files in it, also those in ``MappedEngine.from_csv(...)``, are relative to it. Errors: ParameterError for an unknown
-    name, and those of the file.
+    Case does not matter in names. Measured cars are built from the data of the EPA's test-car list and the numbers of their technology.
+    What a file leaves out is as in the class; names of files in it, also those in ``MappedEngine.from_csv(...)``, are relative to it.
+    Errors: ParameterError for an unknown name, and those of the file.
     """
     if _is_file(name):
         return of_file(Path(name))[0]
-    if str(name) in (cars := measured()):
+    text = str(name)
+    if text.lower() in (cars := measured()):
         from powertrain.measured.building import build
         from powertrain.measured.technology import Technology
 
-        return build(cars[str(name)], Technology())
-    from powertrain.presets.catalogue import vehicles
+        return build(cars[text.lower()], Technology())
+    from powertrain.presets.catalogue import is_named, vehicles
+    from powertrain.presets.settings import model_named
 
-    if "(" in str(name):
-        from powertrain.presets.settings import model_named
-
-        return model_named(str(name), vehicles())
-    known = {entry.name: entry.kind for entry in vehicles()}
-    if str(name) not in known:
-        near = suggestion(str(name), names())
+    kind = text.partition("(")[0].partition(".")[0]
+    if not (found := [entry for entry in vehicles() if is_named(entry.kind, kind)]):
         raise pt.ParameterError(
-            f"there is no vehicle {str(name)!r}{near}; powertrain.vehicles.names() lists them, and parameter files end in .toml"
+            f"there is no vehicle {text!r}{suggestion(text, names())}; powertrain.vehicles.names() and "
+            "`powertrain list vehicles` list them, and parameter files end in .toml"
         )
-    return known[str(name)]()
+    return model_named(text, found)
 
 
 def save(vehicle: pt.Component, path: str | Path) -> None:

@@ -407,6 +407,7 @@ def test_wrong_settings_are_told(setting: str, said: str, short: str) -> None:
 
 def test_wrong_arguments_are_told(short: str, tmp_path: Path) -> None:
     assert "did you mean SplitPathCar" in refused("run", "SplitPathCr")
+    assert "did you mean volkswagen-golf-gti-dual-clutch or volkswagen-golf-gti-manual?" in refused("run", "golf")
     assert "did you mean hwfet?" in refused("run", "SplitPathCar", "--cycle", "hwfte")
     assert "must end in .nc or .csv" in refused("run", "SplitPathCar", "--cycle", short, "--out", "run.txt")
     assert "there is no folder" in refused(
