@@ -17,8 +17,9 @@ from powertrain import (
 )
 from powertrain.components.limited import limited
 
-SMALL = 1.0
-"""Smallest torque [N.m] that an engine counts as having: beyond its speed limit it has none, and the throttle is open."""
+SMALL = 1e-3
+"""Smallest torque that an engine counts as having, as a share of that for the power at standstill: beyond its speed limit it has none, and
+the throttle is open."""
 PRESSED = 0.05
 """Accelerator position at which combustion compensates all of the engine's drag."""
 
@@ -68,7 +69,8 @@ class OperatingLineControl(Component):
         yield self.power.value == self.accelerator.value * self.F_max * (ca.fmax(self.v.value, 0) + self.v_0)
         torque, drag = self.power.value / ca.fmax(self.w.value, self.w_open), ca.fmax(self.tau_drag.value, 0)
         pressed = limited(self.accelerator.value / PRESSED)
-        yield self.throttle.value == (torque + drag * pressed) / (ca.fmax(self.tau_open.value, SMALL) + drag)
+        least = SMALL * self.F_max * self.v_0 / self.w_open
+        yield self.throttle.value == (torque + drag * pressed) / (ca.fmax(self.tau_open.value, least) + drag)
         wanted = self.w_out.value / self.w_best.value
         low = switch(wanted < self.ratio_min, self.ratio_min, wanted, continuous=True)
         yield self.ratio.value == switch(wanted > self.ratio_max, self.ratio_max, low, continuous=True)
