@@ -22,8 +22,8 @@ STAGES = 4
 POINTS = np.append(0.5 * (1.0 + np.sort(roots_jacobi(STAGES - 1, 1.0, 0.0)[0])), 1.0)
 """The collocation points of Radau IIA in a step of length 1: zeros of the Jacobi polynomial P(1, 0), and the end."""
 
-_LATE = 1e-12
-"""Delay, in s and relative to the time, of the right limit of functions of the time since an event: sign(0) is on neither side."""
+_BESIDE = 1e-12
+"""Distance, in s and relative to the time, of both limits of functions of the time from an event: sign(0) is on neither side."""
 _EARLY = 1e-6
 """Share of a step by which the sample before an event is earlier."""
 _FEW = 64
@@ -99,14 +99,15 @@ def _instants(trajectory: Trajectory, corrected: Any, switches: list[int]) -> In
     told = [i for i in trajectory.instants if i.time > trajectory.start]
     found = sorted([*told, *_quiet(trajectory, told, switches)], key=lambda i: i.time)
     seen, right = (Samples(*(values[k::2] for values in of_instants(trajectory, found))) for k in (0, 1))
-    times, right = seen.t, right._replace(t=seen.t + _LATE * (1.0 + np.abs(seen.t)))
+    times, apart = seen.t, _BESIDE * (1.0 + np.abs(seen.t))
+    left, right = seen._replace(t=times - apart), right._replace(t=times + apart)
     span = spans(trajectory, times, before=True)
     before, early = (_inside(trajectory, times - share * span) if found else seen for share in (1.0, _EARLY))
     return Instants(
         times,
         corrected(early),
         seen,
-        corrected(seen),
+        corrected(left),
         corrected(right),
         corrected(before),
         tuple(i.extra for i in found),
@@ -119,7 +120,7 @@ def _quiet(trajectory: Trajectory, told: Sequence[Instant], switches: list[int])
     known = np.array([i.time for i in told], float)
     for i in np.flatnonzero(rows[1:] != rows[:-1]) + 1:
         t, old, new = float(trajectory.times[i]), trajectory.held[rows[i - 1]], trajectory.held[rows[i]]
-        if (old[switches] == new[switches]).all() or (np.abs(known - t) <= _LATE * (1.0 + abs(t))).any():
+        if (old[switches] == new[switches]).all() or (np.abs(known - t) <= _BESIDE * (1.0 + abs(t))).any():
             continue
         q, c = (t - trajectory.times[i - 1]) / trajectory.sizes[i - 1], trajectory.dense[i - 1]
         left = (((c[4] * q + c[3]) * q + c[2]) * q + c[1]) * q + c[0]
@@ -141,7 +142,7 @@ def spans(trajectory: Trajectory, times: Array, before: bool) -> Array:
     """The longest of the few steps before or after instants, in s, up to the next event; the step that ends at an event may be tiny."""
     starts, row = trajectory.times, trajectory.mode_of_step
     changes, told = starts[1:][row[1:] != row[:-1]], np.array([i.time for i in trajectory.instants])
-    apart = np.abs(changes[:, None] - told).min(axis=1, initial=np.inf) > _LATE * (1.0 + np.abs(changes))
+    apart = np.abs(changes[:, None] - told).min(axis=1, initial=np.inf) > _BESIDE * (1.0 + np.abs(changes))
     bounds = np.unique([trajectory.start, trajectory.end, *changes[apart], *told])
     side: Literal["left", "right"] = "left" if before else "right"
     place = bounds.searchsorted(times, side=side)
