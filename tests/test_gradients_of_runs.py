@@ -372,6 +372,27 @@ def test_a_reset_sets_off_another_one() -> None:
     assert found["c"] == pytest.approx(-0.5 / 0.64, rel=1e-7)
 
 
+class Dwell(pt.Component):
+    """The rate of y rises by one after every dwell time T, three times."""
+
+    T: pt.Parameter = pt.parameter("s", "Dwell time", default=0.7)
+    y: pt.Variable = pt.variable("1", "Value", start=0.0)
+    a: pt.Discrete = pt.discrete("1/s", "Its rate", start=0.0)
+    since: pt.Discrete = pt.discrete("s", "Last change", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.y) == self.a
+        due = ca.logic_and(pt.time - self.since > self.T, self.a < 2.5)
+        yield pt.when(due, pt.reinit(self.a, self.a + 1.0), pt.reinit(self.since, pt.time))
+
+
+def test_a_reset_restarts_the_time_that_caused_it() -> None:
+    """y = 3 t - (1 + 2 + 3) T: after each reset the comparison with the dwell time is as it was before."""
+    found = pt.gradient(pt.simulate(Dwell(), 3.0, rtol=1e-10), pt.final("y"), "T")
+    assert found.value == pytest.approx(9.0 - 6.0 * 0.7, rel=1e-9)
+    assert found["T"] == pytest.approx(-6.0, rel=1e-7)
+
+
 class TwoBrakes(pt.Component):
     """An inertia that two brakes hold against a rising torque, and a mark that is set at a speed."""
 

@@ -70,11 +70,14 @@ class EventLaws:
         """The laws whose indicator or instant causes this event."""
         t, left, right = float(run.instants.times[k]), run.instants.left.m[k], run.instants.right.m[k]
         near, count, nq = _SAME_TIME * max(1.0, abs(t)), len(self.indicators), slopes.q.shape[1]
+        whens, relations = self.system.dae.whens, self.system.dae.relations
+        reset = {w.index for w in whens} | {r.index for r in relations}
+        """Laws that may be as before, because their reset has restarted the time on which they depend."""
         found = [
             Shift(law.name, law.index, slopes.s[count + j], slopes.q[count + j], count + j)
             for j, law in enumerate(self.timed)
             if abs(slopes.value[count + j] - t) <= near
-            and (isinstance(law, When) or left[law.index] != right[law.index])
+            and (law.index in reset or left[law.index] != right[law.index])
         ]
         for schedule in self.system.dae.schedules:
             here = slice(schedule.index, schedule.index + 3)
