@@ -144,6 +144,54 @@ def test_no_kick_down_where_the_next_gear_pulls_harder(kind: type[GearSchedule] 
     assert result.at([9.9, 10.1, 11.5], "schedule.gear").tolist() == [2, 3, 3]
 
 
+@pytest.mark.parametrize("kind", [GearSchedule, PowerShiftSchedule])
+def test_no_kick_down_to_a_gear_that_pulls_less(kind: type[GearSchedule] | type[PowerShiftSchedule]) -> None:
+    """Second gear at 7 m/s, below 2 m/s times 5: above 200 rad/s it pulls harder than first; kick-down below 2/4 of that, 100 rad/s."""
+    u = TimeTable(table=((0.0, 0.0), (10.0, 0.0), (10.0, 1.0)))
+    for speed, gear in ((250.0, 2), (150.0, 2), (90.0, 1)):
+        car = Scheduled(
+            v=TimeTable(table=((0.0, 7.0),)),
+            u=u,
+            w=TimeTable(table=((0.0, speed),)),
+            pulls=PULLS,
+            schedule=kind(speeds=SPEEDS, eager=4),
+        )
+        assert pt.simulate(car, stop=14, max_step=0.2)["schedule.gear"][-1] == gear
+
+
+class Drawn(pt.Component):
+    """A schedule with a full pedal whose engine turns with the gear that it chooses."""
+
+    v: TimeTable
+    schedule: GearSchedule | PowerShiftSchedule
+    ratios: tuple[float, ...]
+    pulls: tuple[tuple[float, ...], ...]
+    radius: pt.Parameter = pt.parameter("m", "Radius of the wheels over the final drive", default=0.3 / 4)
+    u: TimeTable = TimeTable(table=((0.0, 1.0),))
+
+    def equations(self) -> pt.Equations:
+        yield from self.schedule.pulled(*self.pulls)
+        yield pt.connect(self.v.y, self.schedule.v)
+        yield pt.connect(self.u.y, self.schedule.accelerator)
+        ratio = sum(x * (ca.fabs(self.schedule.gear - k) < 0.5) for k, x in enumerate(self.ratios, 1))
+        yield self.schedule.w.value == ratio * self.v.y.value / self.radius
+
+
+@pytest.mark.parametrize("kind", [GearSchedule, PowerShiftSchedule])
+def test_a_full_pedal_does_not_hunt_where_the_shift_speeds_are_beyond_those_of_the_pull(
+    kind: type[GearSchedule] | type[PowerShiftSchedule],
+) -> None:
+    """A diesel whose second gear pulls harder from 426 rad/s, with shift speeds for 560 rad/s: one upshift at 8.9 m/s, and it stays."""
+    ratios = 3.6, 2.1, 1.4, 1.0
+    before = 426.0, 411.0, 402.0
+    after = tuple(w * other / one for w, one, other in zip(before, ratios[:-1], ratios[1:], strict=True))
+    schedule = kind.for_gears(ratios, 4.0, w_full=560.0, down=0.85)
+    v = TimeTable(table=((0.0, 0.0), (10.0, 8.95), (60.0, 9.1)))
+    result = pt.simulate(Drawn(v=v, schedule=schedule, ratios=ratios, pulls=(before, after)), stop=60, max_step=0.2)
+    changes = np.flatnonzero(np.diff(result["schedule.gear"]))
+    assert result["v.y"][changes].tolist() == pytest.approx([426 / 3.6 * 0.075], rel=1e-6)
+
+
 def test_the_rule_in_numbers_is_that_of_the_run() -> None:
     """``trials.backward`` decides by the same rule: a drive through all shifts, decided every 10 ms, shifts at the times of the run."""
     schedule = PowerShiftSchedule(speeds=SPEEDS, kick=0.6)
