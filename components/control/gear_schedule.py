@@ -28,7 +28,7 @@ from powertrain import (
     variable,
     when,
 )
-from powertrain.components.control.interfaces import SOON
+from powertrain.components.control.interfaces import LONG, Switching
 from powertrain.components.control.shift_rule import NEVER, Driving, KickLimits, ShiftRule, Shifts, kick_limits
 from powertrain.components.ratios import RATIO, gear_ratios
 from powertrain.components.wheels.interfaces import Wheel
@@ -69,7 +69,7 @@ class FixedGear(Shifting):
         yield self.clutch.value == self._pressed()
 
 
-class SpeedSchedule(Shifting):
+class SpeedSchedule(Shifting, Switching):
     """Partial: chooses the gear by the speed of the vehicle and the accelerator, see ``GearSchedule``."""
 
     interrupts: ClassVar[bool] = False
@@ -87,8 +87,8 @@ class SpeedSchedule(Shifting):
     dwell: Parameter = parameter("s", "Minimum time between shifts", default=2.0, above=0)
     gear: Discrete = discrete("1", "Gear that is engaged, or will be", start=1.0)
     before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
-    began: Discrete = discrete("s", "Time at which the last shift began", start=-100.0)
-    kicked: Discrete = discrete("s", "Time of the last kick-down", start=-100.0)
+    began: Discrete = discrete("s", "Time at which the last shift began", start=-LONG)
+    kicked: Discrete = discrete("s", "Time of the last kick-down", start=-LONG)
     w_earliest: Input = signal_input(
         "rad/s", "Engine speed below which a fully pressed accelerator does not shift up", default=0.0
     )
@@ -97,6 +97,12 @@ class SpeedSchedule(Shifting):
         "rad/s", "Engine speed below which a fully pressed accelerator shifts down", default=0.0
     )
     w_kick: Input = signal_input("rad/s", "Engine speed above which there is no kick-down", default=NEVER)
+
+    def initial(self) -> Equations:
+        """No shift is going on, and no kick-down is remembered."""
+        yield from super().initial()
+        yield self.began == time - LONG
+        yield self.kicked == time - LONG
 
     @classmethod
     def for_gears(
@@ -153,7 +159,7 @@ class SpeedSchedule(Shifting):
         now = Driving(self.v.value, self.w.value, self.accelerator.value, self.gear, time - self.kicked)
         limits = self.w_earliest, self.w_latest, self.w_down, self.w_kick
         due = self.shifts(now, KickLimits(*(limit.value for limit in limits)))
-        rested = ca.logic_and(time - self.began > self.dwell, time > SOON)
+        rested = ca.logic_and(time - self.began > self.dwell, self._begun())
         marks = reinit(self.before, self.gear), reinit(self.began, time)
         yield when(ca.logic_and(due.up, rested), reinit(self.gear, self.gear + 1), *marks)
         yield when(ca.logic_and(due.down, rested), reinit(self.gear, self.gear - 1), *marks)

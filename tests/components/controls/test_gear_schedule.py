@@ -49,6 +49,15 @@ def test_shifts_where_the_speeds_say() -> None:
     assert gear[changes + 1].tolist() == [2, 3, 2, 1]
 
 
+@pytest.mark.parametrize("start", [-200.0, 0.0, 30.0])
+def test_gears_follow_in_a_run_that_starts_at_any_time(start: float) -> None:
+    """A car that already drives 20 m/s shifts up at once, and again after the dwell; no shift goes on before that."""
+    car = pt.compile(Scheduled(v=TimeTable(table=((0.0, 20.0),))))
+    result = car.simulate(start + 5, start=start, max_step=0.5)
+    np.testing.assert_allclose(_shifts(result), [start + 1e-3, start + 2.001], atol=1e-6)
+    assert result["schedule.hold"].max() == result["schedule.hold"][0] == 1
+
+
 def test_course_of_a_shift() -> None:
     """The clutch opens in 0.15 s, the lever moves in 0.25 s through neutral, the clutch closes in 0.3 s; the throttle is cut meanwhile."""
     result = pt.simulate(Scheduled(v=UP_AND_DOWN), stop=6, max_step=0.5)
@@ -276,6 +285,12 @@ def test_start_stop() -> None:
     u = TimeTable(table=((0.0, 0.0), (5.0, 0.0), (5.0, 0.1), (5.5, 0.1), (5.5, 0.0)))
     result = pt.simulate(Stopping(u=u), stop=9, max_step=0.5)
     np.testing.assert_allclose(result.at([1.9, 2.1, 4.9, 5.1, 6.9, 7.1], "switch.on"), [1, 0, 0, 1, 1, 0])
+
+
+@pytest.mark.parametrize(("delay", "stops"), [(0.0, 2.0), (3.0, 3.0)])
+def test_rest_counts_from_the_start_of_the_run(delay: float, stops: float) -> None:
+    result = pt.compile(Stopping(switch=StartStop(delay=delay))).simulate(40, start=30, max_step=0.5)
+    np.testing.assert_allclose(result.at([30 + stops - 0.1, 30 + stops + 0.1], "switch.on"), [1, 0])
 
 
 def test_runs_while_the_vehicle_does() -> None:
