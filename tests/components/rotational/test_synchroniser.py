@@ -75,6 +75,13 @@ def test_a_run_may_start_in_gear(direction: float) -> None:
         assert at(result, "w_rel", 0.2) == pytest.approx(0.0 if inside else 50 / J * 0.2, abs=1e-9)
 
 
+def test_a_start_beyond_the_last_stop_is_rejected() -> None:
+    parts = rot.Synchroniser(), tr.Mass(m=1), rot.Inertia(J=J), rot.Inertia(J=J)
+    model = joined(*parts, joints="0.sleeve=1.flange_a 0.flange_a=2.flange_a 0.flange_b=3.flange_a")
+    with pytest.raises(pt.SimulationError, match="distance to s_end"):
+        run(model, 0.1, {"1.s": 12e-3})
+
+
 def test_chamfers_that_are_too_sharp_do_not_block() -> None:
     """Index torque above the cone's: the sleeve passes a ring that still slides, and ratchets on the dogs."""
     cone, index = rot.Synchroniser(chamfer=0.6).torques_per_force()
