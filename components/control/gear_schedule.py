@@ -121,7 +121,8 @@ class SpeedSchedule(Shifting, Switching):
         With the accelerator released it shifts up where the next gear gives the engine the speed ``w_up`` [rad/s], and down at ``down``
         times that vehicle speed. With the accelerator fully pressed no gear lets the engine exceed ``w_full`` [rad/s].
         Speeds with another unit, such as "5500 rpm", are converted.
-        Errors: ParameterError for fewer than two ratios, for ratios that do not decrease, and for values that are not positive.
+        Errors: ParameterError for fewer than two ratios, for ratios that do not decrease, for values that are not positive, and for a
+        ``w_full`` that is exceeded with the accelerator released.
         """
         where = f"{cls.__name__}.for_gears"
         ratios = gear_ratios(where, [ratios])
@@ -134,7 +135,13 @@ class SpeedSchedule(Shifting, Switching):
         r = Wheel.radius.check(radius, f"{where}: radius")
         low, full = SPEED.check(w_up, f"{where}: w_up"), SPEED.check(w_full, f"{where}: w_full")
         ups = [low * r / (ratio * final_drive) for ratio in ratios[1:]]
-        eager = max(full / (low * max(one / other for one, other in pairwise(ratios))) - 1, 0.0)
+        released = low * max(one / other for one, other in pairwise(ratios))
+        if full < released:
+            raise ParameterError(
+                f"{where}: w_full = {full:g} rad/s is less than {released:.4g} rad/s, from which the engine shifts over the largest step "
+                f"to w_up = {low:g} rad/s with the accelerator released"
+            )
+        eager = full / released - 1
         made: dict[str, Any] = {"speeds": tuple((up, down * up) for up in ups), "eager": eager}
         return cls(**(made | options))
 
