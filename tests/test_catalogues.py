@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
 import powertrain.components.cycles as cycles
 import powertrain.components.transmissions as transmissions
 import powertrain.measured.record as record
@@ -37,3 +39,17 @@ def test_every_no_has_a_reason() -> None:
     for theirs, _, remark in refused:
         assert len(remark) > 20, theirs
     assert all("`" in ours or ours == "no" for _, ours, _ in ROWS)
+
+
+def test_the_speed_is_that_of_the_benchmarks() -> None:
+    """Compiled cars of the library over the WLTC, in times of FASTSim."""
+    measured = (PAGE.parent / "benchmarks.md").read_text(encoding="utf-8")
+    times = [
+        float(x) for x in re.findall(r"\w+, compiled, rtol 0.0001: .*, in times of FASTSim \| ([\d.]+) x", measured)
+    ]
+    assert len(times) > 10
+    for page in ("catalogues.md", "comparison.md"):
+        said = re.search(r"([\d.]+) to (\d+) times as long", (PAGE.parent / page).read_text(encoding="utf-8"))
+        assert said
+        assert float(said[1]) == pytest.approx(min(times), rel=0.1)
+        assert float(said[2]) == pytest.approx(max(times), rel=0.1)

@@ -103,7 +103,8 @@ class BeltDrive(TwoShafts):
     stiffness of a span = EA/root(distance^2 - (radius_b - radius_a)^2),  speed ratio w_a/w_b = radius_b/radius_a where nothing slips
 
     Both spans have the tension T_0 at rest. They share the load: T_1 + T_2 = 2 T_0 until one is slack, so the largest force is
-    2 T_0 (exp(mue wrap) - 1)/(exp(mue wrap) + 1) with the smaller wrap. The shafts run in a housing at rest.
+    2 (T_0 - rho v^2) (exp(mue wrap) - 1)/(exp(mue wrap) + 1) with the smaller wrap and the speed v of the belt. The shafts run in a housing
+    at rest.
     Errors: ParameterError for pulleys that overlap. The defaults are invented, for a ribbed belt with six ribs.
     """
 

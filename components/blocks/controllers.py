@@ -28,6 +28,9 @@ from powertrain import (
 )
 from powertrain.components.limited import limited
 
+EARLY = 1e-6
+"""Share of a period by which a start may come before an instant of sampling through round-off."""
+
 
 class _Controller(Component):
     """Partial: inputs and limits of a controller."""
@@ -119,12 +122,12 @@ class SampledPI(_Controller):
     e_n = u_s - u_m;  y_n = v_n within yMin..yMax,  v_n = k e_n + x_n
     x_(n+1) = x_n + k period/Ti e_n, but as it is where v_n lies beyond a limit and e_n drives it further (conditional integration)
 
-    Before the first sample y = y_start.
+    Before the first sample after the start of a run y = y_start.
     """
 
     period: Parameter = parameter("s", "Sampling period", default=0.01, above=0)
     y_start: Parameter = parameter("1", "y before the first sample", default=0.0)
-    n: Discrete = discrete("1", "Number of samples taken")
+    n: Discrete = discrete("1", "Number of the last sample")
     x: Discrete = discrete("1", "Integral part", start=0.0)
     held: Discrete = discrete("1", "Last computed value")
 
@@ -139,7 +142,12 @@ class SampledPI(_Controller):
             reinit(self.x, self.x + self.k * self.period / self.Ti * error * self._free(v, error)),
             reinit(self.held, given),
         )
-        yield self.y.value == switch(self.n > 0.5, self.held, self.y_start)
+        yield self.y.value == self.held
+
+    def initial(self) -> Equations:
+        """A run may start at any time: samples before it are counted, but not taken."""
+        yield self.n == ca.floor(time / self.period + EARLY)
+        yield self.held == self.y_start
 
     def _free(self, v: Symbol, error: Symbol) -> Symbol:
         """1 if the integral is updated, 0 if it is held."""

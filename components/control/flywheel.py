@@ -18,10 +18,9 @@ from powertrain import (
     signal_input,
     signal_output,
     switch,
-    time,
     when,
 )
-from powertrain.components.control.interfaces import SOON
+from powertrain.components.control.interfaces import Switching
 from powertrain.components.limited import limited
 
 
@@ -104,7 +103,7 @@ class FlywheelCharging(Component):
         yield self.clutch.value == charging * limited((self.w.value / self.w_in.value - 1 + self.slip) / self.slip)
 
 
-class FlywheelCharge(FlywheelCharging):
+class FlywheelCharge(FlywheelCharging, Switching):
     """Runs the engine at an efficient throttle position while the flywheel is slow, and stops it while the flywheel is fast.
 
     on = 1 from where w_in < w_rest - slope |v|,  on = 0 from where w_in > w_rest - slope |v| + hysteresis
@@ -126,7 +125,7 @@ class FlywheelCharge(FlywheelCharging):
         """A switch with hysteresis."""
         low = self.w_rest - self.slope * ca.fabs(self.v.value)
         w_in = self.w_in.value
-        yield when(ca.logic_and(w_in < low, time > SOON), reinit(self.charging, 1))
+        yield when(ca.logic_and(w_in < low, self._begun()), reinit(self.charging, 1))
         yield when(w_in > low + self.hysteresis, reinit(self.charging, 0))
         yield from self._give(self.charging, self.u_charge)
 

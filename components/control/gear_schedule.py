@@ -28,7 +28,7 @@ from powertrain import (
     variable,
     when,
 )
-from powertrain.components.control.interfaces import SOON
+from powertrain.components.control.interfaces import LONG, Switching
 from powertrain.components.control.shift_rule import NEVER, Driving, KickLimits, ShiftRule, Shifts, kick_limits
 from powertrain.components.ratios import RATIO, gear_ratios
 from powertrain.components.wheels.interfaces import Wheel
@@ -69,7 +69,7 @@ class FixedGear(Shifting):
         yield self.clutch.value == self._pressed()
 
 
-class SpeedSchedule(Shifting):
+class SpeedSchedule(Shifting, Switching):
     """Partial: chooses the gear by the speed of the vehicle and the accelerator, see ``GearSchedule``."""
 
     interrupts: ClassVar[bool] = False
@@ -87,8 +87,8 @@ class SpeedSchedule(Shifting):
     dwell: Parameter = parameter("s", "Minimum time between shifts", default=2.0, above=0)
     gear: Discrete = discrete("1", "Gear that is engaged, or will be", start=1.0)
     before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
-    began: Discrete = discrete("s", "Time at which the last shift began", start=-100.0)
-    kicked: Discrete = discrete("s", "Time of the last kick-down", start=-100.0)
+    began: Discrete = discrete("s", "Time at which the last shift began", start=-LONG)
+    kicked: Discrete = discrete("s", "Time of the last kick-down", start=-LONG)
     w_earliest: Input = signal_input(
         "rad/s", "Engine speed below which a fully pressed accelerator does not shift up", default=0.0
     )
@@ -96,6 +96,13 @@ class SpeedSchedule(Shifting):
     w_down: Input = signal_input(
         "rad/s", "Engine speed below which a fully pressed accelerator shifts down", default=0.0
     )
+    w_kick: Input = signal_input("rad/s", "Engine speed above which there is no kick-down", default=NEVER)
+
+    def initial(self) -> Equations:
+        """No shift is going on, and no kick-down is remembered."""
+        yield from super().initial()
+        yield self.began == time - LONG
+        yield self.kicked == time - LONG
 
     @classmethod
     def for_gears(
@@ -114,7 +121,8 @@ class SpeedSchedule(Shifting):
         With the accelerator released it shifts up where the next gear gives the engine the speed ``w_up`` [rad/s], and down at ``down``
         times that vehicle speed. With the accelerator fully pressed no gear lets the engine exceed ``w_full`` [rad/s].
         Speeds with another unit, such as "5500 rpm", are converted.
-        Errors: ParameterError for fewer than two ratios, for ratios that do not decrease, and for values that are not positive.
+        Errors: ParameterError for fewer than two ratios, for ratios that do not decrease, for values that are not positive, and for a
+        ``w_full`` that is exceeded with the accelerator released.
         """
         where = f"{cls.__name__}.for_gears"
         ratios = gear_ratios(where, [ratios])
@@ -127,7 +135,13 @@ class SpeedSchedule(Shifting):
         r = Wheel.radius.check(radius, f"{where}: radius")
         low, full = SPEED.check(w_up, f"{where}: w_up"), SPEED.check(w_full, f"{where}: w_full")
         ups = [low * r / (ratio * final_drive) for ratio in ratios[1:]]
-        eager = max(full / (low * max(one / other for one, other in pairwise(ratios))) - 1, 0.0)
+        released = low * max(one / other for one, other in pairwise(ratios))
+        if full < released:
+            raise ParameterError(
+                f"{where}: w_full = {full:g} rad/s is less than {released:.4g} rad/s, from which the engine shifts over the largest step "
+                f"to w_up = {low:g} rad/s with the accelerator released"
+            )
+        eager = full / released - 1
         made: dict[str, Any] = {"speeds": tuple((up, down * up) for up in ups), "eager": eager}
         return cls(**(made | options))
 
@@ -137,7 +151,7 @@ class SpeedSchedule(Shifting):
 
     def kick_limits(self, gear: Symbol, before: Sequence[float], after: Sequence[float]) -> KickLimits:
         """Its limits in a ``gear``, from the engine speeds [rad/s] before and after each upshift at which two gears pull equally hard."""
-        return kick_limits(self.speeds, gear, before, () if self.interrupts else after)
+        return kick_limits(self.speeds, gear, before, after, interrupts=self.interrupts)
 
     def pulled(self, before: Sequence[float], after: Sequence[float]) -> Equations:
         """Supply the engine speeds of ``kick_limits``."""
@@ -145,12 +159,14 @@ class SpeedSchedule(Shifting):
         yield self.w_earliest.value == limits.earliest
         yield self.w_latest.value == limits.latest
         yield self.w_down.value == limits.down
+        yield self.w_kick.value == limits.kick
 
     def _choose(self) -> Equations:
         self._check()
         now = Driving(self.v.value, self.w.value, self.accelerator.value, self.gear, time - self.kicked)
-        due = self.shifts(now, KickLimits(self.w_earliest.value, self.w_latest.value, self.w_down.value))
-        rested = ca.logic_and(time - self.began > self.dwell, time > SOON)
+        limits = self.w_earliest, self.w_latest, self.w_down, self.w_kick
+        due = self.shifts(now, KickLimits(*(limit.value for limit in limits)))
+        rested = ca.logic_and(time - self.began > self.dwell, self._begun())
         marks = reinit(self.before, self.gear), reinit(self.began, time)
         yield when(ca.logic_and(due.up, rested), reinit(self.gear, self.gear + 1), *marks)
         yield when(ca.logic_and(due.down, rested), reinit(self.gear, self.gear - 1), *marks)
@@ -174,7 +190,7 @@ class GearSchedule(SpeedSchedule):
 
       up from gear to gear + 1 where v > up (1 + eager pressed) and w > depth w_earliest, or v > up and w > w_latest
       down to gear where v < min(down (1 + eager pressed), (up + down)/2)
-      kick-down to gear where accelerator > kick and v < down (1 + eager pressed), unless the next gear pulls harder
+      kick-down to gear where accelerator > kick and v < down (1 + eager pressed) and w < w_kick, unless the next gear pulls harder
       pressed = (accelerator - relaxed)/(1 - relaxed), at least 0
       depth = (accelerator - kick)/(1 - kick), at least 0
       t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
@@ -186,9 +202,11 @@ class GearSchedule(SpeedSchedule):
     both speeds, down earlier, so no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time
     ``patience`` after it, it shifts up only where v > up (1 + eager), or where v > up and w > w_latest. Between ``kick`` and the fully
     pressed accelerator the upshift moves to the engine speed from which the next gear pulls harder, and never lies beyond it. Cars supply
-    this speed, ``w_earliest`` and ``w_latest``, from ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives the best
-    acceleration and the highest speed. Without it only the shift speeds count. Shifts are at least ``dwell`` apart. The clutch closes with
-    the engine speed like a centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear.
+    this speed, ``w_earliest`` and ``w_latest``, and ``w_kick`` from ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives
+    the best acceleration and the highest speed. ``w_kick`` is down/up times the engine speed after the upshift to the present gear at
+    which both gears pull equally hard; a kick-down above it would give less force, and the next upshift would follow. Without these
+    speeds only the shift speeds count. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed like a centrifugal
+    clutch: below w_open it is open, so the vehicle starts and stops in first gear.
     Errors: ParameterError for speeds without hysteresis or not in order.
     """
 
@@ -219,8 +237,8 @@ class PowerShiftSchedule(SpeedSchedule):
     """Changes gears depending on the vehicle speed without interrupting the torque, for gearboxes with overlapping clutches.
 
     The gear is chosen as by ``GearSchedule``, but a pressed accelerator also kicks down to a gear that pulls harder:
-      kick-down to gear where accelerator > kick and (v < down (1 + eager pressed) or w < depth w_down)
-    ``w_down`` is down/up times the engine speed after the upshift to the present gear at which both gears pull equally hard.
+      kick-down to gear where accelerator > kick and w < w_kick and (v < down (1 + eager pressed) or w < depth w_down)
+    ``w_down`` is equal to ``w_kick`` where the gearbox says its ratios, else 0.
     t = time since the shift began, 0..t_shift: the lever moves uniformly to the new gear
     throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
     """

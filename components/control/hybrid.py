@@ -23,7 +23,7 @@ from powertrain import (
     when,
 )
 from powertrain.components.control.electric_drive import SLOW, BlendedBraking
-from powertrain.components.control.interfaces import SOON
+from powertrain.components.control.interfaces import LONG, Switching
 from powertrain.components.limited import limited
 
 PRESSED = 0.05
@@ -50,7 +50,7 @@ class HybridSupervisor(Component):
     throttle: Output = signal_output("1", "Throttle of the engine")
 
 
-class HybridControl(HybridSupervisor):
+class HybridControl(HybridSupervisor, Switching):
     """Partial: starts and stops the engine of a hybrid depending on power demand and vehicle speed.
 
     engine on from demand > P_on or |v| > v_on,  off from demand < P_off and |v| < v_off,  if it has run or stood for t_least
@@ -70,12 +70,17 @@ class HybridControl(HybridSupervisor):
     charge_power: Input = signal_input("W", "Maximum charge power of the battery", default=1e9)
     demand: Variable = variable("W", "Power demand of vehicle and battery")
     running: Discrete = discrete("1", "1: the engine runs, 0: it is stopped", start=0.0)
-    since: Discrete = discrete("s", "Time of the last start or stop", start=-100.0)
+    since: Discrete = discrete("s", "Time of the last start or stop", start=-LONG)
 
     def check(self) -> Equations:
         """The switch must have a hysteresis."""
         yield self.P_off < self.P_on
         yield self.v_off < self.v_on
+
+    def initial(self) -> Equations:
+        """The engine may start at once."""
+        yield from super().initial()
+        yield self.since == time - LONG
 
     def _recharge(self) -> Symbol:
         """Power demanded to charge the battery, at most what it accepts."""
@@ -83,7 +88,7 @@ class HybridControl(HybridSupervisor):
 
     def _switch(self) -> Equations:
         """Start and stop with hysteresis in power and speed; the signal to the engine."""
-        speed, rested = ca.fabs(self.v.value), time > ca.fmax(self.since + self.t_least, SOON)
+        speed, rested = ca.fabs(self.v.value), ca.logic_and(time > self.since + self.t_least, self._begun())
         needed = ca.logic_or(self.demand > self.P_on, speed > self.v_on)
         idle = ca.logic_and(self.demand < self.P_off, speed < self.v_off)
         start = ca.logic_and(ca.logic_and(needed, rested), self.running < 0.5)

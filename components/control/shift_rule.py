@@ -33,7 +33,7 @@ class Driving(NamedTuple):
 
 
 class KickLimits(NamedTuple):
-    """Engine speeds [rad/s] for shifts with a fully pressed accelerator. With 0, ``NEVER`` and 0 only the shift speeds count."""
+    """Engine speeds [rad/s] for shifts with a pressed accelerator. With 0, ``NEVER``, 0 and ``NEVER`` only the shift speeds count."""
 
     earliest: Symbol
     """Not up below it."""
@@ -41,6 +41,8 @@ class KickLimits(NamedTuple):
     """Up above it."""
     down: Symbol
     """Down below it."""
+    kick: Symbol
+    """No kick-down above it."""
 
 
 class Shifts(NamedTuple):
@@ -52,14 +54,25 @@ class Shifts(NamedTuple):
 
 
 def kick_limits(
-    speeds: Sequence[tuple[float, float]], gear: Symbol, before: Sequence[float], after: Sequence[float]
+    speeds: Sequence[tuple[float, float]],
+    gear: Symbol,
+    before: Sequence[float],
+    after: Sequence[float],
+    *,
+    interrupts: bool = False,
 ) -> KickLimits:
     """The limits from the engine speeds [rad/s] before and after each upshift at which both gears pull equally hard.
 
     Without speeds before the shifts, or without those after them, there are no such limits. The downshift has the hysteresis of ``speeds``.
+    A shift that ``interrupts`` the torque only has the limit above which it does not kick down.
     """
     lower = [w * down / up for w, (up, down) in zip(after, speeds, strict=False)]
-    return KickLimits(_of(gear, before, 1, 0.0), _of(gear, before, 1, NEVER), _of(gear, lower, 2, 0.0))
+    return KickLimits(
+        earliest=_of(gear, before, 1, 0.0),
+        latest=_of(gear, before, 1, NEVER),
+        down=_of(gear, () if interrupts else lower, 2, 0.0),
+        kick=_of(gear, lower, 2, NEVER),
+    )
 
 
 @dataclass(frozen=True)
@@ -89,7 +102,9 @@ class ShiftRule:
         downshift = now.v < ca.fmin(down * later, middle)
 
         pulls_harder = _any(now.v < down * later, now.w < depth * limits.down)
-        kick_down = _all(now.accelerator > self.kick, pulls_harder, ca.logic_not(downshift), ca.logic_not(upshift))
+        # Without the limit of the engine speed a gear that was left at limits.latest would be kicked down to again.
+        kicked = _all(now.accelerator > self.kick, pulls_harder, now.w < limits.kick)
+        kick_down = _all(kicked, ca.logic_not(downshift), ca.logic_not(upshift))
         return Shifts(upshift, downshift, kick_down)
 
 

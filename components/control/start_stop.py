@@ -58,6 +58,11 @@ class StartStop(EngineSwitch):
     since: Discrete = discrete("s", "Time at which it was started", start=0.0)
     rested: Discrete = discrete("s", "Time at which the vehicle came to rest", start=0.0)
 
+    def initial(self) -> Equations:
+        """A running engine has just been started."""
+        yield self.since == time
+        yield self.rested == time
+
     def equations(self) -> Equations:
         """A switch with hysteresis."""
         u, v, runs = self.accelerator.value, self.v.value, self.running > 0.5

@@ -22,6 +22,8 @@ from powertrain.components.friction_table import Table, at_speed
 from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
 
 EFFICIENCIES, ANY = (1e-6, 1.0), (-math.inf, math.inf)
+ROUNDING = 1e-12
+"""Relative difference up to which bearing frictions are equal."""
 LEAST = -1e-12
 """Largest value of eta_mf1 - 1/eta_mf2 that counts as a mesh loss."""
 
@@ -102,7 +104,7 @@ class LossyGear(LossyPair):
                     f"{self._path}.lossTable: the row {row} is not (|w_a|, eta_mf1, eta_mf2, |tau_bf1|, |tau_bf2|) "
                     "with efficiencies in (0, 1]"
                 )
-            if row[1] == row[2] == 1 and abs(row[3]) != abs(row[4]):
+            if row[1] == row[2] == 1 and not math.isclose(abs(row[3]), abs(row[4]), rel_tol=ROUNDING):
                 raise ParameterError(
                     f"{self._path}.lossTable: the row {row} has no mesh loss, so its bearing friction cannot "
                     f"depend on the side that drives ({row[3]:g} N.m and {row[4]:g} N.m)"

@@ -21,12 +21,15 @@ from powertrain import (
     unilateral,
     variable,
     when,
+    within,
 )
 from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
 from powertrain.components.translational.interfaces import Flange as LinearFlange
 
 CLEARANCE = 1e-4
 """Distance in m from a row of teeth at which the sleeve reaches it."""
+OVERRUN = 1e-6
+"""Penetration of the last stop in m above which it is an error."""
 
 
 class Synchroniser(CompliantWithRelativeStates, Lossy):
@@ -40,6 +43,7 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
     3. x = s_dog and |w_rel| < w_in: the dogs engage; |tau| = tau_in removes the rest of w_rel, then |tau| <= tau_max;
        at a higher speed they ratchet and the sleeve waits
     back at x < s_dog the dogs are out, back at x < s_ring the ring blocks again
+    at the start: the sleeve has passed the ring if x > s_ring, and the dogs are in if x > s_dog
 
     While the cone slides, its torque holds the ring against the chamfers. The ring blocks until the speeds are equal if ``index`` is below
     the cone's torque per unit of F, cones mue radius/sin(angle); otherwise the sleeve passes at once and the dogs ratchet. Once the cone
@@ -49,7 +53,8 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
     Sources: H. Naunheimer et al., Automotive Transmissions, 2nd ed., Springer 2011, ch. 9; R. J. Socin, L. K. Walters, Manual
     Transmission Synchronizers, SAE 680008, 1968.
 
-    Errors: ParameterError if the cone would stick (tan(angle) <= mue) or the positions are not in order.
+    Errors: ParameterError if the cone would stick (tan(angle) <= mue) or the positions are not in order; SimulationError for a start
+    beyond s_end.
     """
 
     sleeve: LinearFlange = port(LinearFlange)
@@ -96,6 +101,7 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
         yield self.supportT.f == -self.sleeve.f
         way = self.s_ring + self.passed * (self.s_dog - self.s_ring) + self.inside * (self.s_end - self.s_dog)
         yield unilateral(way - self.x, self.F, name="stop")
+        within(self.s_end - self.x, -OVERRUN, math.inf, name="distance to s_end", unit="m")
         limit = (1 - self.passed) * self._cone() * self.F + self.inside * self.tau_in
         held = 1 + self.inside * (self.tau_max / self.tau_in - 1)
         yield friction(self.w_rel, self.tau, -limit, limit, peak=held)
@@ -107,8 +113,15 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
         yield when(ca.logic_and(turned, self.passed < 0.5), reinit(self.passed, 1), name="ring passed")
         reach = ca.logic_and(self.x > self.s_dog - CLEARANCE, ca.fabs(self.w_rel) < self.w_in)
         yield when(ca.logic_and(reach, self.passed > 0.5), reinit(self.inside, 1), name="dogs in")
+        yield from self._started()
         yield when(self.x < self.s_dog - 2 * CLEARANCE, reinit(self.inside, 0), name="dogs out")
         yield when(self.x < self.s_ring - 2 * CLEARANCE, reinit(self.passed, 0), name="ring free")
+
+    def _started(self) -> Equations:
+        """A sleeve that a run starts beyond the ring, or beyond the edge of the dogs, has passed it before."""
+        beyond = self.x > self.s_ring + CLEARANCE, self.x > self.s_dog + CLEARANCE
+        for past, state, name in zip(beyond, (self.passed, self.inside), ("past the ring", "in the dogs"), strict=True):
+            yield when(ca.logic_and(past, state < 0.5), reinit(state, 1), name=name, initially=True)
 
     def _cone(self) -> Symbol:
         return self.cones * self.mue * self.radius / ca.sin(self.angle)

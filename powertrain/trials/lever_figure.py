@@ -6,7 +6,7 @@ Theory: H. L. Benford, M. B. Leising, The lever analogy: a new tool in transmiss
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -24,9 +24,9 @@ SHAFT = "0.3"
 def plot_levers(scheme: GearScheme, gear: str, *, ax: Axes | None = None) -> Axes:
     """The levers of a gearset in one gear: a line over the positions of its members, at the heights of their speeds.
 
-    Members are placed so that the three speeds lie on a line: the carrier at 0, b at 1/(1 - R_o) of the lever's length from it, a at R_o
-    times that distance. Heights are speeds over input speed; dotted lines mark input and output. The legend tells which members the
-    engaged elements join or hold, in parentheses those that do so in overrun only.
+    Members are placed so that the three speeds lie on a line: from the carrier, a is R_o times as far away as b, on the other side if R_o
+    is negative; all levers are drawn equally wide. Heights are speeds over input speed; dotted lines mark input and output. The legend
+    tells which members the engaged elements join or hold, in parentheses those that do so in overrun only.
     """
     ax = axes_of(ax, (6, 4))
     speeds = scheme.speeds(gear) | {HOUSING: 0.0}
@@ -36,9 +36,10 @@ def plot_levers(scheme: GearScheme, gear: str, *, ax: Axes | None = None) -> Axe
         x = dict(zip((lever.a, lever.b, lever.carrier), left + _places(lever), strict=True))
         low, high = min(x, key=lambda name: x[name]), max(x, key=lambda name: x[name])
         ax.plot([x[low], x[high]], [speeds[low], speeds[high]], color="0.55", linewidth=3, solid_capstyle="round")
+        aside = -1 if speeds[high] > speeds[low] else 1  # labels stand across the line, not on it
         for name, place in x.items():
             ax.plot(place, speeds[name], "o", color=SHAFT, markersize=5)
-            ax.annotate(name, (place, speeds[name]), textcoords="offset points", xytext=(1, 5), fontsize=7, rotation=50)
+            _label(ax, name, (place, speeds[name]), aside)
         left += GAP
     row = scheme.gear(gear)
     for name in (*row.engaged, *row.coast):
@@ -54,8 +55,15 @@ def plot_levers(scheme: GearScheme, gear: str, *, ax: Axes | None = None) -> Axe
         [GAP * k + 0.5 for k in range(len(scheme.levers))], [lever.name for lever in scheme.levers], fontsize=8
     )
     ax.legend(fontsize=7, handlelength=0, loc="best", framealpha=0.6)
-    ax.margins(0.12, 0.3)
+    ax.margins(0.2, 0.3)
     return ax
+
+
+def _label(ax: Axes, name: str, at: tuple[float, float], aside: int) -> None:
+    """A name that runs from a point upwards (1) or downwards (-1)."""
+    va: Literal["bottom", "top"] = "bottom" if aside > 0 else "top"
+    offset = (1, 4 * aside)
+    ax.annotate(name, at, textcoords="offset points", xytext=offset, fontsize=7, rotation=50 * aside, va=va)
 
 
 def plot_lever_diagrams(scheme: GearScheme) -> list[Axes]:

@@ -224,6 +224,16 @@ def test_sampled_controller_is_its_program() -> None:
         assert result.at([(n + 0.999999) * period], "parts[2].y")[0] == pytest.approx(plant, abs=1e-5)
 
 
+@pytest.mark.parametrize(("start", "first"), [(0.0, 0.25), (0.1, 0.25), (10.0, 10.25), (10.05, 10.25)])
+def test_a_sampled_controller_starts_with_the_run(start: float, first: float) -> None:
+    """Without feedback y = k (1 + j period/Ti) after sample j: the multiples of the period that follow the start, whenever that is."""
+    parts = b.Constant(k=1), b.Constant(k=0), b.SampledPI(k=2, Ti=1, period=0.25, yMax=9, yMin=-9, y_start=0.5)
+    plant = pt.compile(joined(*parts, joints="0.y=2.u_s 1.y=2.u_m"))
+    result = plant.simulate(start + 2.0, start=start)
+    times = [(start + first) / 2, *(first + 0.125 + 0.25 * np.arange(7))]
+    np.testing.assert_allclose(result.at(times, "parts[2].y"), [0.5, *(2 * (1 + 0.25 * np.arange(7)))])
+
+
 @pytest.mark.parametrize(
     ("way", "duration", "top"), [(10.0, 7.0, 2.0), (-10.0, 7.0, -2.0), (1.0, 2.0, 1.0), (0.0, 0.0, 0.0)]
 )

@@ -93,6 +93,7 @@ def test_shift_speeds_for_gears() -> None:
         (([3.6, 2.1], -4.1), {}, ": final_drive = -4.1 is outside its range"),
         (([3.6, 2.1], 4.1), {"radius": "205/55"}, r": radius = '205/55' is not the size of a radial tyre"),
         (([3.6, 2.1], 4.1), {"w_full": "5500 Nm"}, ": w_full = '5500 Nm'"),
+        (([3.6, 2.1], 4.1), {"w_full": 300}, r": w_full = 300 rad/s is less than 308.6 rad/s, .* to w_up = 180 rad/s"),
         (([3.6, 2.1], 4.1), {"w_full": 5500}, ": w_full = 5500 rad/s is outside its range"),  # rpm without its unit
     ],
 )

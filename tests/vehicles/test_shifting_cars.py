@@ -92,6 +92,23 @@ def test_figures(run: CycleRun) -> None:
     plt.close("all")
 
 
+@pytest.mark.parametrize("name", ["four", "six"])
+def test_names_in_lever_diagrams_stand_across_the_levers(name: str) -> None:
+    """No name runs along its lever or out of its axes."""
+    for ax in plot_lever_diagrams(CARS[name].gearbox.scheme):
+        ax.figure.canvas.draw()
+        frame, names = ax.get_window_extent(), list(ax.texts)
+        levers = [line for line in ax.lines if line.get_linewidth() == 3]
+        assert len(names) == 3 * len(levers)
+        for k, text in enumerate(names):
+            y = np.asarray(levers[k // 3].get_ydata(), float)
+            steep = np.tan(np.radians(text.get_rotation()))
+            assert steep * (y[1] - y[0]) < 1e-9
+            box = text.get_window_extent()
+            assert frame.x0 < box.x0 < box.x1 < frame.x1
+    plt.close("all")
+
+
 @pytest.mark.slow
 def test_what_has_no_such_shifts() -> None:
     result = drive_cycle(ManualCar(), WLTC.part(0, 20)).result

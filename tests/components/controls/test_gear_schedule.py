@@ -49,6 +49,15 @@ def test_shifts_where_the_speeds_say() -> None:
     assert gear[changes + 1].tolist() == [2, 3, 2, 1]
 
 
+@pytest.mark.parametrize("start", [-200.0, 0.0, 30.0])
+def test_gears_follow_in_a_run_that_starts_at_any_time(start: float) -> None:
+    """A car that already drives 20 m/s shifts up at once, and again after the dwell; no shift goes on before that."""
+    car = pt.compile(Scheduled(v=TimeTable(table=((0.0, 20.0),))))
+    result = car.simulate(start + 5, start=start, max_step=0.5)
+    np.testing.assert_allclose(_shifts(result), [start + 1e-3, start + 2.001], atol=1e-6)
+    assert result["schedule.hold"].max() == result["schedule.hold"][0] == 1
+
+
 def test_course_of_a_shift() -> None:
     """The clutch opens in 0.15 s, the lever moves in 0.25 s through neutral, the clutch closes in 0.3 s; the throttle is cut meanwhile."""
     result = pt.simulate(Scheduled(v=UP_AND_DOWN), stop=6, max_step=0.5)
@@ -144,6 +153,54 @@ def test_no_kick_down_where_the_next_gear_pulls_harder(kind: type[GearSchedule] 
     assert result.at([9.9, 10.1, 11.5], "schedule.gear").tolist() == [2, 3, 3]
 
 
+@pytest.mark.parametrize("kind", [GearSchedule, PowerShiftSchedule])
+def test_no_kick_down_to_a_gear_that_pulls_less(kind: type[GearSchedule] | type[PowerShiftSchedule]) -> None:
+    """Second gear at 7 m/s, below 2 m/s times 5: above 200 rad/s it pulls harder than first; kick-down below 2/4 of that, 100 rad/s."""
+    u = TimeTable(table=((0.0, 0.0), (10.0, 0.0), (10.0, 1.0)))
+    for speed, gear in ((250.0, 2), (150.0, 2), (90.0, 1)):
+        car = Scheduled(
+            v=TimeTable(table=((0.0, 7.0),)),
+            u=u,
+            w=TimeTable(table=((0.0, speed),)),
+            pulls=PULLS,
+            schedule=kind(speeds=SPEEDS, eager=4),
+        )
+        assert pt.simulate(car, stop=14, max_step=0.2)["schedule.gear"][-1] == gear
+
+
+class Drawn(pt.Component):
+    """A schedule with a full pedal whose engine turns with the gear that it chooses."""
+
+    v: TimeTable
+    schedule: GearSchedule | PowerShiftSchedule
+    ratios: tuple[float, ...]
+    pulls: tuple[tuple[float, ...], ...]
+    radius: pt.Parameter = pt.parameter("m", "Radius of the wheels over the final drive", default=0.3 / 4)
+    u: TimeTable = TimeTable(table=((0.0, 1.0),))
+
+    def equations(self) -> pt.Equations:
+        yield from self.schedule.pulled(*self.pulls)
+        yield pt.connect(self.v.y, self.schedule.v)
+        yield pt.connect(self.u.y, self.schedule.accelerator)
+        ratio = sum(x * (ca.fabs(self.schedule.gear - k) < 0.5) for k, x in enumerate(self.ratios, 1))
+        yield self.schedule.w.value == ratio * self.v.y.value / self.radius
+
+
+@pytest.mark.parametrize("kind", [GearSchedule, PowerShiftSchedule])
+def test_a_full_pedal_does_not_hunt_where_the_shift_speeds_are_beyond_those_of_the_pull(
+    kind: type[GearSchedule] | type[PowerShiftSchedule],
+) -> None:
+    """A diesel whose second gear pulls harder from 426 rad/s, with shift speeds for 560 rad/s: one upshift at 8.9 m/s, and it stays."""
+    ratios = 3.6, 2.1, 1.4, 1.0
+    before = 426.0, 411.0, 402.0
+    after = tuple(w * other / one for w, one, other in zip(before, ratios[:-1], ratios[1:], strict=True))
+    schedule = kind.for_gears(ratios, 4.0, w_full=560.0, down=0.85)
+    v = TimeTable(table=((0.0, 0.0), (10.0, 8.95), (60.0, 9.1)))
+    result = pt.simulate(Drawn(v=v, schedule=schedule, ratios=ratios, pulls=(before, after)), stop=60, max_step=0.2)
+    changes = np.flatnonzero(np.diff(result["schedule.gear"]))
+    assert result["v.y"][changes].tolist() == pytest.approx([426 / 3.6 * 0.075], rel=1e-6)
+
+
 def test_the_rule_in_numbers_is_that_of_the_run() -> None:
     """``trials.backward`` decides by the same rule: a drive through all shifts, decided every 10 ms, shifts at the times of the run."""
     schedule = PowerShiftSchedule(speeds=SPEEDS, kick=0.6)
@@ -228,6 +285,12 @@ def test_start_stop() -> None:
     u = TimeTable(table=((0.0, 0.0), (5.0, 0.0), (5.0, 0.1), (5.5, 0.1), (5.5, 0.0)))
     result = pt.simulate(Stopping(u=u), stop=9, max_step=0.5)
     np.testing.assert_allclose(result.at([1.9, 2.1, 4.9, 5.1, 6.9, 7.1], "switch.on"), [1, 0, 0, 1, 1, 0])
+
+
+@pytest.mark.parametrize(("delay", "stops"), [(0.0, 2.0), (3.0, 3.0)])
+def test_rest_counts_from_the_start_of_the_run(delay: float, stops: float) -> None:
+    result = pt.compile(Stopping(switch=StartStop(delay=delay))).simulate(40, start=30, max_step=0.5)
+    np.testing.assert_allclose(result.at([30 + stops - 0.1, 30 + stops + 0.1], "switch.on"), [1, 0])
 
 
 def test_runs_while_the_vehicle_does() -> None:

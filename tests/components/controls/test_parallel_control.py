@@ -32,3 +32,11 @@ def test_the_machine_charges_with_what_arrives(
     result = pt.simulate(ParallelControl(v_0=2.0), 1.0, points=3, inputs=inputs)
     assert result["torque"][-1] == pytest.approx(120.0)
     assert result["tau"][-1] == pytest.approx(power / max(w_machine, 40), abs=1e-9)
+
+
+@pytest.mark.parametrize("start", [0.0, 30.0])
+def test_the_engine_starts_with_the_run(start: float) -> None:
+    """A charge of 0.3 demands more than 9 kW from the start, whenever that is."""
+    inputs = {**ENGINE, **MACHINE, "accelerator": 0.0, "w_machine": 0.0, "w_shaft": 0.0}
+    result = pt.compile(ParallelControl()).simulate(start + 1.0, start=start, points=3, inputs=inputs)
+    assert result["on"][-1] == 1

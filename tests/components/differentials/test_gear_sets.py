@@ -109,6 +109,16 @@ def test_ravigneaux_loses_in_every_mesh_that_carries_power() -> None:
         assert -out / into == pytest.approx(0.98**meshes, rel=1e-9)
 
 
+def test_ravigneaux_with_both_suns_loaded() -> None:
+    """Large sun held, small sun driving: T_b on the large, by the balance of the long planets eta^2/30 = (T_b/38 + (1 + T_b)/86)/eta."""
+    eta = 0.98
+    gear = RavigneauxGear.from_teeth(**RAVIGNEAUX, n=2, eta=eta)
+    parts = gear, rot.ConstantSpeed(w_fixed=10), rot.Fixed(), rot.ConstantTorque(tau_constant=-20)
+    result = run(joined(*parts, joints="0.sun_small=1.flange 0.sun_large=2.flange 0.ring=3.flange"), 0.01)
+    held = (eta**3 / 30 - 1 / 86) / (1 / 38 + 1 / 86)
+    assert 20 / result["parts[0].sun_small.tau"][-1] == pytest.approx(1 + held, rel=1e-9)
+
+
 @pytest.mark.slow
 def test_ravigneaux_with_four_free_shafts() -> None:
     gear = RavigneauxGear.from_teeth(**RAVIGNEAUX, n=2, eta=0.98)

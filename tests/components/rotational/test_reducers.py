@@ -76,6 +76,15 @@ def test_no_load_starting(drive: Any, starting: float) -> None:
         assert bool(abs(driven(drive, tau_a, 0.0)["parts[1].w"][-1]) > 1e-6) == turns
 
 
+@pytest.mark.parametrize("lobes", [6, 29, 87])
+def test_no_load_starting_without_mesh_loss(lobes: int) -> None:
+    """Only bearing friction: the same torque at the eccentric in both directions of power, whatever the rounding of its ratio."""
+    drive = rot.CycloidalDrive.of(lobes, lobes + 1, efficiency=1.0, back=1.0, starting=0.05)
+    for tau_a, turns in ((0.0495, False), (0.0505, True)):
+        assert bool(abs(driven(drive, tau_a, 0.0)["parts[1].w"][-1]) > 1e-6) == turns
+        assert bool(abs(driven(drive, 0.0, lobes * tau_a)["parts[1].w"][-1]) > 1e-6) == turns
+
+
 def test_no_load_torques_of_no_mesh_are_rejected() -> None:
     """The larger torque of the two directions would hold in both: 6 N.m/29 at 90 % are 0.186 N.m at the eccentric."""
     with pytest.raises(pt.ParameterError, match=r"starting = 0.15 N.m .* backdriving = 6 N.m.* = 0.1862 N.m and"):

@@ -62,6 +62,26 @@ def test_dogs_hold_and_come_out() -> None:
     assert at(result, "w_rel", 1.5) > 1  # the drag slows the free wheel down
 
 
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_a_run_may_start_in_gear(direction: float) -> None:
+    """Only the sleeve is given, at its end: the dogs are in and carry 50 N.m, which no cone could. Before the dogs, they are out."""
+    for position, inside in ((9e-3, 1), (4e-3, 0)):
+        place = TimeTable(table=((0.0, direction * position),))
+        parts = rot.Synchroniser(direction=direction), rot.Inertia(J=J), rot.Inertia(J=1e3), tr.ShiftActuator(), place
+        wired = "0.flange_a=1.flange_a=5.flange 0.flange_b=2.flange_a 0.sleeve=3.flange 4.y=3.s_ref"
+        model = joined(*parts, rot.ConstantTorque(tau_constant=-50.0), joints=wired)
+        result = run(model, 0.2, {"3.s": direction * position, "1.w": DW, "2.w": DW}, rtol=1e-9)
+        assert at(result, "inside", 0.2) == inside
+        assert at(result, "w_rel", 0.2) == pytest.approx(0.0 if inside else 50 / J * 0.2, abs=1e-9)
+
+
+def test_a_start_beyond_the_last_stop_is_rejected() -> None:
+    parts = rot.Synchroniser(), tr.Mass(m=1), rot.Inertia(J=J), rot.Inertia(J=J)
+    model = joined(*parts, joints="0.sleeve=1.flange_a 0.flange_a=2.flange_a 0.flange_b=3.flange_a")
+    with pytest.raises(pt.SimulationError, match="distance to s_end"):
+        run(model, 0.1, {"1.s": 12e-3})
+
+
 def test_chamfers_that_are_too_sharp_do_not_block() -> None:
     """Index torque above the cone's: the sleeve passes a ring that still slides, and ratchets on the dogs."""
     cone, index = rot.Synchroniser(chamfer=0.6).torques_per_force()
