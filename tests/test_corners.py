@@ -6,10 +6,12 @@ from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
+import numpy as np
 import pytest
 from formulas import assert_as_formula
 
 import powertrain as pt
+from powertrain.variational.corners import _changes
 
 RATES: dict[str, Callable[[Any, Any], Any]] = {
     "abs": lambda x, c: ca.fabs(x - c),
@@ -46,6 +48,38 @@ def area(a: Any, c: Any, x: Any) -> Any:
 def test_rates_with_a_corner(rate: str) -> None:
     """|x - c|, written in every way."""
     assert_as_formula(Bent(rate=rate), "y", area, {"a": 0.7, "c": 0.6, "x": 0.2}, stop=2.0)
+
+
+class Twice(pt.Component):
+    """Two corners at one instant."""
+
+    c: pt.Parameter = pt.parameter("1", "Corner", default=0.6)
+    d: pt.Parameter = pt.parameter("1", "Other corner", default=0.6)
+    x: pt.Variable = pt.variable("1", "Level", start=0.2)
+    y: pt.Variable = pt.variable("1", "Integral", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == 1.0
+        yield pt.der(self.y) == ca.fabs(self.x - self.c) + ca.fmax(self.x, self.d)
+
+
+def test_corners_that_move_apart_are_refused() -> None:
+    with pytest.raises(pt.SimulationError, match="two corners at once"):
+        pt.hessian(Twice(), "y", ["c", "d"], stop=2.0)
+
+
+def test_changes_of_sign() -> None:
+    """Values within the accuracy (1) have no sign; a value that only touches zero, or scatters there, does not change it."""
+    cases: dict[tuple[float, ...], list[tuple[int, int]]] = {
+        (5.0, 2.0, -3.0): [(1, 2)],
+        (5.0, 0.5, -0.5, 4.0): [],
+        (5.0, 0.5, -0.5, 0.5, -4.0): [(1, 4)],
+        (-5.0, 0.5, 0.2, -5.0, 6.0): [(3, 4)],
+        (0.5, -0.5, 0.5): [],
+        (-2.0, 2.0, -2.0): [(0, 1), (1, 2)],
+    }
+    for values, changes in cases.items():
+        assert list(_changes(np.array(values))) == changes
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6])
