@@ -33,7 +33,7 @@ class Laws(pt.Component):
         yield pt.friction(c - 0.4, self.g, -0.7, 0.9)
         yield self.x == pt.switch(self.f + a > 0.4, self.f * a, c)
         yield self.y == pt.switch(self.x > 0.3 * b, self.x + 1.0, -c)
-        yield self.z == pt.switch(self.y > self.x, pt.switch(c > b, 1.0 + a, 2.0), self.g)
+        yield self.z == pt.switch(self.y > self.x, 1.0 + a, self.g)
 
 
 def formula(a: Points, b: Points, c: Points) -> dict[str, Points]:
@@ -42,7 +42,7 @@ def formula(a: Points, b: Points, c: Points) -> dict[str, Points]:
     g = np.where(c > 0.4, 0.9, -0.7)
     x = np.where(f + a > 0.4, f * a, c)
     y = np.where(x > 0.3 * b, x + 1.0, -c)
-    return {"f": f, "g": g, "x": x, "y": y, "z": np.where(y > x, np.where(c > b, 1.0 + a, 2.0), g)}
+    return {"f": f, "g": g, "x": x, "y": y, "z": np.where(y > x, 1.0 + a, g)}
 
 
 def scattered(points: Points) -> Points:
