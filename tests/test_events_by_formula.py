@@ -99,6 +99,27 @@ def test_a_law_takes_away_the_speed_that_a_reset_misses() -> None:
     np.testing.assert_allclose([found[n] for n in THROWN], np.array(exact(*THROWN.values())).ravel(), rtol=1e-7)
 
 
+class Caught(pt.Component):
+    """The same belt; at 0.1 s the body gets the speed that the belt has at 0.3 m + 0.6 m - 0.045 m."""
+
+    w: pt.Variable = pt.variable("m/s", "Speed", start=6.0)
+    s: pt.Variable = pt.variable("m", "Place", start=0.3)
+    f: pt.Variable = pt.variable("N", "Friction")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.s) == self.w
+        yield pt.der(self.w) == -self.f
+        yield pt.friction(self.w - 0.7 * self.s, self.f, -9.0, 9.0)
+        yield pt.when(pt.time > 0.1, pt.reinit(self.w, 0.7 * 0.855))
+
+
+def test_a_law_takes_away_the_speed_that_a_place_misses() -> None:
+    """From elsewhere the body has the speed of the belt there at once: s = (s0 + 0.1 w0 - 0.045) exp(0.7 (t - 0.1))."""
+    found = pt.gradient(pt.simulate(Caught(), 2.0, **TIGHT), "s", ["s", "w"])
+    grown = np.exp(0.7 * 1.9)
+    np.testing.assert_allclose([found["s"], found["w"]], [grown, 0.1 * grown], rtol=1e-7)
+
+
 class Carried(pt.Component):
     """A body that a belt carries at p^2 b from the start."""
 
