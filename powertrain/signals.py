@@ -166,6 +166,10 @@ class Signals:
             return Picked(what, what, unit, doc, self.inputs[4][list(self.parameters).index(what)])
         raise ParameterError(f"the model has no signal {what}{suggestion(what, [*self.names, *self.parameters])}")
 
+    def identity(self, picked: Picked) -> str:
+        """What tells expressions apart; the labels of two that differ in a late digit are the same."""
+        return str(ca.Function("powertrain_identity", self.inputs, [picked.expression]).serialize())
+
     def _selected(self, selector: Callable[[Any], Any]) -> Picked:
         if not callable(selector):
             raise ParameterError(f"name a signal by its path or a selector (lambda m: m.J1.w), not by {selector!r}")

@@ -37,6 +37,28 @@ def test_linear_vibration() -> None:
     exact = np.exp(1.5 * np.roots([1.0, 0.5, 9.0]))
     np.testing.assert_allclose(sorted(found.multipliers, key=np.angle), sorted(exact, key=np.angle), rtol=1e-8)
     assert "modulus" in str(found)
+    ends = result.at([1.0, 2.5], list(found.closure))
+    for name, change in found.closure.items():
+        assert change == pytest.approx(ends[name][1] - ends[name][0], abs=1e-9)
+
+
+class Bilinear(pt.Component):
+    """A mass on a spring that is stiffer on one side."""
+
+    x: pt.Variable = pt.variable("m", "Deflection", start=0.3)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.v
+        yield pt.der(self.v) == -4.0 * self.x - 5.0 * ca.fmax(self.x, 0.0)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.7])
+def test_a_corner_of_the_rates(start: float) -> None:
+    """Half a period on one side turns every change into its negative, so that the whole period pi/2 + pi/3 leaves it as it is."""
+    period = math.pi / 2 + math.pi / 3
+    found = pt.floquet(pt.simulate(Bilinear(), start + period, rtol=1e-7), start, period)
+    np.testing.assert_allclose(found.matrix, np.eye(2), atol=1e-5)
 
 
 class Belt(pt.Component):
@@ -69,6 +91,7 @@ def test_stick_slip() -> None:
     sizes = np.abs(found.multipliers)
     assert sizes[: len(sizes) - 1] == pytest.approx(np.ones(len(sizes) - 1), abs=1e-6)
     assert sizes[-1] < 1e-9
+    np.testing.assert_allclose(found.matrix @ found.vectors, found.vectors * found.multipliers, atol=1e-9)
     assert max(abs(v) for n, v in found.closure.items() if n.endswith(("w", "w_rel"))) < 1e-6
 
 

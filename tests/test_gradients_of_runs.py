@@ -93,6 +93,7 @@ def test_objectives(decay: pt.Plant[Decay]) -> None:
     w = result.at(times, ["inertia.w"])["inertia.w"]
     decayed = np.exp(-0.25 * np.array(times))
     assert squares["inertia.w"] == pytest.approx(float(200 * (w - values) @ decayed), rel=1e-9)
+    assert [g.unit for g in (whole, squares)] == ["rad/s.s", "1"]
     mixed = pt.gradient(result, 2 * pt.final("inertia.w") - pt.integral(lambda m: m.inertia.w), "inertia.w")
     assert mixed["inertia.w"] == pytest.approx(2 * e - 4 * (1 - e), rel=1e-9)
 

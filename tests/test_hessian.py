@@ -38,6 +38,17 @@ def test_decay() -> None:
     assert found["units"].sel(wrt="inertia.J", wrt_2="inertia.w").item() == "rad/s/(kg.m2)/(rad/s)"
 
 
+def test_extrema_at_the_start_and_at_the_end() -> None:
+    """A decay has its largest value w0 at the start and its least one at the end; none of the two instants moves."""
+    names, options = ["inertia.J", "inertia.w"], {"stop": 3.0, "starts": {"inertia.w": 10.0}}
+    largest, least, last = (
+        pt.hessian(Decay(), of, names, **options)
+        for of in (pt.maximum("inertia.w"), pt.minimum("inertia.w"), "inertia.w")
+    )
+    np.testing.assert_allclose(largest, 0.0, atol=1e-12)
+    np.testing.assert_allclose(least, last, rtol=1e-12)
+
+
 def test_a_ball_through_two_bounces() -> None:
     """Falls from h, bounces with e v, 2 e v/g later with e^2 v."""
     e, g, h = ca.SX.sym("e"), ca.SX.sym("g"), ca.SX.sym("h")

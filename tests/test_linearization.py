@@ -88,6 +88,18 @@ def test_an_input_shows_in_its_own_signal() -> None:
     assert system.D.ravel().tolist() == [1.0, 0.0]
 
 
+def test_outputs_that_differ_in_a_late_digit() -> None:
+    """The slope of (1000 w - c)^2 is 2000 (1000 w - c), for either c."""
+    plant = pt.compile(Oscillator())
+
+    def square(c: float) -> Any:
+        return lambda m: (1000 * m.J1.w - c) ** 2
+
+    for c in (1000.001, 1000.004):
+        system = linearize(plant, ["torque.tau"], [square(c)], at={"J1.w": 1.0})
+        assert np.abs(system.C).max() == pytest.approx(2000 * (c - 1000), rel=1e-9)
+
+
 def test_parameters_are_inputs_of_constants() -> None:
     plant = pt.compile(Oscillator())
     system = linearize(

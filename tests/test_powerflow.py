@@ -465,6 +465,43 @@ def test_compound_split() -> None:
     assert loops[0].power == pytest.approx(float(share["power"][1]))
 
 
+class Unround(TwoFlanges):
+    """Wheels whose ratio z follows from V by z + 0.2 z^3 = V."""
+
+    V: pt.Input = pt.signal_input("1", "Setting")
+    z: pt.Variable = pt.variable("1", "Ratio", guess=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.z + 0.2 * self.z**3 == self.V.value
+        yield pt.der(self.flange_b.phi) == self.z * pt.der(self.flange_a.phi)
+        yield self.flange_a.tau + self.z * self.flange_b.tau == 0
+
+
+class Geared(pt.Component):
+    """Unround wheels between a drive and a load."""
+
+    V: pt.Input = pt.signal_input("1", "Setting")
+    drive: ConstantSpeed = ConstantSpeed(w_fixed=100.0)
+    wheels: Unround = Unround()
+    drag: Damper = Damper(d=1.0)
+    ground: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.wheels.flange_a)
+        yield pt.connect(self.wheels.flange_b, self.drag.flange_a)
+        yield pt.connect(self.drag.flange_b, self.ground.flange)
+        yield pt.connect(self.V, self.wheels.V)
+
+
+def test_share_where_the_ratio_is_implicit() -> None:
+    """d ln z/d ln V = V/(z (1 + 0.6 z^2))."""
+    shafts = ("drive.flange", "wheels.flange_b")
+    flow = pt.power_flow(Geared(), {"V": [0.7, 1.9]}, variator="wheels", ratio="V", shafts=shafts)
+    z = np.array([np.roots([0.2, 0.0, 1.0, -V])[2].real for V in (0.7, 1.9)])
+    exact = (z + 0.2 * z**3) / (z * (1 + 0.6 * z**2))
+    np.testing.assert_allclose(flow.variator("wheels")["share"], exact, rtol=1e-9)
+
+
 def test_wrong_names_are_refused(example: pt.PowerFlow) -> None:
     with pytest.raises(pt.ParameterError, match=r"no component gearbox\.cvv.*gearbox\.cvu"):
         example.variator("gearbox.cvv")

@@ -113,7 +113,7 @@ def _linearizer(plant: Plant[Any], inputs: tuple[str, ...], outputs: Sequence[Se
     """The derivatives for this choice, built once for a plant."""
     signals = signals_of(plant.compiled)
     kept = _kept.setdefault(plant, {})
-    key = (inputs, tuple(signals.pick(s).label for s in outputs))
+    key = (inputs, tuple(signals.identity(signals.pick(s)) for s in outputs))
     if key not in kept:
         kept[key] = _Linearizer(plant, inputs, outputs)
     return kept[key]

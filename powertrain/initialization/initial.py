@@ -45,7 +45,12 @@ _KEPT = 16
 
 
 class InitialReport:
-    """The start of one run: the conditions used, those that follow from others, and the resulting states."""
+    """The start of one run: the conditions used, those that follow from others, and the resulting states.
+
+    ``given``: the discrete variables with values given for this run.
+    """
+
+    given: frozenset[str] = frozenset()
 
     def __init__(
         self,
@@ -125,7 +130,9 @@ class Initializer:
         self._discretes.set(t, m, p)
         for name in held:
             m[self._discretes.places[name]] = starts[name]
-        return self._plans[names].solve(engine, t, p, m, np.array([float(starts[n]) for n in names]), guesses)
+        found = self._plans[names].solve(engine, t, p, m, np.array([float(starts[n]) for n in names]), guesses)
+        found[3].given = frozenset(held)
+        return found
 
 
 def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol]:

@@ -141,7 +141,7 @@ class DirectedFlow:
         into, around = self.entering(v), self.circulation[1][terminals]
         left = self.leaving(v) - around.sum(axis=0) / 2
         floor = self.floor
-        on_loop = np.asarray((around > floor).any(axis=0))
+        on_loop = np.asarray((around > 0.0).any(axis=0))
         case = np.full(self.power.shape[1], len(VARIATOR_CASES))
         for points, usable in self._patterns:
             edges = self._directed(self.power[:, points[0]])

@@ -50,27 +50,31 @@ class Start:
     def derivatives(self, result: Result[Any], run: Record, wanted: Unknowns) -> NDArray[np.float64]:
         """ds/d(unknowns) at the start of a run."""
         _refuse_jump(result, run)
-        n, count = self.system.states, len(wanted.parameters)
+        n, chain = self.system.states, wanted.chain(np.array([run.start]), after=True)[0]
         found = np.zeros((self.system.size, len(wanted.names)))
-        held, places = self.system.discretes, self.discretes.places
-        if self.discretes.given:
-            rows = [n + held.index(place) for place in self.discretes.given]
-            found[rows, :count] = np.array(self.given(run.start, run.first.m[0], run.p))[:, :count]
-        for j, name in enumerate(wanted.starts, count):
+        held, places, free = self.system.discretes, self.discretes.places, self._free(result, wanted)
+        given = np.array(self.given(run.start, run.first.m[0], run.p)) @ chain
+        for place, slopes in zip(self.discretes.given, given, strict=True):
+            if place not in free:
+                found[n + held.index(place)] = slopes
+        for j, name in enumerate(wanted.starts, len(wanted.parameters)):
             if name in places:
-                found[n + held.index(places[name])] = 0.0
                 found[n + held.index(places[name]), j] = 1.0
         if n:
-            found[:n] = self._states(result, run, wanted, found[n:])
+            found[:n] = self._states(result, run, wanted, chain, found[n:])
         return found
 
+    def _free(self, result: Result[Any], wanted: Unknowns) -> set[int]:
+        """The discrete variables whose values at the start are given for the run or varied, not those of ``initial()``."""
+        places = self.discretes.places
+        return {places[name] for name in (*result.report.given, *wanted.starts) if name in places}
+
     def _states(
-        self, result: Result[Any], run: Record, wanted: Unknowns, discretes: NDArray[np.float64]
+        self, result: Result[Any], run: Record, wanted: Unknowns, chain: Block, discretes: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         n, slopes, still = self.system.states, self.conditions(run.first, run.p), list(result.report.open)
         kept = np.eye(n)[still].reshape(-1, n)
         right = np.zeros((len(self.labels) + len(still), len(wanted.names)))
-        chain = wanted.chain(np.array([run.start]), after=True)[0]
         right[: len(self.labels)] = -slopes.q[0] @ chain - slopes.s[0, :, n:] @ discretes
         labels = [*self.labels, *(self.system.dae.state_names[k] for k in still)]
         for j, name in enumerate(wanted.starts, len(wanted.parameters)):
@@ -85,8 +89,8 @@ class Start:
         matrix = np.vstack([slopes.s[0, :, :n], np.eye(n)[list(result.report.open)].reshape(-1, n)])
         on_conditions = (weights[:n] @ np.linalg.pinv(matrix))[: len(self.labels)]
         on_discretes = weights[n:] - on_conditions @ slopes.s[0, :, n:]
-        varied = {self.discretes.places[name] for name in wanted.starts if name in self.discretes.places}
-        given = [0.0 if place in varied else on_discretes[held.index(place)] for place in self.discretes.given]
+        free = self._free(result, wanted)
+        given = [0.0 if place in free else on_discretes[held.index(place)] for place in self.discretes.given]
         conditions, discretes = self.curvatures
         seeds = np.array(given).reshape(1, -1)
         return conditions(run.first, run.p, -on_conditions[None], along) + discretes(run.first, run.p, seeds, along)

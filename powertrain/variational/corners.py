@@ -1,6 +1,7 @@
 """Corners of the rates: places where their derivatives jump although they do not, as for |w| and the larger of two values.
 
-First derivatives of a run pass a corner unchanged. Second derivatives jump there, so a corner on the run is treated like an event.
+First derivatives of a run pass a corner unchanged, but a step over it would integrate them no better than to the length of the step, so
+steps end at corners. Second derivatives jump there, so a corner on the run is treated like an event.
 ``side`` is zero at a corner and determines its instant, as an indicator determines that of an event.
 """
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +14,7 @@ from powertrain.language.arguments import number
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result, complete
 from powertrain.signals import Samples
+from powertrain.variational.corners import Corners
 from powertrain.variational.partials import System
 from powertrain.variational.record import Steps, record
 from powertrain.variational.saltation import Saltation
@@ -64,7 +66,9 @@ def floquet(result: Result[Any], start: float, period: float) -> Floquet:
         )
     system = System(result.compiled, (), ())
     flow = VariationalRates(system, None)
-    run = record(result, np.array([start, end]))
+    corners = Corners(system, ca.vertcat(flow.expressions, system.dae.residual))
+    cuts = np.array([start, end])
+    run = record(result, np.union1d(cuts, [c.time for c in corners.passed(result, record(result, cuts))]))
     kept = (run.steps.times >= start) & (run.steps.times < end)
     points = np.repeat(kept, len(run.steps.samples.t) // max(len(kept), 1))
     steps = Steps(run.steps.times[kept], run.steps.durations[kept], Samples(*(v[points] for v in run.steps.samples)))

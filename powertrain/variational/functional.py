@@ -56,7 +56,8 @@ def functional(result: Result[Any], objective: Objective) -> Functional:
         readings += found
     label = " + ".join(labels)
     key = tuple(
-        (p.label, term.kind == "integral" and term.factor) for term, p in zip(objective.terms, picked, strict=True)
+        (signals.identity(p), term.kind == "integral" and term.factor)
+        for term, p in zip(objective.terms, picked, strict=True)
     )
     unit = units.pop() if len(units) == 1 else ""
     return Functional(label, unit, integrand, column([p.expression for p in picked]), tuple(readings), value, key)

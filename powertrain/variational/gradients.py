@@ -199,7 +199,9 @@ def sensitivity(
 
     wanted = _asked(result, wrt)
     asked = np.unique(result.time) if times is None else np.unique(row("times", times))
-    picked = [signals_of(result.compiled).pick(s) for s in listed("signals", signals)]
+    picked = [
+        signals_of(result.compiled).pick(s) for s in ([signals] if callable(signals) else listed("signals", signals))
+    ]
     values = sensitivities(result, picked, wanted, asked)
     data = {
         p.label: (
@@ -223,7 +225,8 @@ def sensitivity(
 def sensitivities(result: Result[Any], picked: Sequence[Picked], wanted: Unknowns, times: Array) -> NDArray[np.float64]:
     """d(signal)/d(unknown) at times within the run: (time, signal, unknown)."""
     within_run(result, "times: ", times)
-    of = Functional("", "", None, column([p.expression for p in picked]), (), 0.0, tuple(p.label for p in picked))
+    key = tuple(map(signals_of(result.compiled).identity, picked))
+    of = Functional("", "", None, column([p.expression for p in picked]), (), 0.0, key)
     model = model_of(result, wanted, of)
     way = passage(model, result, wanted, of, times)
     kept = forward(model, wanted, way, keep=True)[1]

@@ -29,7 +29,7 @@ from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift,
 from powertrain.variational.mapping import Mapping, Round
 from powertrain.variational.partials import Block, Partials, Slopes
 from powertrain.variational.record import Record
-from powertrain.variational.simultaneous import LARGEST, Parts, over_orders, undecided
+from powertrain.variational.simultaneous import Parts, over_orders, undecided
 from powertrain.variational.transitions import VariationalRates
 
 _EQUAL = 1e-7
@@ -149,12 +149,7 @@ class Saltation:
             t, x, z = (v[k : k + 1].repeat(len(m), 0) for v in (left.t, left.x, left.z))
             return self.flow.rates(self.corrected(Samples(t, x, z, m), run.p), run.p)
 
-        if len(shifts) <= LARGEST:
-            mean, apart = over_orders([shift.s for shift in shifts], f_left, f_left - change, between)
-        else:
-            alone = f_left - between([(i,) for i in range(len(shifts))])
-            rest, apart = undecided(change - alone.sum(axis=0), len(shifts))
-            mean = alone + rest
+        mean, apart = over_orders([shift.s for shift in shifts], f_left, f_left - change, between)
         scale = np.abs(mean).max(initial=0.0) + np.abs(change).max(initial=0.0)
         return mean, apart if np.abs(apart).max(initial=0.0) > _EQUAL * scale else None
 

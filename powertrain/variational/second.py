@@ -15,18 +15,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
-from powertrain.variational.corners import Corner, Corners
+from powertrain.variational.corners import Corner
 from powertrain.variational.crossing import Crossed, Crossing, Matrix, Meets, Side, beside, moved, side_of
 from powertrain.variational.curvature import Curvature, Tangents, tangents
 from powertrain.variational.functional import Functional
 from powertrain.variational.instants import NotDifferentiable
 from powertrain.variational.partials import Block
-from powertrain.variational.record import Record, record
+from powertrain.variational.record import Record
 from powertrain.variational.saltation import row_of
 from powertrain.variational.sweeps import Model, Passage, Read, by_place, passage
 from powertrain.variational.transitions import Batch, stage_tangents, transitions
@@ -56,11 +55,9 @@ class SecondOrder:
 
     def __init__(self, model: Model) -> None:
         self.model, system = model, model.system
-        rates = model.flow.expressions
-        self.rates = Curvature(system, rates)
+        self.rates = Curvature(system, model.flow.expressions)
         self.readings = Curvature(system, model.of.expressions)
         self.crossing = Crossing(model.saltation)
-        self.corners = Corners(system, ca.vertcat(rates, system.dae.residual))
 
     def __call__(self, result: Result[Any], wanted: Unknowns, of: Functional) -> Matrix:
         """The second derivatives. NotDifferentiable if the run has none."""
@@ -93,10 +90,9 @@ class SecondOrder:
         return found
 
     def _forward(self, result: Result[Any], wanted: Unknowns, of: Functional) -> _Way:
-        """The run, cut at its corners, and its tangents."""
+        """The run and its tangents."""
         model = self.model
-        corners = self.corners.passed(result, record(result, of.cuts))
-        through = passage(model, result, wanted, of, np.array([c.time for c in corners]))
+        through = passage(model, result, wanted, of, np.zeros(0))
         run, q = through.run, wanted.plain
         events = by_place(through.boundaries)
         kept = list(model.flow.linear(run.steps, run.p))
@@ -110,7 +106,7 @@ class SecondOrder:
             if i < len(phi):
                 s = phi[i] @ s + psi[i] @ q
         places: dict[int, list[Corner]] = {}
-        for corner in corners:
+        for corner in through.corners:
             places.setdefault(run.steps.before(corner.time), []).append(corner)
         return _Way(through, places, phi, kept, q, at, before)
 
@@ -194,7 +190,7 @@ class SecondOrder:
         change = np.abs(np.hstack([before.s - after.s, (before.t - after.t)[:, None], before.q - after.q]))
         if (change <= _EQUAL * (1.0 + np.abs(before.s).max(initial=0.0))).all():
             return np.zeros((s.shape[1], s.shape[1]))
-        n, slopes = self.model.system.size, beside(self.corners.slopes, result, run.p, t, True)
+        n, slopes = self.model.system.size, beside(self.model.corners.slopes, result, run.p, t, True)
         rows = list(corner.sides)
         falls = slopes.along(before.f[None, :n])[0, rows]
         on_s, on_q = slopes.s[0, rows], slopes.q[0, rows]

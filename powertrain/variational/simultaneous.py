@@ -16,7 +16,7 @@ A. Pang, D. Stewart: Solution dependence on initial conditions in differential v
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import combinations, permutations
+from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from powertrain.numerics.buffers import Array
 
 Parts = NDArray[np.float64]
 """The effect of the motion of each law's instant, one row per law."""
-LARGEST = 4
+_LARGEST = 4
 """The largest number of laws for which every order is tried."""
 _STOPPED = 1e-6
 """If an indicator falls slower by this factor after another law has switched, its law may not switch at all."""
@@ -34,20 +34,29 @@ _STOPPED = 1e-6
 def over_orders(
     gradients: Sequence[Array], before: Array, after: Array, between: Callable[[list[tuple[int, ...]]], Parts]
 ) -> tuple[Parts, Parts]:
-    """The mean over all orders, and the deviation of the order farthest from it.
+    """The mean over the orders, and the deviation of the order farthest from it.
 
     ``gradients``: of the instants with respect to s; ``between``: the rates if only some of the laws have switched.
     """
     count = len(gradients)
-    subsets = [s for size in range(1, count) for s in combinations(range(count), size)]
+    orders = _orders(count)
+    subsets = sorted({tuple(sorted(order[:j])) for order in orders for j in range(1, count)})
     rates = {(): before, tuple(range(count)): after} | dict(zip(subsets, between(subsets), strict=True))
-    found = [_in_order(order, gradients, rates) for order in permutations(range(count))]
+    found = [_in_order(order, gradients, rates) for order in orders]
     if any(parts is None or not np.isfinite(parts).all() for parts in found):
         return undecided(before - after, count)
-    orders = np.array(found)
-    mean = orders.mean(axis=0)
-    apart = orders - mean
+    each = np.array(found)
+    mean = each.mean(axis=0)
+    apart = each - mean
     return mean, apart[int(np.abs(apart).max(axis=(1, 2)).argmax())]
+
+
+def _orders(count: int) -> list[tuple[int, ...]]:
+    """All orders of a few laws; of more, the cyclic ones, with each law at each place and each pair as often in either order."""
+    if count <= _LARGEST:
+        return list(permutations(range(count)))
+    around = [tuple((first + j) % count for j in range(count)) for first in range(count)]
+    return around + [order[::-1] for order in around]
 
 
 def undecided(change: Array, count: int) -> tuple[Parts, Parts]:

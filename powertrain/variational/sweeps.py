@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +15,7 @@ from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples
 from powertrain.variational.begin import Start
+from powertrain.variational.corners import Corner, Corners
 from powertrain.variational.functional import Functional
 from powertrain.variational.instants import NotDifferentiable
 from powertrain.variational.objectives import Reading
@@ -43,6 +45,7 @@ class Model:
         self.saltation = Saltation(self.flow)
         self.read = Partials(self.system, of.expressions)
         self.start = Start(result, self.system)
+        self.corners = Corners(self.system, ca.vertcat(self.flow.expressions, self.system.dae.residual))
 
     @cached_property
     def bare_flow(self) -> VariationalRates:
@@ -69,7 +72,7 @@ class Read:
 
 @dataclass(frozen=True)
 class Passage:
-    """The data of a run for the sweeps: steps, jumps at the boundaries before steps, readings there, and the start."""
+    """The data of a run for the sweeps: steps, jumps at the boundaries before steps, readings there, the start, and corners."""
 
     run: Record
     jumps: list[SaltationMap]
@@ -78,11 +81,14 @@ class Passage:
     begin: NDArray[np.float64]
     given: NDArray[np.float64]
     """The same before laws that stick from the start remove their speed."""
+    corners: list[Corner]
 
 
 def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional, cuts: Array) -> Passage:
     """Everything of a run except the matrices of its steps. NotDifferentiable names an event without a derivative."""
-    run = record(result, np.union1d(of.cuts, cuts))
+    cuts = np.union1d(of.cuts, cuts)
+    corners = model.corners.passed(result, record(result, cuts))
+    run = record(result, np.union1d(cuts, [c.time for c in corners]))
     jumps = model.saltation.jumps(run)
     boundaries = [run.steps.before(t) for t in run.instants.times.tolist()]
     begin = np.zeros((model.flow.size, len(wanted.names)))
@@ -91,7 +97,8 @@ def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional,
     caught, at_q = model.saltation.caught(run.p, run.first, stuck)
     given = begin
     begin = caught @ begin + at_q @ wanted.chain(np.array([run.start]), after=True)[0]
-    return Passage(run, jumps, boundaries, [_read(model, result, run, r) for r in of.readings], begin, given)
+    reads = [_read(model, result, run, r) for r in of.readings]
+    return Passage(run, jumps, boundaries, reads, begin, given, corners)
 
 
 def _read(model: Model, result: Result[Any], run: Record, reading: Reading) -> Read:

@@ -9,7 +9,7 @@ from cases import few
 
 import powertrain as pt
 from powertrain.dae.hybrid import Friction, HybridDae
-from powertrain.modes.selflocking import _slope
+from powertrain.modes.selflocking import _slope, inverted
 
 
 class Shoe(pt.Component):
@@ -51,6 +51,21 @@ def test_the_slope_of_a_limit_is_by_the_torque_and_not_by_the_unknown(scale: flo
     slope = ca.Function("slope", [z, m], [_slope(dae, law)])
     expected = 1.2e6 / scale**2 if mode > 0.0 else 2.0 / scale
     assert float(slope([0.0, 0.0], mode)) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("mode", "w"), [(1.0, 1.0), (-1.0, -1.0), (0.0, 1.0), (1.0, 0.0)])
+def test_limits_may_cross_by_a_millionth_of_the_largest_torque(mode: float, w: float) -> None:
+    """Of 2000 N.m that another law transmits; and by as much as they like in a law that is stuck or at rest."""
+    t, x, z, m = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("z", 2), ca.SX.sym("m", 2)
+    zero, one = ca.SX(0), ca.SX(1)
+    law = Friction("law", "hand", 0, x, z[1], z[0], 1 - z[0], one, zero)
+    other = Friction("other", "hand", 1, x, ca.SX(-2000.0), -one, one, one, zero)
+    dae = HybridDae(t, x, z, m, ca.SX.sym("p", 0), zero, z, ("w",), np.zeros(1), frictions=(law, other))
+    crossed = ca.Function("crossed", [x, z, m], [inverted(dae)])
+    slides = mode != 0.0 and w != 0.0
+    for gap, wrong in ((1.8e-3, False), (2.2e-3, True)):
+        found = float(crossed(w, [0.5 + gap / 2, 0.0], [mode, 0.0]))
+        assert (found > 0.0) == (wrong and slides)
 
 
 @pytest.mark.parametrize("size", ["plain", "size", "smooth"])

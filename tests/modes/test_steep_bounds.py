@@ -71,3 +71,22 @@ def test_modes_are_those_of_brute_force(seed: int, monkeypatch: pytest.MonkeyPat
         with pytest.raises(pt.PowertrainError, match="in none of the 4 pieces of the bounds are modes consistent"):
             pt.simulate(model(given), 0.01)
     assert asked
+
+
+class Several(pt.Component):
+    """Independent models side by side."""
+
+    parts: tuple[pt.Component, ...] = ()
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+
+def test_more_conditions_than_can_be_tried() -> None:
+    """Seven copies with two conditions each, 2^14 pieces: the problem is linearised again in the piece that its last solution reached."""
+    given, count = drawn(234), 7
+    result = pt.simulate(Several(parts=tuple(model(given) for _ in range(count))), 0.01)
+    expected = fits(given, COMPLIANCE)
+    for k in range(count):
+        found = [result[f"parts[{k}].f{i}"][0] for i in range(3)]
+        assert min(np.abs(fit.tau - found).max() for fit in expected) < 1e-5 * (1.0 + np.abs(found).max())

@@ -1,0 +1,85 @@
+"""Large maps of laws that set each other off, in any order of their points, against a formula."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.typing import NDArray
+
+import powertrain as pt
+
+Points = NDArray[np.float64]
+
+
+class Laws(pt.Component):
+    """A friction whose limit a switch changes, switches that depend on it and on each other, some only where another one is on."""
+
+    a: pt.Input = pt.signal_input("1", "One")
+    b: pt.Input = pt.signal_input("1", "Another")
+    c: pt.Input = pt.signal_input("1", "A third")
+    f: pt.Variable = pt.variable("1", "Friction")
+    g: pt.Variable = pt.variable("1", "Friction")
+    x: pt.Variable = pt.variable("1", "After the friction")
+    y: pt.Variable = pt.variable("1", "After x")
+    z: pt.Variable = pt.variable("1", "After y")
+
+    def equations(self) -> pt.Equations:
+        a, b, c = self.a.value, self.b.value, self.c.value
+        yield pt.friction(a - b, self.f, -1.0 - 0.5 * pt.switch(c > 0.2, 1.0, 0.0), 1.5)
+        yield pt.friction(c - 0.4, self.g, -0.7, 0.9)
+        yield self.x == pt.switch(self.f + a > 0.4, self.f * a, c)
+        yield self.y == pt.switch(self.x > 0.3 * b, self.x + 1.0, -c)
+        yield self.z == pt.switch(self.y > self.x, 1.0 + a, self.g)
+
+
+def formula(a: Points, b: Points, c: Points) -> dict[str, Points]:
+    """The same, one law after the other."""
+    f = np.where(a > b, 1.5, np.where(c > 0.2, -1.5, -1.0))
+    g = np.where(c > 0.4, 0.9, -0.7)
+    x = np.where(f + a > 0.4, f * a, c)
+    y = np.where(x > 0.3 * b, x + 1.0, -c)
+    return {"f": f, "g": g, "x": x, "y": y, "z": np.where(y > x, 1.0 + a, g)}
+
+
+def scattered(points: Points) -> Points:
+    return points
+
+
+def in_order(points: Points) -> Points:
+    """By the first, which makes runs of equal modes longer."""
+    return points[:, np.lexsort(np.round(3 * points))]
+
+
+def in_blocks(points: Points) -> Points:
+    """Each of a few points many times, and some neighbours of it."""
+    return np.repeat(points[:, ::300], 300, axis=1)[:, : points.shape[1]] + 1e-3 * points
+
+
+@pytest.fixture(scope="module")
+def plant() -> pt.Plant[Laws]:
+    return pt.compile(Laws())
+
+
+@pytest.mark.parametrize("order", [scattered, in_order, in_blocks])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_points_in_any_order(plant: pt.Plant[Laws], order: Callable[[Points], Points], seed: int) -> None:
+    values = order(np.random.default_rng(seed).uniform(-1, 1, (3, 9_000)))
+    found = pt.steady(
+        plant, {n: xr.DataArray(v, dims="i") for n, v in zip("abc", values, strict=True)}, outputs=[*"fgxyz"]
+    )
+    assert (found.status == 0).all()
+    for name, exact in formula(*values).items():
+        np.testing.assert_allclose(found[name], exact, rtol=1e-12, err_msg=name)
+
+
+def test_rows(plant: pt.Plant[Laws]) -> None:
+    """The same as a grid."""
+    a, b, c = np.linspace(-0.99, 1, 91), np.linspace(-0.97, 0.93, 17), np.linspace(-1, 0.95, 13)
+    grid: dict[str, Any] = {"a": a, "b": b, "c": c}
+    found = pt.steady(plant, grid, outputs=[*"fgxyz"]).transpose("a", "b", "c")
+    for name, exact in formula(*np.meshgrid(a, b, c, indexing="ij")).items():
+        np.testing.assert_allclose(found[name], exact, rtol=1e-12, err_msg=name)
