@@ -288,3 +288,20 @@ def test_refusals() -> None:
     starts = {"engine.w": 50.0, "load.w": 50.0}
     with pytest.raises(pt.SimulationError, match="zero by coincidence"):
         pt.hessian(Joining(), "load.w", ["engine.w"], stop=0.1, starts=starts)
+
+
+@pytest.mark.slow
+def test_a_gear_shift() -> None:
+    """A clutch whose limits begin to open at an instant that an earlier shift determines, against differences of gradients."""
+    from powertrain.components.cycles import DriveCycle
+    from powertrain.trials.cycle import on_cycle
+
+    plant = pt.compile(on_cycle(ManualCar(), DriveCycle.named("udds").part(0, 126)))
+    options: dict[str, Any] = {"rtol": 1e-10, "points": 1}
+    name, value, h = "driver.k_p", plant.parameters["driver.k_p"], 1e-4
+    found = float(pt.hessian(plant, "engine.fuel", [name], stop=28.0, **options).values[0, 0])
+    ends = [
+        pt.gradient(plant.simulate(28.0, parameters={name: value * k}, **options), "engine.fuel", [name])[name]
+        for k in (1 + h, 1 - h)
+    ]
+    assert found == pytest.approx((ends[0] - ends[1]) / (2 * h * value), rel=1e-5)

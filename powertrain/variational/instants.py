@@ -76,8 +76,7 @@ class EventLaws:
         found = [
             Shift(law.name, law.index, slopes.s[count + j], slopes.q[count + j], count + j)
             for j, law in enumerate(self.timed)
-            if abs(slopes.value[count + j] - t) <= near
-            and (law.index in reset or left[law.index] != right[law.index])
+            if abs(slopes.value[count + j] - t) <= near and (law.index in reset or left[law.index] != right[law.index])
         ]
         for schedule in self.system.dae.schedules:
             here = slice(schedule.index, schedule.index + 3)

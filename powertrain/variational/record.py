@@ -23,7 +23,7 @@ POINTS = np.append(0.5 * (1.0 + np.sort(roots_jacobi(STAGES - 1, 1.0, 0.0)[0])),
 """The collocation points of Radau IIA in a step of length 1: zeros of the Jacobi polynomial P(1, 0), and the end."""
 
 _BESIDE = 1e-12
-"""Distance, in s and relative to the time, of both limits of functions of the time from an event: sign(0) is on neither side."""
+"""Distance, in s and relative to the time, of a limit of functions of the time from an event: sign(0) is on neither side."""
 _EARLY = 1e-6
 """Share of a step by which the sample before an event is earlier."""
 _FEW = 64
@@ -99,15 +99,14 @@ def _instants(trajectory: Trajectory, corrected: Any, switches: list[int]) -> In
     told = [i for i in trajectory.instants if i.time > trajectory.start]
     found = sorted([*told, *_quiet(trajectory, told, switches)], key=lambda i: i.time)
     seen, right = (Samples(*(values[k::2] for values in of_instants(trajectory, found))) for k in (0, 1))
-    times, apart = seen.t, _BESIDE * (1.0 + np.abs(seen.t))
-    left, right = seen._replace(t=times - apart), right._replace(t=times + apart)
+    times, right = seen.t, shifted(right, 1)
     span = spans(trajectory, times, before=True)
     before, early = (_inside(trajectory, times - share * span) if found else seen for share in (1.0, _EARLY))
     return Instants(
         times,
         corrected(early),
         seen,
-        corrected(left),
+        corrected(seen),
         corrected(right),
         corrected(before),
         tuple(i.extra for i in found),
@@ -125,6 +124,11 @@ def _quiet(trajectory: Trajectory, told: Sequence[Instant], switches: list[int])
         q, c = (t - trajectory.times[i - 1]) / trajectory.sizes[i - 1], trajectory.dense[i - 1]
         left = (((c[4] * q + c[3]) * q + c[2]) * q + c[1]) * q + c[0]
         yield Instant(t, left, trajectory.dense[i][0], old, new)
+
+
+def shifted(limits: Samples, side: int) -> Samples:
+    """Limits at events, moved away from them in time: to the left (-1) or right (1)."""
+    return limits._replace(t=limits.t + side * _BESIDE * (1.0 + np.abs(limits.t)))
 
 
 def edge(result: Result[Any], times: Array, before: bool, share: float = 0.0) -> Samples:

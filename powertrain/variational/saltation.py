@@ -28,7 +28,7 @@ from powertrain.signals import Samples, signals_of
 from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, duration, without_effect
 from powertrain.variational.mapping import Mapping, Round
 from powertrain.variational.partials import Block, Partials, Slopes
-from powertrain.variational.record import Record
+from powertrain.variational.record import Record, shifted
 from powertrain.variational.simultaneous import Parts, over_orders, undecided
 from powertrain.variational.transitions import VariationalRates
 
@@ -78,7 +78,8 @@ class Saltation:
         events = run.instants
         if not len(events.times):
             return []
-        f_left, f_right = (self.flow.rates(samples, run.p) for samples in (events.left, events.right))
+        left = self.corrected(shifted(events.left, -1), run.p)
+        f_left, f_right = (self.flow.rates(samples, run.p) for samples in (left, events.right))
         slopes = self.before(events.left, run.p)
         early = self.before(events.early, run.p)
         falls = slopes.along(f_left[:, : self.system.size])

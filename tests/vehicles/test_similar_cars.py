@@ -30,12 +30,12 @@ def grown(found: Adjustable, k: float) -> Any:
         return (
             float(value) * k ** order(found.spec.unit) if order(found.spec.unit) and np.isfinite(float(value)) else None
         )
-    if isinstance(value, pt.Map) and order(value.unit):
-        return pt.Map(value.axes, value.values * k ** order(value.unit), value.unit, value.name, value.method)
     if found.path.endswith("converter.table"):  # speed ratio, K factor [rad/s/sqrt(N.m)], torque ratio
         return tuple((nu, K / np.sqrt(k), R) for nu, K, R in value)
     if found.path.endswith("tau_pos"):  # speed, torque [N.m]
         return tuple((w, k * tau) for w, tau in value)
+    if isinstance(value, pt.Map) and order(value.unit):
+        return pt.Map(value.axes, value.values * k ** order(value.unit), value.unit, value.name, value.method)
     return None
 
 

@@ -185,6 +185,6 @@ def test_stops_hold_and_take_energy() -> None:
     assert np.abs(psi[run.time > 0.4]).max() < 190
     with pytest.raises(pt.ParameterError, match="s_max"):
         CentrifugalPendulum(s_max=0.05)
-    for psi in (1.2, -1.2):
+    for start in (1.2, -1.2):
         with pytest.raises(pt.SimulationError, match="arc length between the stops"):
-            pt.simulate(Steady(pendulum=CentrifugalPendulum()), 0.1, starts={"pendulum.psi": psi})
+            pt.simulate(Steady(pendulum=CentrifugalPendulum()), 0.1, starts={"pendulum.psi": start})
