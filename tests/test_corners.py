@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from formulas import assert_as_formula
+from runs_by_formula import assert_as_formula
 
 import powertrain as pt
 from powertrain.variational.corners import _changes
