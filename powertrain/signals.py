@@ -167,8 +167,8 @@ class Signals:
         raise ParameterError(f"the model has no signal {what}{suggestion(what, [*self.names, *self.parameters])}")
 
     def identity(self, picked: Picked) -> str:
-        """What tells expressions apart; the labels of two that differ in a late digit are the same."""
-        return str(ca.Function("powertrain_identity", self.inputs, [picked.expression]).serialize())
+        """What tells expressions apart: the name of a signal; of others the labels are the same if they differ in a late digit only."""
+        return picked.name or str(ca.Function("powertrain_identity", self.inputs, [picked.expression]).serialize())
 
     def _selected(self, selector: Callable[[Any], Any]) -> Picked:
         if not callable(selector):

@@ -110,6 +110,8 @@ def test_what_is_no_unit_is_named() -> None:
         CoastDownBody(m=1500, F_1="1 N/(km/h")  # type: ignore[arg-type]
     with pytest.raises(pt.ModelError, match=r"Drag: unknown unit 'stone' in 'N/\(stone/s\)'"):
         pt.parameter("N/(stone/s)", "Drag")
+    with pytest.raises(pt.ParameterError, match=r"'1500 KG': unknown unit 'KG' .*did you mean kg\?$"):
+        VehicleBody(m="1500 KG")  # type: ignore[arg-type]
 
 
 class Braked(pt.Component):
