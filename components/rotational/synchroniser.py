@@ -21,15 +21,12 @@ from powertrain import (
     unilateral,
     variable,
     when,
-    within,
 )
 from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
 from powertrain.components.translational.interfaces import Flange as LinearFlange
 
 CLEARANCE = 1e-4
 """Distance in m from a row of teeth at which the sleeve reaches it."""
-OVERRUN = 1e-6
-"""Penetration of the last stop in m above which it is an error."""
 
 
 class Synchroniser(CompliantWithRelativeStates, Lossy):
@@ -53,8 +50,8 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
     Sources: H. Naunheimer et al., Automotive Transmissions, 2nd ed., Springer 2011, ch. 9; R. J. Socin, L. K. Walters, Manual
     Transmission Synchronizers, SAE 680008, 1968.
 
-    Errors: ParameterError if the cone would stick (tan(angle) <= mue) or the positions are not in order; SimulationError for a start
-    beyond s_end.
+    Errors: ParameterError if the cone would stick (tan(angle) <= mue) or the positions are not in order; InitializationError for a
+    start beyond s_end.
     """
 
     sleeve: LinearFlange = port(LinearFlange)
@@ -101,7 +98,6 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
         yield self.supportT.f == -self.sleeve.f
         way = self.s_ring + self.passed * (self.s_dog - self.s_ring) + self.inside * (self.s_end - self.s_dog)
         yield unilateral(way - self.x, self.F, name="stop")
-        within(self.s_end - self.x, -OVERRUN, math.inf, name="distance to s_end", unit="m")
         limit = (1 - self.passed) * self._cone() * self.F + self.inside * self.tau_in
         held = 1 + self.inside * (self.tau_max / self.tau_in - 1)
         yield friction(self.w_rel, self.tau, -limit, limit, peak=held)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import casadi as ca
 
 from powertrain import (
@@ -16,14 +14,11 @@ from powertrain import (
     parameter,
     unilateral,
     variable,
-    within,
 )
 from powertrain.components.translational.interfaces import Lossy, Rigid
 
 BREAKAWAY = 1.001
 """Break-away force relative to friction at zero speed, as in the Modelica Standard Library."""
-OVERRUN = 1e-6
-"""Penetration of a stop in m above which it is an error."""
 
 
 class MassWithStopAndFriction(Rigid, Lossy):
@@ -71,8 +66,6 @@ class MassWithStopAndFriction(Rigid, Lossy):
         behind, ahead = self.s - self.L / 2 - self.smin, self.smax - self.s - self.L / 2
         yield unilateral(behind, self.f_min, restitution=self.restitution, name="stop_min")
         yield unilateral(ahead, self.f_max, restitution=self.restitution, name="stop_max")
-        within(behind, -OVERRUN, math.inf, name="distance to smin", unit="m")
-        within(ahead, -OVERRUN, math.inf, name="distance to smax", unit="m")
         yield from self._dissipate()
 
     def energy(self) -> Symbol:

@@ -6,12 +6,10 @@ from typing import Literal
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, port, unilateral, variable, within
+from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, port, unilateral, variable
 from powertrain.components.rotational.interfaces import Flange, Lossy
 
 Path = Literal["circle", "cycloid", "epicycloid"]
-OVERRUN = 1e-6
-"""Penetration of a stop in m above which it is an error."""
 
 
 class CentrifugalPendulum(Lossy):
@@ -30,7 +28,7 @@ class CentrifugalPendulum(Lossy):
 
     At the arc length s_max the mass hits a stop, with the coefficient of restitution e. The masses do not rotate against the carrier
     (bifilar suspension), so their own moment of inertia belongs to it. Gravity is neglected: the model holds where w^2 c is much
-    greater than g. Errors: SimulationError for a start beyond a stop.
+    greater than g. Errors: InitializationError for a start beyond a stop.
 
     Sources: H. H. Denman, Tautochronic bifilar pendulum torsion absorbers for reciprocating engines, J. Sound and Vibration 159
     (1992) 251-277; S. W. Shaw, B. Geist, Tuning for performance and stability in systems of nearly tautochronic torsional vibration
@@ -73,7 +71,6 @@ class CentrifugalPendulum(Lossy):
         yield self.flange.tau == self.m * der(square * self.w + lever * self.w_psi)
         yield unilateral(self.s_max - self.s, self.ahead, restitution=self.e, name="stop_ahead")
         yield unilateral(self.s_max + self.s, self.behind, restitution=self.e, name="stop_behind")
-        within(self.s, -self.s_max - OVERRUN, self.s_max + OVERRUN, name="arc length between the stops", unit="m")
         yield from self._dissipate()
 
     def energy(self) -> Symbol:

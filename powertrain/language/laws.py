@@ -143,6 +143,8 @@ def unilateral(gap: Symbol, force: Symbol, *, restitution: Expression = 0.0, nam
         Coefficient of restitution [1].
     name : str
         Name of the signal that tells whether the contact is closed.
+
+    A run that starts with a negative gap raises InitializationError.
     """
     gap, force, restitution = (_expression("unilateral", value) for value in (gap, force, restitution))
     return to_be_yielded("unilateral", UnilateralLaw(gap, force, restitution, name))

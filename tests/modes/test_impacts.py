@@ -300,3 +300,26 @@ def test_a_reset_throws_an_inertia_against_its_freewheel() -> None:
     assert [result["w1"][-1], result["w2"][-1]] == pytest.approx([-1.0 / 3.0, -1.0 / 3.0])
     slopes = pt.gradient(result, "w2", ["J1", "J2"])
     assert [slopes["J1"], slopes["J2"]] == pytest.approx([-8.0 / 9.0, 4.0 / 9.0])
+
+
+@pytest.mark.parametrize(
+    ("starts", "name"), [({"x1": -1.02}, "left"), ({"x1": 0.5, "x2": 0.48}, "first"), ({"x3": -0.02}, "last")]
+)
+@pytest.mark.parametrize("toward", [-1.0, 0.0, 1.0])
+def test_a_start_with_an_overlap_is_rejected(
+    plant: pt.Plant[Row], starts: dict[str, float], name: str, toward: float
+) -> None:
+    with pytest.raises(pt.InitializationError, match=rf"sides of {name} .* overlap: the gap is -0\.02,"):
+        plant.simulate(1.0, starts={**starts, "v1": toward, "v3": -toward})
+
+
+def test_runs_continue_from_the_end_of_others(plant: pt.Plant[Row]) -> None:
+    """Every instant of a run with its contacts open and closed may be the start of another."""
+    parameters = {"e1": 0.3, "e2": 0.0, "e3": 0.5, "g": 1.0}
+    whole = plant.simulate(4.0, parameters=parameters, rtol=1e-3)
+    names = ("x1", "x2", "x3", "v1", "v2", "v3")
+    for t in np.linspace(0.1, 3.9, 20):
+        k = int(np.searchsorted(whole.time, t))
+        starts = {name: float(whole[name][k]) for name in names}
+        rest = plant.simulate(4.0, parameters=parameters, starts=starts, start=float(whole.time[k]))
+        assert rest["x1"][-1] == pytest.approx(whole["x1"][-1], abs=1e-3)
