@@ -13,7 +13,7 @@ from powertrain.numerics.folding import folded
 
 Calls: TypeAlias = list[Callable[[], None]]
 """A step in both directions of the double buffer; machine code replaces it in the list when it is ready."""
-OFTEN = 5000
+OFTEN = 20_000
 """Steps in the same modes after which a special function is built: building one costs what it saves in so many steps."""
 
 
