@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from functools import reduce
+from functools import cached_property, reduce
 from itertools import pairwise
 
 import casadi as ca
@@ -29,6 +29,8 @@ from powertrain.language.symbols import Symbol, column, scalars
 from powertrain.numerics.batch import Columns, picked
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.elimination import Pattern
+from powertrain.numerics.newton_abreast import NewtonAbreast
+from powertrain.numerics.vectorised import NotWritten
 
 HELD, UPPER, LOWER, LEAST, NOTHING = range(5)
 """The equation of a law: its speed is zero, or its torque equals a limit, the smallest torque between the limits, or zero."""
@@ -85,12 +87,15 @@ class SteadyLaws:
         self.rates = np.flatnonzero(balance.rate_of >= 0)
         self.rated = balance.rate_of[self.rates]
         self.common = np.zeros(balance.common.numel())
-        self.pattern, self._equations = _equations(balance, compile)
+        varying, self.pattern, self._outputs = _equations(balance)
+        self._equations = Columns("steady_equations", varying, balance.common, self._outputs, compile)
+        self._compile = compile
         self._rules = _rules(balance, compile)
         both = scalars(balance.start) + scalars(balance.initial)
         self._starts = Columns("steady_starts", scalars(balance.grid), balance.common, both)
-        needed, z = self._equations.needed, balance.grid.numel() + balance.modes.numel() + 2 * self.count + 1
+        needed, z = self._equations.needed, len(varying) - self.unknowns - self.count
         self._fixed, self._moving = needed[needed < z], needed[needed >= z] - z
+        self._arguments = [varying[k] for k in self._fixed], varying[z:]
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
@@ -130,6 +135,16 @@ class SteadyLaws:
         size = self.pattern.rows.size
         return found[:size].T, found[size:].T
 
+    @cached_property
+    def abreast(self) -> NewtonAbreast | None:
+        """Newton's method with full steps as machine code, if this was asked for and is possible."""
+        if not self._compile:
+            return None
+        try:
+            return NewtonAbreast(*self._arguments, self.balance.common, self.pattern, self._outputs, self.unknowns)
+        except (NotWritten, OSError):
+            return None
+
     def held(self, at: Iterates) -> tuple[Array, Array]:
         """The equations with all laws stuck: entries of the matrix and values, one row per point."""
         kinds, none = np.full_like(at.tau, HELD), np.zeros_like(at.tau)
@@ -159,8 +174,8 @@ class SteadyLaws:
         return NextModes(found[:modes].T, flags[:, 0], flags[:, 1 : 1 + self.count], flags[:, 1 + self.count :])
 
 
-def _equations(b: Balance, compile: bool) -> tuple[Pattern, Columns]:
-    """The entries of the matrix and the values, in terms of grid, modes, kinds of the laws, yields, h and z."""
+def _equations(b: Balance) -> tuple[list[Symbol], Pattern, list[Symbol]]:
+    """Arguments (grid, modes, kinds of the laws, yields, h and z), pattern of the matrix, and its entries followed by the values."""
     count = b.tau.numel()
     kinds, yields, step = Symbol.sym("kinds", count), Symbol.sym("yields", count), Symbol.sym("h")
     z = ca.vertcat(b.y, b.tau)
@@ -177,7 +192,7 @@ def _equations(b: Balance, compile: bool) -> tuple[Pattern, Columns]:
         values.append(_chosen(kinds[k], torque | {HELD: b.speed[k], NOTHING: b.tau[k]}))
     varying = scalars(ca.vertcat(b.grid, b.modes, kinds, yields, step, z))
     outputs = [*(matrix.nz[k] for k in range(matrix.nnz())), *scalars(ca.vertcat(*values))]
-    return Pattern(matrix.sparsity()), Columns("steady_equations", varying, b.common, outputs, compile)
+    return varying, Pattern(matrix.sparsity()), ca.cse([ca.densify(e) for e in outputs])
 
 
 def _chosen(kind: Symbol, options: Mapping[int, Symbol]) -> Symbol:

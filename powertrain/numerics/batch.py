@@ -34,7 +34,9 @@ TOGETHER = 64
 """Points per call of ``Lanes``."""
 building = threading.RLock()
 """Held while functions are built from expressions that several threads share."""
-np.empty(1 << 21)  # 16 MB, freed at once: glibc now reuses freed blocks up to this size; new pages take longer to fetch than to fill
+np.empty(
+    1 << 21
+)  # 16 MB, freed at once: glibc now reuses freed blocks up to this size; new pages take longer to fetch than to fill
 
 
 class Lanes:

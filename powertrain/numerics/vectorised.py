@@ -187,10 +187,10 @@ def vector_tape(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Sym
 
 def written(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]) -> str:
     """The function in C; NotWritten if an operation has no C version."""
-    writer, count = _Writer("powertrain_columns"), len(varying)
+    writer, count = Writer("powertrain_columns"), len(varying)
     own = [writer.line(f"*(const stored *)(a[{i}] + k)", True) for i in range(count)]
     same = [writer.line(f"ALL(c[{j}])", False) for j in range(common.numel())]
-    results = _results([*varying, common], outputs, [*([each] for each in own), same], writer)
+    results = result_names([*varying, common], outputs, [*([each] for each in own), same], writer)
     return "\n".join(
         [
             *writer.head(),
@@ -223,12 +223,12 @@ def abreast(name: str, varying: Symbol, common: Sequence[Symbol], outputs: Symbo
 def _in_vectors(whole: ca.Function, varying: Symbol, common: Sequence[Symbol], outputs: Sequence[Symbol]) -> str:
     """The function in C, with CasADi's calling convention."""
     name = whole.name()
-    writer = _Writer(name)
+    writer = Writer(name)
     own = [writer.line(f"*(const stored *)(arg[0] + {WIDTH * i})", True) for i in range(varying.numel())]
     same = [
         [writer.line(f"ALL(arg[{k}][{j}])", False) for j in range(each.numel())] for k, each in enumerate(common, 1)
     ]
-    results = _results([varying, *common], outputs, [own, *same], writer)
+    results = result_names([varying, *common], outputs, [own, *same], writer)
     return "\n".join(
         [
             *writer.head(),
@@ -254,8 +254,8 @@ def _shapes(name: str, side: str, sizes: Sequence[tuple[int, int]]) -> list[str]
     ]
 
 
-def _results(
-    inputs: Sequence[Symbol], outputs: Sequence[Symbol], values: Sequence[Sequence[_Value]], writer: _Writer
+def result_names(
+    inputs: Sequence[Symbol], outputs: Sequence[Symbol], values: Sequence[Sequence[Value]], writer: Writer
 ) -> list[str]:
     """The names of the outputs, for ``values`` of all entries of the inputs; the writer holds the operations."""
     scalar = ca.Function("powertrain_scalars", list(inputs), list(outputs))
@@ -264,35 +264,35 @@ def _results(
 
 
 @dataclass(frozen=True)
-class _Value:
+class Value:
     """The name of a variable in C, and whether it differs between points."""
 
-    writer: _Writer
+    writer: Writer
     name: str
     varies: bool
 
-    def __add__(self, other: _Value | float) -> _Value:
+    def __add__(self, other: Value | float) -> Value:
         return self.writer.operate(ca.OP_ADD, [self, self._of(other)])
 
-    def __radd__(self, other: float) -> _Value:
+    def __radd__(self, other: float) -> Value:
         return self if other == 0.0 else self + other
 
-    def __sub__(self, other: _Value) -> _Value:
+    def __sub__(self, other: Value) -> Value:
         return self.writer.operate(ca.OP_SUB, [self, other])
 
-    def __mul__(self, other: _Value | float) -> _Value:
+    def __mul__(self, other: Value | float) -> Value:
         return self.writer.operate(ca.OP_MUL, [self, self._of(other)])
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: _Value) -> _Value:
+    def __truediv__(self, other: Value) -> Value:
         return self.writer.operate(ca.OP_DIV, [self, other])
 
-    def _of(self, other: _Value | float) -> _Value:
-        return other if isinstance(other, _Value) else self.writer.constant(other)
+    def _of(self, other: Value | float) -> Value:
+        return other if isinstance(other, Value) else self.writer.constant(other)
 
 
-class _Writer:
+class Writer:
     """Arithmetic in C: ``fixed`` are the lines common to all points, ``each`` the others; ``tables`` by their numbers."""
 
     def __init__(self, name: str) -> None:
@@ -305,17 +305,17 @@ class _Writer:
         tables = (f"static const double {name}[] = {{{numbers}}};" for numbers, name in self.tables.items())
         return [*tables, _HEAD, _WIDE if _wide() else ""]
 
-    def line(self, expression: str, varies: bool) -> _Value:
+    def line(self, expression: str, varies: bool) -> Value:
         """A new variable."""
-        value = _Value(self, f"v{len(self.fixed) + len(self.each)}", varies)
+        value = Value(self, f"v{len(self.fixed) + len(self.each)}", varies)
         (self.each if varies else self.fixed).append(f"const lanes {value.name} = {expression};")
         return value
 
-    def constant(self, value: float) -> _Value:
+    def constant(self, value: float) -> Value:
         """A number."""
         return self.line(f"ALL({_number(value)})", False)
 
-    def operate(self, code: int, operands: list[_Value]) -> _Value:
+    def operate(self, code: int, operands: list[Value]) -> Value:
         """One operation on one or two variables."""
         names = [each.name for each in operands]
         if code in _NAMED:
@@ -327,18 +327,18 @@ class _Writer:
             raise NotWritten
         return self.line(text, any(each.varies for each in operands))
 
-    def call(self, function: ca.Function, operands: list[_Value]) -> list[_Value]:
+    def call(self, function: ca.Function, operands: list[Value]) -> list[Value]:
         """A table's value or its derivatives."""
         found = looked_up(function, operands, self, self._lookups)
         if found is None:
             raise NotWritten
         return found
 
-    def interval(self, points: Sequence[float], mode: str, x: _Value) -> _Value:
+    def interval(self, points: Sequence[float], mode: str, x: Value) -> Value:
         """The number of the interval between ``points`` that contains x."""
         return self.line(f"LOW({x.name}, {self._table(points)}, {len(points)}, {_LOW[mode]})", x.varies)
 
-    def entries(self, numbers: Sequence[float], places: Sequence[_Value]) -> list[_Value]:
+    def entries(self, numbers: Sequence[float], places: Sequence[Value]) -> list[Value]:
         """The numbers at these places."""
         table = self._table(numbers)
         return [self.line(f"ENTRIES({table}, {place.name})", place.varies) for place in places]
