@@ -124,17 +124,15 @@ def undetermined(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Mask:
     An unknown is not determined if a change of its rate moves it by a million seconds' worth: it takes that long to come to rest, in
     any unit. A torque is not determined if unit changes of the limits move it without bound.
     """
-    n = laws.unknowns
-    entries, right = laws.equations(laws.fixed(at, rest), at.z)
-    solve, right = laws.pattern.solver(entries), np.zeros_like(right)
-    drifts = np.zeros(len(right), bool)
-    for row, unknown in zip(laws.rates, laws.rated, strict=True):
-        right[:, row] = 1.0
-        drifts |= np.abs(solve(right)[:, unknown]) > NEUTRAL
-        right[:, row] = 0.0
+    n, moves = laws.unknowns, laws.rates.size
+    entries, value = laws.equations(laws.fixed(at, rest), at.z)
     mode = at.modes[:, laws.law_modes]
     slides = ~laws.contact & ((mode == FORWARD) | (mode == BACKWARD))
+    right = np.zeros((moves + 1, n + laws.count, len(value))).T
+    right[:, laws.rates, np.arange(moves)] = 1.0
     # equal values would hide torques that grow against each other
-    right[:, n:] = slides * np.linspace(1.0, 2.0, laws.count)
-    torque = np.where(slides, solve(right)[:, n:], 0.0)
-    return np.asarray(drifts | (np.abs(torque) > LOCKED).any(axis=1))
+    right[:, n:, moves] = slides * np.linspace(1.0, 2.0, laws.count)
+    change = laws.pattern.solver(entries)(right)
+    drifts = np.abs(change[:, laws.rated, np.arange(moves)]) > NEUTRAL
+    grows = slides & (np.abs(change[:, n:, moves]) > LOCKED)
+    return np.asarray(drifts.any(axis=1) | grows.any(axis=1))

@@ -29,13 +29,13 @@ class Pattern:
         self.size = sparsity.size1()
 
     def solver(self, entries: Array) -> Solver:
-        """The solver of the matrices with these ``entries``, one row per matrix."""
+        """The solver of the matrices with these ``entries``, one row per matrix, for one right-hand side or several, as ``solved``."""
 
         def solve(right: Array) -> Array:
             if len(right) < FEW:
                 return solved(self.dense(entries), right)
             found = np.full(right.shape[::-1], np.nan).T
-            left = self._eliminate(entries.T, right.T, found.T)
+            left = self._eliminate(entries.T, right.T.swapaxes(0, -2), found.T.swapaxes(0, -2))
             if left.size:
                 found[left] = solved(self.dense(entries[left]), right[left])
             return found
@@ -49,12 +49,12 @@ class Pattern:
         return full.transpose(2, 0, 1)
 
     def _eliminate(self, entries: Array, right: Array, found: Array) -> Index:
-        """Solve systems, one per column, into ``found``; return those that remain."""
+        """Solve systems, the last axis of the arrays, into ``found``; return those that remain."""
         table: list[dict[int, Array]] = [{} for _ in range(self.size)]
         for i, j, values in zip(self.rows.tolist(), self.columns.tolist(), entries, strict=True):
             table[i][j] = values
         waiting, left = (
-            [_Part(np.arange(right.shape[1]), table, list(right), list(range(self.size)), [])],
+            [_Part(np.arange(right.shape[-1]), table, list(right), list(range(self.size)), [])],
             [np.zeros(0, np.intp)],
         )
         while waiting:
@@ -95,7 +95,7 @@ class _Part:
         """Some of them."""
         table = [{j: values[which] for j, values in row.items()} for row in self.table]
         return _Part(
-            self.systems[which], table, [values[which] for values in self.right], self.open.copy(), self.pivots.copy()
+            self.systems[which], table, [values[..., which] for values in self.right], self.open.copy(), self.pivots.copy()
         )
 
     def shortest_row(self) -> int:
@@ -128,4 +128,4 @@ class _Part:
                 if n != j:
                     total = total - values * solution[n]
             solution[j] = total / self.table[i][j]
-            found[j, self.systems] = solution[j]
+            found[j][..., self.systems] = solution[j]

@@ -43,6 +43,10 @@ def test_random_sparse_systems(seed: int, monkeypatch: pytest.MonkeyPatch) -> No
     found = pattern.solver(entries[regular])(right[regular])
     assert regular.any()
     assert backward_error(pattern, entries[regular], found, right[regular]) < 1e-13
+    several = np.stack([right, -2.0 * right, right[:, ::-1]], axis=2)[regular]
+    solutions = pattern.solver(entries[regular])(several)
+    for k in range(3):
+        assert backward_error(pattern, entries[regular], solutions[:, :, k], several[:, :, k]) < 1e-13
 
 
 def test_a_pivot_is_not_small_beside_its_row() -> None:
