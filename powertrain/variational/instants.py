@@ -92,7 +92,8 @@ class EventLaws:
         ]  # fmt: skip
         value, possible = slopes.value, changed or [j for j, law in enumerate(laws) if law is not None]
         at_zero = [j for j in range(count) if laws[j] is not None and value[j] <= _AT_ZERO and falls[j] < 0.0]
-        jumping = [j for j in at_zero if not getattr(laws[j], "continuous", False)]
+        kinks = [s for s in self.system.dae.switches if s.continuous]
+        jumping = [j for j in at_zero if not any(laws[j] is kink for kink in kinks)]
         at_zero = next((g for g in ([j for j in jumping if j in changed], jumping, at_zero) if g), [])
         at_zero = self._first(at_zero, value, falls, t)
         if not at_zero and not found:
