@@ -20,11 +20,16 @@ STICKING = Friction("stick", "here", 0, NONE, NONE, NONE, NONE, NONE, NONE)
 JUMP = Switch("jump", "here", 1, NONE)
 KINK = Switch("kink", "here", 2, NONE, continuous=True)
 RELATION = Switch("relation", "here", 3, NONE, continuous=True)
-TIMED = When("timed", "here", 4, NONE, (), time=NONE)
+TIMED = (
+    When("timed", "here", 4, NONE, (), time=NONE),
+    Switch("clock", "here", 14, NONE, time=NONE),
+    Switch("part", "here", 15, NONE, time=NONE),
+)
+"""The last one is a comparison of a combined condition."""
 GUARD = Guard("guard", "here", NONE, NONE, NONE, "1", "")
 LAWS = (STICKING, STICKING, JUMP, KINK, RELATION, GUARD)
 """Friction has an indicator for each limit."""
-AT = {"stick": 0, "other": 1, "jump": 2, "kink": 3, "relation": 4, "guard": 5, "timed": 6}
+AT = {"stick": 0, "other": 1, "jump": 2, "kink": 3, "relation": 4, "guard": 5}
 TIME, STEP = 2.0, 0.5
 
 
@@ -36,26 +41,26 @@ def shifts(
     fall: float = -1.0,
     falls: dict[str, float] | None = None,
     fallen: float = 0.5,
-    timed: float = 0.0,
+    timed: dict[str, float] | None = None,
     schedule: int | None = None,
 ) -> list[Shift]:
-    """The causes where some indicators have small values; all others are 1 and constant. ``timed``: the instant of the timed law."""
-    value, rates = np.ones(7), np.zeros(7)
+    """The causes where some indicators have small values; all others are 1 and constant. ``timed``: the instants of timed laws."""
+    value, rates = np.ones(9), np.zeros(6)
     for name, small in at_zero.items():
         value[AT[name]], rates[AT[name]] = small, (falls or {}).get(name, fall)
-    value[6] = timed
-    left = np.append(1.0, np.zeros(13))
+    value[6:] = [(timed or {}).get(law.name, 0.0) for law in TIMED]
+    left = np.append(1.0, np.zeros(15))
     right = left.copy()
     for name in changed.split():
-        index = {"stick": 0, "jump": 1, "kink": 2, "relation": 3, "timed": 4}[name]
+        index = {"stick": 0, "jump": 1, "kink": 2, "relation": 3, "timed": 4, "clock": 14, "part": 15}[name]
         right[index] = 0.0 if name == "stick" else 1.0
     right[[] if schedule is None else schedule] = 1.0
     schedules = [SimpleNamespace(name=f"signal{i}", index=i) for i in (5, 8, 11)]
     system: Any = SimpleNamespace(
         dae=SimpleNamespace(
-            whens=[TIMED],
-            relations=[RELATION],
-            switches=[JUMP, KINK],
+            whens=TIMED[:1],
+            relations=[RELATION, TIMED[2]],
+            switches=[JUMP, KINK, TIMED[1]],
             frictions=[STICKING],
             contacts=[],
             schedules=schedules,
@@ -64,8 +69,8 @@ def shifts(
         parameters=(0,),
         segments=(8, 9, 10, 5, 6, 7),
     )
-    laws = EventLaws(system, [Indicator(law, NONE, EPS) for law in LAWS], [TIMED], [STICKING])
-    s, q = np.arange(14.0).reshape(7, 2), np.arange(14.0, 77.0).reshape(7, 9)
+    laws = EventLaws(system, [Indicator(law, NONE, EPS) for law in LAWS], TIMED, [STICKING])
+    s, q = np.arange(18.0).reshape(9, 2), np.arange(18.0, 99.0).reshape(9, 9)
     run: Any = SimpleNamespace(
         instants=SimpleNamespace(
             times=np.array([TIME]),
@@ -75,7 +80,7 @@ def shifts(
             extra=(tuple((name, "impact") for name in hit.split()),),
         )
     )
-    return laws.shifts(run, 0, Slopes(value, np.zeros(7), s, q, np.zeros((7, 0))), rates[:6], value[:6] + fallen)
+    return laws.shifts(run, 0, Slopes(value, np.zeros(9), s, q, np.zeros((9, 0))), rates, value[:6] + fallen)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +109,7 @@ def test_how_the_instant_moves() -> None:
         (found,) = shifts({name: -EPS / 3}, "jump" if name == "jump" else "stick", fall=-4.0)
         assert found.row == row
         np.testing.assert_allclose(found.s, [(2 * row) / 4, (2 * row + 1) / 4])
-        np.testing.assert_allclose(found.q, [(14 + 9 * row + i) / 4 for i in range(9)])
+        np.testing.assert_allclose(found.q, [(18 + 9 * row + i) / 4 for i in range(9)])
 
 
 def test_an_impact_without_a_change_of_mode() -> None:
@@ -131,22 +136,31 @@ def test_the_first_of_those_below_zero() -> None:
         assert [shift.name for shift in found] == names
 
 
-def test_an_indicator_that_rises_has_not_fallen() -> None:
-    assert [shift.name for shift in shifts({"stick": -EPS, "jump": -EPS}, "stick jump", falls={"stick": 1.0})] == [
-        "jump"
-    ]
+@pytest.mark.parametrize(("changed", "rate"), [("stick jump", 1.0), ("stick jump", 0.0), ("stick", 1.0)])
+def test_an_indicator_that_rises_has_not_fallen(changed: str, rate: float) -> None:
+    found = shifts({"stick": -EPS, "jump": -EPS}, changed, falls={"stick": rate})
+    assert [shift.name for shift in found] == ["jump"]
 
 
 def test_a_known_instant() -> None:
-    """Its own derivatives, within 1e-9 of the time; a when may be as before, because its reset has restarted the time."""
-    for changed in "timed", "":
-        (found,) = shifts({}, changed, timed=TIME + 0.9e-9 * TIME)
-        assert (found.name, found.row) == ("timed", 6)
-        assert found.s.tolist() == [12.0, 13.0]
-        assert found.q[[0, 8]].tolist() == [68.0, 76.0]
+    """Its own derivatives, within 1e-9 of the time. A when and its comparisons may be as before: a reset may have restarted the time."""
+    here = TIME + 0.9e-9 * TIME
+    for name, row, changed in (
+        ("timed", 6, "timed"),
+        ("timed", 6, ""),
+        ("clock", 7, "clock"),
+        ("part", 8, "part"),
+        ("part", 8, ""),
+    ):
+        (found,) = shifts({}, changed, timed={name: here})
+        assert (found.name, found.row) == (name, row)
+        assert found.s.tolist() == [2 * row, 2 * row + 1]
+        assert found.q.tolist() == [18 + 9 * row + i for i in range(9)]
+    assert [shift.name for shift in shifts({"jump": -EPS}, "jump", timed={"clock": TIME})] == ["jump"]
+    assert [shift.name for shift in shifts({"jump": 0.1}, "jump clock", timed={"clock": TIME})] == ["clock"]
     for off in -1.1e-9, 1.1e-9:
         with pytest.raises(NotDifferentiable, match="cannot be determined: timed"):
-            shifts({}, "timed", timed=TIME + off * TIME)
+            shifts({}, "timed", timed={"timed": TIME + off * TIME})
 
 
 @pytest.mark.parametrize(("schedule", "knot"), [(5, 8), (6, 8), (7, 8), (8, 7), (13, None)])
