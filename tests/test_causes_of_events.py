@@ -19,6 +19,7 @@ NONE = ca.SX(0)
 STICKING = Friction("stick", "here", 0, NONE, NONE, NONE, NONE, NONE, NONE)
 JUMP = Switch("jump", "here", 1, NONE)
 KINK = Switch("kink", "here", 2, NONE, continuous=True)
+FLAT = Switch("flat", "here", 13, NONE, continuous=True)
 RELATION = Switch("relation", "here", 3, NONE, continuous=True)
 TIMED = (
     When("timed", "here", 4, NONE, (), time=NONE),
@@ -60,7 +61,7 @@ def shifts(
         dae=SimpleNamespace(
             whens=TIMED[:1],
             relations=[RELATION, TIMED[2]],
-            switches=[JUMP, KINK, TIMED[1]],
+            switches=[JUMP, KINK, FLAT, TIMED[1]],
             frictions=[STICKING],
             contacts=[],
             schedules=schedules,
