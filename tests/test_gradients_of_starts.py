@@ -45,6 +45,36 @@ def test_a_discrete_variable_given_for_the_run(varied: tuple[str, ...]) -> None:
     assert_as_formula(Begun(), "x", level, {n: values[n] for n in varied}, stop=1.5, starts={"k": 0.4})
 
 
+class Chained(pt.Component):
+    """x decays at a rate h = k^2 b that follows from another, k = a."""
+
+    a: pt.Parameter = pt.parameter("1", "One", default=0.7)
+    b: pt.Parameter = pt.parameter("1", "Other", default=1.3)
+    x: pt.Variable = pt.variable("1", "Level", start=1.0)
+    h: pt.Discrete = pt.discrete("1", "Rate")
+    k: pt.Discrete = pt.discrete("1", "Other rate")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == -self.h * self.x
+
+    def initial(self) -> pt.Equations:
+        yield self.h == self.k**2 * self.b
+        yield self.k == self.a
+
+
+@pytest.mark.parametrize("given", [{}, {"k": 0.4}, {"h": 0.4}])
+def test_a_discrete_variable_that_another_determines(given: dict[str, float]) -> None:
+    """x = exp(-h t) with h = k^2 b and k = a, each of which may be given or varied instead."""
+
+    def level(a: Any, b: Any, *value: Any) -> Any:
+        h = value[0] if "h" in given else (value[0] if value else a) ** 2 * b
+        return ca.exp(-1.5 * h) + 0 * a
+
+    values = {"a": 0.7, "b": 1.3} | given
+    assert_as_formula(Chained(), "x", level, values, stop=1.5, starts=given)
+    assert_as_formula(Chained(), "x", lambda b, k: ca.exp(-1.5 * k**2 * b), {"b": 1.3, "k": 0.7}, stop=1.5)
+
+
 class Loose(pt.Component):
     """x has no condition at the start; y begins at its square."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -11,6 +11,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import powertrain as pt
+from powertrain.equilibrium.operating import Solver
+from powertrain.steadystate import results
+from powertrain.steadystate.intervals import ranges
 
 Points = NDArray[np.float64]
 
@@ -83,3 +86,28 @@ def test_rows(plant: pt.Plant[Laws]) -> None:
     found = pt.steady(plant, grid, outputs=[*"fgxyz"]).transpose("a", "b", "c")
     for name, exact in formula(*np.meshgrid(a, b, c, indexing="ij")).items():
         np.testing.assert_allclose(found[name], exact, rtol=1e-12, err_msg=name)
+
+
+@pytest.mark.parametrize("side", [None, 1, -1])
+def test_laws_at_rest_here_and_there(
+    plant: pt.Plant[Laws], side: Literal[1, -1] | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where a = b or c = 0.4, torques have any value between their limits: as at points on their own, once for each set of laws."""
+    asked = list[list[int]]()
+
+    def counted(solver: Solver, grid: Points, laws: NDArray[np.intp]) -> Any:
+        asked.append(laws.tolist())
+        return ranges(solver, grid, laws)
+
+    monkeypatch.setattr(results, "ranges", counted)
+    axis = np.linspace(-0.8, 0.8, 17)
+    grid = {"a": axis, "b": axis, "c": np.arange(-5, 6) * 0.2}
+    found = pt.steady(plant, grid, outputs=[*"fgxyz"], side=side)
+    assert len(asked) == 3
+    assert sorted(map(len, asked)) == [1, 1, 2]
+    status = (np.abs(found.a - found.b) < 1e-9) | (np.abs(found.c - 0.4) < 1e-9)
+    assert (found.status == status).all()
+    one_by_one = pt.steady(plant, {k: v[::2] for k, v in grid.items()}, outputs=[*"fgxyz"], side=side)
+    for name in one_by_one.data_vars:
+        np.testing.assert_array_equal(found[name][::2, ::2, ::2], one_by_one[name], err_msg=str(name))
+    assert np.isfinite(found["f"]).all() == (side is not None)

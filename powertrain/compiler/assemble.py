@@ -171,7 +171,7 @@ def _assemble(
         ),
         guards=tuple(guard_record(g, resolver) for g in recorder.guards),
         residual_places=tuple(resolver.z_places),
-        smooth=smooth_variables(reduced, tops, states, resolver, set(held.layout)),
+        smooth=smooth_variables(reduced, tops, resolver, set(held.layout)),
         nominal=_nominal(reduced, [*states, *((key(s), 0) for s in resolver.z)], values),
     )
     dae = with_impacts(dae, resolver, held)

@@ -6,7 +6,7 @@ that steps between two inertias. A polygon as an exact position is a step in spe
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import casadi as ca
 
@@ -15,26 +15,25 @@ from powertrain.compiler.resolver import Resolver
 from powertrain.dae.hybrid import Smooth
 from powertrain.errors import ModelError
 from powertrain.language.recorder import ScheduleEntry
-from powertrain.language.symbols import Symbol, free_symbols, key
+from powertrain.language.symbols import free_symbols, key
+from powertrain.language.units import with_unit
 
 _NAMES = 4
 
 
 def smooth_variables(
-    reduced: Reduced, tops: Mapping[int, int], states: Sequence[Base], resolver: Resolver, held: set[int]
+    reduced: Reduced, tops: Mapping[int, int], resolver: Resolver, held: set[int]
 ) -> tuple[Smooth, ...]:
     """Variables below their highest derivative (``tops``) that depend on ``held`` values. ModelError if a signal makes one jump."""
-    known = set(states)
-    bases = [(b, order) for b, top in tops.items() for order in range(top) if (b, order) not in known]
+    bases = [(b, order) for b, top in tops.items() for order in range(top)]
     expressions = resolver.now([reduced.derivative(reduced.symbols[b], order) for b, order in bases])
     found = []
     for base, expression in zip(bases, expressions, strict=True):
-        inside = {key(s) for s in free_symbols(expression)} & held
-        if inside:
+        if any(key(s) in held for s in free_symbols(expression)):
             names, unit = _names(reduced, base)
             found.append(Smooth(names, unit, expression))
             for entry in reduced.flat.recorder.schedules:
-                _check(entry, expression, inside, found[-1])
+                _check(entry, found[-1])
     return tuple(found)
 
 
@@ -52,17 +51,14 @@ def _names(reduced: Reduced, base: Base) -> tuple[str, str]:
     return ", ".join(name for name, _ in named[:_NAMES]), named[0][1]
 
 
-def _check(entry: ScheduleEntry, expression: Symbol, inside: set[int], smooth: Smooth) -> None:
+def _check(entry: ScheduleEntry, smooth: Smooth) -> None:
     """Reject a table whose jump certainly makes the variable jump."""
-    y0, t, y = entry.held[1], entry.times, entry.values
-    if key(y0) not in inside:
-        return
-    factor = ca.jacobian(expression, y0)
+    t, y, factor = entry.times, entry.values, ca.jacobian(smooth.value, entry.held[1])
     jumps = [i for i in range(1, t.size) if t[0] < t[i] == t[i - 1] and y[i] != y[i - 1]]
     if jumps and factor.is_constant() and float(factor):
         at, size = t[jumps[0]], (y[jumps[0]] - y[jumps[0] - 1]) * float(factor)
         raise ModelError(
-            f"{entry.place}\n  the jump of this signal at t = {at:g} s makes {smooth.names} jump by {size:g} {smooth.unit}. "
+            f"{entry.place}\n  the jump of this signal at t = {at:g} s makes {smooth.names} jump by {with_unit(f'{size:g}', smooth.unit)}. "
             "Something with inertia (or a derivative) follows it exactly, which requires an infinite torque or force: let the signal "
             "change gradually, or use a source that is not exact"
         )

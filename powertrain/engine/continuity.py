@@ -9,6 +9,7 @@ from powertrain.dae.hybrid import HybridDae
 from powertrain.dae.tolerances import JUMP
 from powertrain.errors import SimulationError
 from powertrain.language.symbols import key
+from powertrain.language.units import with_unit
 from powertrain.numerics.buffers import Array, Bound, Memory, zeros
 
 
@@ -65,8 +66,9 @@ class Continuity:
         causes = list(dict.fromkeys(names.get(i, dae.m[i].name()) for i in places))
         said = " and ".join(causes[:3]) or "an event"
         return (
-            f"at t = {self.memory.time[0]:.9g} s {said} makes {smooth.names} jump by {right[k] - left[k]:.6g} {smooth.unit}, "
-            f"from {left[k]:.6g} to {right[k]:.6g} {smooth.unit}. Something with inertia (or a derivative) follows it exactly, which takes "
+            f"at t = {self.memory.time[0]:.9g} s {said} makes {smooth.names} jump by "
+            f"{with_unit(f'{right[k] - left[k]:.6g}', smooth.unit)}, from {left[k]:.6g} to "
+            f"{with_unit(f'{right[k]:.6g}', smooth.unit)}. Something with inertia (or a derivative) follows it exactly, which takes "
             "an infinite torque or force: let the signal change gradually, or use a source that is not exact."
         )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,31 +45,32 @@ class StartEquation:
 
 
 class Discretes:
-    """The equations of ``initial()`` that determine discrete variables from parameters and time alone.
+    """The equations of ``initial()`` that determine discrete variables from parameters, time, and other discrete variables.
 
-    ``places``: the indices of the discrete variables in ``m``; ``given``: the indices of those with such an equation; ``values``: the
-    expressions of (t, m, p) of their values.
+    ``held``: the names of those with values given for the run. ``given``: the indices in ``m`` of those that the equations determine;
+    ``values``: their values as expressions of (t, m, p), in which no variable of ``given`` appears; ``others``: the remaining equations,
+    without those that values of the run replace.
     """
 
-    def __init__(self, dae: HybridDae, equations: Sequence[StartEquation], places: Mapping[str, int]) -> None:
-        self.places = places
+    def __init__(self, compiled: Compiled, held: Set[str]) -> None:
+        dae = compiled.dae
         self.others: list[StartEquation] = []
-        self.given: list[int] = []
-        values: list[Symbol] = []
+        found: dict[int, Symbol] = {}
         unknowns = {key(s) for group in (dae.x, dae.z) for s in ca.symvar(group)}
-        place = {key(dae.m[i]): i for i in places.values()}
-        for asked in equations:
-            inside = free_symbols(asked.expression)
-            own = [s for s in inside if key(s) in place and place[key(s)] not in self.given]
-            slope = ca.jacobian(asked.expression, own[0]) if own else Symbol(0)
-            if not own or any(key(s) in unknowns for s in inside) or key(own[0]) in map(key, free_symbols(slope)):
-                self.others.append(asked)
+        places = [place for name, place in compiled.discretes.items() if name not in held]
+        places.sort(key=lambda place: dae.held_start[place] != 0.0)  # other declared starts are kept if possible
+        replaced = {key(dae.m[compiled.discretes[name]]) for name in held}
+        for asked in text_conditions(compiled):
+            expression = _put(dae, asked.expression, found)
+            inside = set(map(key, free_symbols(expression)))
+            own = [i for i in places if key(dae.m[i]) in inside and _is_affine(expression, dae.m[i])]
+            if inside & unknowns or not own:
+                self.others += [asked] if inside & unknowns or not inside & replaced else []
                 continue
-            value = -ca.substitute(asked.expression, own[0], 0) / slope
-            known = column([dae.m[i] for i in self.given])
-            values.append(ca.substitute(value, known, column(values)) if values else value)
-            self.given.append(place[key(own[0])])
-        self.values = column(values)
+            place, symbol = own[0], dae.m[own[0]]
+            value = -ca.substitute(expression, symbol, 0) / ca.jacobian(expression, symbol)
+            found = {i: _put(dae, e, {place: value}) for i, e in found.items()} | {place: value}
+        self.given, self.values = list(found), column(list(found.values()))
         self._evaluated = ca.Function("powertrain_discretes", [dae.t, dae.m, dae.p], [ca.densify(self.values)])
 
     def set(self, t: float, m: Array, p: Array) -> None:
@@ -78,9 +79,14 @@ class Discretes:
             m[self.given] = np.array(self._evaluated(t, m, p)).ravel()
 
 
-def discretes_of(compiled: Compiled) -> Discretes:
-    """The discrete variables of a model that its ``initial()`` determines."""
-    return Discretes(compiled.dae, text_conditions(compiled), compiled.discretes)
+def _put(dae: HybridDae, expression: Symbol, values: Mapping[int, Symbol]) -> Symbol:
+    """The expression with these values for some entries of ``m``."""
+    return ca.substitute(expression, column([dae.m[i] for i in values]), column([*values.values()]))
+
+
+def _is_affine(expression: Symbol, symbol: Symbol) -> bool:
+    slope = ca.jacobian(expression, symbol)
+    return bool(slope.nnz()) and not ca.depends_on(slope, symbol)
 
 
 def text_conditions(compiled: Compiled) -> list[StartEquation]:

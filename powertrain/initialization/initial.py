@@ -23,10 +23,10 @@ from powertrain.engine.simulator import Simulator
 from powertrain.errors import InitializationError, ParameterError, suggestion
 from powertrain.initialization.conditions import (
     DECLARED,
+    Discretes,
     StartCondition,
     StartEquation,
     declared_conditions,
-    discretes_of,
     signal_condition,
     unsettled,
 )
@@ -50,8 +50,6 @@ class InitialReport:
     ``given``: the discrete variables with values given for this run.
     """
 
-    given: frozenset[str] = frozenset()
-
     def __init__(
         self,
         asked: Sequence[StartEquation],
@@ -60,12 +58,14 @@ class InitialReport:
         states: Sequence[str],
         y: Array,
         open_states: Sequence[int],
+        given: frozenset[str],
     ) -> None:
         self._asked, self._values, self._chosen = asked, values, chosen
         self._names, self._y, self._open = states, y, open_states
+        self.given = given
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"used": self.used, "implied": self.implied, "states": self.states}
+        return {"used": self.used, "implied": self.implied, "states": self.states, "given": self.given}
 
     @property
     def solved(self) -> tuple[StartEquation, ...]:
@@ -113,8 +113,6 @@ class Initializer:
 
     def __init__(self, compiled: Compiled) -> None:
         self.compiled = compiled
-        self._discretes = discretes_of(compiled)
-        self._text = self._discretes.others
         self._declared = declared_conditions(compiled)
         self._plans: dict[tuple[str, ...], _Plan] = {}
 
@@ -122,17 +120,15 @@ class Initializer:
         self, engine: Simulator, t: float, p: Array, m: Array, starts: Mapping[str, float], guesses: Mapping[str, float]
     ) -> tuple[Array, Array, Array, InitialReport]:
         """States, algebraic unknowns, held values and the report. Raises InitializationError if the conditions cannot be satisfied."""
-        held = self._discretes.places.keys() & starts.keys()
-        names = tuple(name for name in starts if name not in held)
+        places, names = self.compiled.discretes, tuple(starts)
         if names not in self._plans:
-            given = [signal_condition(self.compiled, n, 0.0, "given for this run") for n in names]
-            self._plans[names] = _Plan(self.compiled, [*given, *self._text, *self._declared], len(given))
-        self._discretes.set(t, m, p)
-        for name in held:
-            m[self._discretes.places[name]] = starts[name]
-        found = self._plans[names].solve(engine, t, p, m, np.array([float(starts[n]) for n in names]), guesses)
-        found[3].given = frozenset(held)
-        return found
+            self._plans[names] = _Plan(self.compiled, names, self._declared)
+        plan = self._plans[names]
+        for name in plan.held:
+            m[places[name]] = starts[name]
+        plan.discretes.set(t, m, p)
+        given = np.array([float(starts[name]) for name in names if name not in plan.held])
+        return plan.solve(engine, t, p, m, given, guesses)
 
 
 def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol]:
@@ -147,8 +143,12 @@ def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol
 class _Plan:
     """The conditions for one set of given names, made independent at the point of solution, by Newton's method."""
 
-    def __init__(self, compiled: Compiled, conditions: list[StartEquation], given: int) -> None:
-        self.compiled, self.conditions, self.given = compiled, conditions, given
+    def __init__(self, compiled: Compiled, names: Sequence[str], declared: Sequence[StartEquation]) -> None:
+        self.compiled, self.held = compiled, frozenset(names).intersection(compiled.discretes)
+        self.discretes = Discretes(compiled, self.held)
+        values = [signal_condition(compiled, n, 0.0, "given for this run") for n in names if n not in self.held]
+        self.conditions = conditions = [*values, *self.discretes.others, *declared]
+        given = len(values)
         dae = compiled.dae
         self.n, self.size = dae.x.numel(), dae.x.numel() + dae.z.numel()
         residuals = _residuals_to_solve(dae, [c.expression for c in conditions])
@@ -349,7 +349,9 @@ class _Plan:
             reached = self._evaluate(t, y, m, p)[0][self.nz :]
             for i in left[~(np.abs(reached - values)[left] <= MISSED * (1.0 + np.abs(reached[left])))].tolist():
                 self._refuse(self.conditions[i], float(values[i]), float(reached[i]))
-        return InitialReport(self.conditions, values, choice.taken, self.compiled.states, y, choice.open_states)
+        return InitialReport(
+            self.conditions, values, choice.taken, self.compiled.states, y, choice.open_states, self.held
+        )
 
     def _refuse(self, condition: StartEquation, value: float, reached: float) -> None:
         """An omitted condition must hold, unless a value given for this run replaced it or it is only a declared start."""

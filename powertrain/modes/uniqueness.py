@@ -1,4 +1,7 @@
-"""Checks whether other driving sides of lossy meshes are possible: a mesh that can lock itself may carry two different torques."""
+"""Checks whether other driving sides of lossy meshes are possible: a mesh that can lock itself may carry two different torques.
+
+All other laws keep their modes: what rests stays at rest, although sliding may satisfy the laws as well.
+"""
 
 from __future__ import annotations
 

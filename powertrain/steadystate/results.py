@@ -16,6 +16,8 @@ from powertrain.numerics.buffers import Array
 from powertrain.steadystate.axes import PAD
 from powertrain.steadystate.intervals import ranges
 
+LARGEST = 16384
+"""The number of points that are solved together."""
 MOST_LAWS = 62
 """Number of laws that can have a bit in the results."""
 
@@ -50,9 +52,13 @@ class MapResults:
         self.involved: NDArray[np.int64] | None = None
         self.solved: list[Points] | None = None
         self._ends: list[tuple[NDArray[np.intp], Rows, Rows]] = []
+        self._resting: list[tuple[Rows, NDArray[np.intp]]] = []
 
-    def solve(self, grid: Rows, places: NDArray[np.intp]) -> Array | None:
-        """Solve points, the numbers of which are ``places``, and store them; return the modes of the last good one."""
+    def solve(self, grid: Rows, places: NDArray[np.intp], later: bool = False) -> Array | None:
+        """Solve points, the numbers of which are ``places``, and store them; return the modes of the last good one.
+
+        ``later``: points with laws at rest are left to ``finish``, because intervals of many points take hardly more time than one.
+        """
         end = self.look.side
         side = None if end is None else np.full((len(self.solver.choices), grid.shape[1]), float(end))
         points = self.solver.solve(grid, side)
@@ -62,9 +68,13 @@ class MapResults:
         status = points.status
         alike = np.zeros(values.shape, bool)
         resting = (status == OK) & points.rest.any(axis=0)
-        if resting.any():
-            where = np.flatnonzero(resting)
-            low, high, solved = ranges(self.solver, grid[:, where], np.flatnonzero(points.rest[:, where].any(axis=1)))
+        if later:
+            self._resting.append((grid[:, resting], places[resting]))
+            status[resting] = STUCK_POINT
+        patterns, which = np.unique(points.rest[:, resting & (not later)], axis=1, return_inverse=True)
+        for k, pattern in enumerate(patterns.T):  # only laws at rest have two ends
+            where = np.flatnonzero(resting)[which.ravel() == k]
+            low, high, solved = ranges(self.solver, grid[:, where], np.flatnonzero(pattern))
             status[where] = np.where(solved, STUCK_POINT, NONE)
             alike[:, where] = solved & (high - low <= ALIKE * np.maximum(np.abs(low), np.abs(high)))
             points.involved[:, where] = points.rest[:, where]
@@ -85,6 +95,15 @@ class MapResults:
         self._note(places, np.vstack([points.involved, left & outside]), status)
         good = np.flatnonzero(status == OK)
         return points.modes[:, good[-1]].copy() if good.size else None
+
+    def finish(self) -> None:
+        """Solve the points that were left for later."""
+        if not self._resting:
+            return
+        grid, places = (np.concatenate(parts, axis=-1) for parts in zip(*self._resting, strict=True))
+        self._resting.clear()
+        for low in range(0, places.size, LARGEST):
+            self.solve(grid[:, low : low + LARGEST], places[low : low + LARGEST])
 
     def _note(self, places: NDArray[np.intp], involved: NDArray[np.bool_], status: NDArray[np.int8]) -> None:
         hit = (status != OK) & (status != UNDEFINED) & involved.any(axis=0)
@@ -108,7 +127,7 @@ class MapResults:
             if self.involved is None:
                 self.involved = np.zeros(self.size, np.int64)
             self.involved[places] = part.involved
-        self._ends += [(places[inner], low, high) for inner, low, high in part._ends]
+        self._resting += [(grid, places[inner]) for grid, inner in part._resting]
 
     @property
     def intervals(self) -> tuple[list[Array], list[Array]] | None:

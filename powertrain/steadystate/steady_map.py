@@ -16,11 +16,10 @@ from powertrain.numerics.batch import Rows
 from powertrain.numerics.buffers import Array
 from powertrain.steadystate.axes import PAD, Grid
 from powertrain.steadystate.neighbours import Walker
-from powertrain.steadystate.results import DataVariable, Look, MapResults, block
+from powertrain.steadystate.results import LARGEST, DataVariable, Look, MapResults, block
 from powertrain.steadystate.rowwise import RowMap, RowPieces, make_plan
 
 _FAST = 2048
-_SLOW_BLOCK = 16384
 _SHORT_ROW = 64
 _PATIENCE = 2.0
 """Seconds without a progress bar."""
@@ -65,8 +64,8 @@ class SteadyMap:
         results.solved = [] if keep else None
         bar = Bar(progress, grid.size)
         for first, count, values in grid.pieces():
-            for low in range(0, count, _SLOW_BLOCK):
-                high = min(low + _SLOW_BLOCK, count)
+            for low in range(0, count, LARGEST):
+                high = min(low + LARGEST, count)
                 results.solve(block(values, low, high), np.arange(first + low, first + high))
                 bar.reach(first + high)
         bar.close()
@@ -81,6 +80,7 @@ class SteadyMap:
             self._by_points(rows.walker, results, ordered, bar)
         if not finite:
             self._look_again(results, ordered)
+        results.finish()
         bar.close()
         return ordered, results
 
@@ -148,7 +148,7 @@ class SteadyMap:
         rows = [row[first:] for row in results.rows]
 
         def careful(low: int, high: int) -> Array | None:
-            return results.solve(block(values, low, high), np.arange(first + low, first + high))
+            return results.solve(block(values, low, high), np.arange(first + low, first + high), later=True)
 
         walker.walk(count, values, rows, careful, (lambda i: None) if bar is None else (lambda i: bar.reach(first + i)))
 
@@ -163,8 +163,8 @@ class SteadyMap:
         if suspects is None:
             return
         where = np.flatnonzero(suspects & (results.status == OK))
-        for low in range(0, where.size, _SLOW_BLOCK):
-            some = where[low : low + _SLOW_BLOCK]
+        for low in range(0, where.size, LARGEST):
+            some = where[low : low + LARGEST]
             results.solve(grid.at(some), some)
 
 

@@ -12,12 +12,11 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
-from powertrain.initialization.conditions import discretes_of
+from powertrain.initialization.conditions import Discretes
 from powertrain.language.symbols import column
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
@@ -34,40 +33,40 @@ class Start:
     def __init__(self, result: Result[Any], system: System) -> None:
         if not hasattr(result.report, "solved"):
             raise ParameterError("the result was pickled and has lost its initial equations; simulate again")
-        dae = system.dae
         self.system, self.labels = system, tuple(a.label for a in result.report.solved)
         self.solved = column([a.expression for a in result.report.solved])
         self.conditions = Partials(system, self.solved)
-        self.discretes = discretes_of(system.compiled)
-        slopes = ca.densify(ca.jacobian(self.discretes.values, system.free))
-        self.given = ca.Function("powertrain_given", [dae.t, dae.m, dae.p], [slopes])
+        self._discretes: dict[frozenset[str], tuple[Discretes, Partials]] = {}
 
     @cached_property
-    def curvatures(self) -> tuple[Curvature, Curvature]:
-        """Curvatures of the conditions and of the given discrete variables."""
-        return Curvature(self.system, self.solved), Curvature(self.system, self.discretes.values)
+    def curvature(self) -> Curvature:
+        """The curvature of the conditions."""
+        return Curvature(self.system, self.solved)
+
+    def discretes(self, result: Result[Any], wanted: Unknowns) -> tuple[Discretes, Partials]:
+        """The discrete variables that ``initial()`` determines where others are given for the run or varied, and their derivatives."""
+        held = result.report.given.union(wanted.starts).intersection(self.system.compiled.discretes)
+        if held not in self._discretes:
+            found = Discretes(self.system.compiled, held)
+            self._discretes[held] = found, Partials(self.system, found.values)
+        return self._discretes[held]
 
     def derivatives(self, result: Result[Any], run: Record, wanted: Unknowns) -> NDArray[np.float64]:
         """ds/d(unknowns) at the start of a run."""
         _refuse_jump(result, run)
         n, chain = self.system.states, wanted.chain(np.array([run.start]), after=True)[0]
         found = np.zeros((self.system.size, len(wanted.names)))
-        held, places, free = self.system.discretes, self.discretes.places, self._free(result, wanted)
-        given = np.array(self.given(run.start, run.first.m[0], run.p)) @ chain
-        for place, slopes in zip(self.discretes.given, given, strict=True):
-            if place not in free:
-                found[n + held.index(place)] = slopes
+        held, places = self.system.discretes, self.system.compiled.discretes
         for j, name in enumerate(wanted.starts, len(wanted.parameters)):
             if name in places:
                 found[n + held.index(places[name]), j] = 1.0
+        discretes, partials = self.discretes(result, wanted)
+        if discretes.given:
+            slopes = partials(run.first, run.p)
+            found[[n + held.index(place) for place in discretes.given]] = slopes.q[0] @ chain + slopes.s[0] @ found
         if n:
             found[:n] = self._states(result, run, wanted, chain, found[n:])
         return found
-
-    def _free(self, result: Result[Any], wanted: Unknowns) -> set[int]:
-        """The discrete variables whose values at the start are given for the run or varied, not those of ``initial()``."""
-        places = self.discretes.places
-        return {places[name] for name in (*result.report.given, *wanted.starts) if name in places}
 
     def _states(
         self, result: Result[Any], run: Record, wanted: Unknowns, chain: Block, discretes: NDArray[np.float64]
@@ -89,11 +88,12 @@ class Start:
         matrix = np.vstack([slopes.s[0, :, :n], np.eye(n)[list(result.report.open)].reshape(-1, n)])
         on_conditions = (weights[:n] @ np.linalg.pinv(matrix))[: len(self.labels)]
         on_discretes = weights[n:] - on_conditions @ slopes.s[0, :, n:]
-        free = self._free(result, wanted)
-        given = [0.0 if place in free else on_discretes[held.index(place)] for place in self.discretes.given]
-        conditions, discretes = self.curvatures
-        seeds = np.array(given).reshape(1, -1)
-        return conditions(run.first, run.p, -on_conditions[None], along) + discretes(run.first, run.p, seeds, along)
+        discretes = self.discretes(result, wanted)[0]
+        found = self.curvature(run.first, run.p, -on_conditions[None], along)
+        if discretes.given:
+            seeds = on_discretes[[held.index(place) for place in discretes.given]]
+            found += Curvature(self.system, discretes.values)(run.first, run.p, seeds[None], along)
+        return found
 
 
 def _refuse_jump(result: Result[Any], run: Record) -> None:

@@ -171,7 +171,7 @@ class Crossing:
         on_left = weights @ r_s
         hessian = moved(on_left, before, left_rates, instant) - moved(weights, after, right_rates, instant)
         hessian += (on_left @ before.f + weights @ r_t - weights @ after.f) * instant_hessian
-        if self.saltation.mapping is not None and jump.rounds:
+        if self.saltation.mapping is not None:
             along = tangents(left[:n], q, instant)
             hessian += self.saltation.mapping.hessian(run.p, jump.rounds, weights[:n], along)
         return Crossed(hessian, instant, instant_hessian, left, left_rates, right, right_rates)
@@ -209,8 +209,8 @@ class Crossing:
     def _moves(self, meets: Meets, k: int, shift: Shift, s: Matrix, q: Matrix) -> tuple[Array, Matrix]:
         """D and D2 of one law."""
         n, before, j = len(shift.s), meets.before[k], shift.row
-        if j < 0:
-            return shift.s @ s[:n] + shift.q @ q, np.zeros((s.shape[1], s.shape[1]))
+        if j < 0:  # a knot of an input, which is no unknown here
+            return np.zeros(s.shape[1]), np.zeros((s.shape[1], s.shape[1]))
         causes, factor = meets.causes, 1.0
         if j < len(self.saltation.indicators):
             causes, fall = self._falling(meets, k, j)

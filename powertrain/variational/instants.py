@@ -85,30 +85,27 @@ class EventLaws:
                     Shift(schedule.name, schedule.index, np.zeros(self.system.size), self._knot(schedule.index, nq))
                 )
         hit = {name for name, _ in run.instants.extra[k]}
-        laws: list[Law | None] = [None if isinstance(i.law, Guard) else i.law for i in self.indicators]
-        changed = [
-            j for j, law in enumerate(laws)
-            if law is not None and (left[law.index] != right[law.index] or law.name in hit)
-        ]  # fmt: skip
-        value, possible = slopes.value, changed or [j for j, law in enumerate(laws) if law is not None]
-        at_zero = [j for j in range(count) if laws[j] is not None and value[j] <= _AT_ZERO and falls[j] < 0.0]
-        jumping = [j for j in at_zero if not getattr(laws[j], "continuous", False)]
-        at_zero = next((g for g in ([j for j in jumping if j in changed], jumping, at_zero) if g), [])
-        at_zero = self._first(at_zero, value, falls, t)
-        if not at_zero and not found:
-            at_zero = sorted(possible, key=lambda j: float(value[j]))[:1]
-            if not at_zero or value[at_zero[0]] > _TRIGGER:
+        laws = {j: i.law for j, i in enumerate(self.indicators) if not isinstance(i.law, Guard)}
+        changed = [j for j, law in laws.items() if left[law.index] != right[law.index] or law.name in hit]
+        fallen = [j for j in laws if slopes.value[j] <= _AT_ZERO and falls[j] < 0.0]
+        kinks = [s for s in self.system.dae.switches if s.continuous]
+        jumping = [j for j in fallen if not any(laws[j] is kink for kink in kinks)]
+        causes = next((g for g in ([j for j in jumping if j in changed], jumping, fallen) if g), [])
+        causes = self._first(causes, slopes.value, falls, t)
+        if not causes and not found:
+            causes = sorted(changed or laws, key=lambda j: float(slopes.value[j]))[:1]
+            if not causes or slopes.value[causes[0]] > _TRIGGER:
                 raise NotDifferentiable(
                     f"at t = {t:.9g} s the cause of the event cannot be determined: {self.names(run, k)}"
                 )
-        for j in at_zero:
+        for j in causes:
             law = laws[j]
-            if law is None or any(law.index == shift.index for shift in found):
+            if any(law.index == shift.index for shift in found):
                 continue
             flat = None
-            if not self._sticks(law, left, right) or not falls[j] < 0.0:
+            if not (self._sticks(law, left, right) and falls[j] < 0.0):
                 h = t - float(run.instants.before.t[k])
-                flat = self._grazing(law, t, float(falls[j]), float(earlier[j] - value[j]), h)
+                flat = self._grazing(law, t, float(falls[j]), float(earlier[j] - slopes.value[j]), h)
             slope = float(falls[j]) or -1.0
             found.append(Shift(law.name, law.index, -slopes.s[j] / slope, -slopes.q[j] / slope, j, flat))
         return found

@@ -14,6 +14,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain.dae.hybrid import When
 from powertrain.dae.tolerances import REST_SPEED
@@ -40,6 +41,20 @@ class Round:
     s: Block
     assigned: dict[int, int]
     impact: tuple[tuple[int, ...], tuple[bool, ...]] | None = None
+
+
+@dataclass(frozen=True)
+class Step:
+    """The states and held values after one law has switched, and the map of s by its resets, with respect to s and t.
+
+    ``changed``: the entries of s that are not as before.
+    """
+
+    x: Array
+    m: Array
+    s: Block
+    t: Array
+    changed: NDArray[np.intp]
 
 
 @dataclass
@@ -81,10 +96,9 @@ class Mapping:
 
     def map(self, run: Record, k: int, fired: set[int]) -> Carried | None:
         """R and its derivatives at event k, caused by laws with modes at ``fired``; None if the run took another path."""
-        events, n, nd = run.instants, self.system.states, len(self.system.discretes)
+        events = run.instants
         left_m, right_m = events.left.m[k], events.right.m[k]
-        size, nq = n + nd, self.system.free.numel()
-        now = Carried(events.left.x[k].copy(), left_m.copy(), np.zeros(size), np.eye(size), np.zeros((size, nq)), [])
+        now = self._begin(events.left.x[k], left_m)
         fired = fired | self._combined(run, k, fired)
         rising = [w for w in self.dae.whens if left_m[w.index] < 0.5 and (w.index in fired or right_m[w.index] > 0.5)]
         rounds = [[w for w in rising if w.index in fired], [w for w in rising if w.index not in fired]]
@@ -93,14 +107,32 @@ class Mapping:
                 self._reset(run, k, now, whens)
         if follow := self._following(run, k, now, rising):
             self._reset(run, k, now, follow)
-        struck = [j for j, b in enumerate(self.dae.barriers) if (b.name, "impact") in events.extra[k]]
-        if struck:
+        if struck := self._struck(run, k):
             self._impact(run, k, now, struck)
         reached = np.concatenate([now.x, now.m[self.system.discretes]])
         found = np.concatenate([events.right.x[k], right_m[self.system.discretes]])
-        if _differ(reached, found).any():
+        if differ(reached, found).any():
             return None
         return now
+
+    def step(self, run: Record, k: int, x: Array, m: Array, fired: set[int], index: int) -> Step:
+        """The resets and impacts at event k due to the law with its mode at ``index``, the last of those that ``fired``, at x and m."""
+        by_now = {index} | self._combined(run, k, fired)
+        rising, now = [w for w in self.dae.whens if m[w.index] < 0.5 and w.index in by_now], self._begin(x, m)
+        if rising:
+            self._reset(run, k, now, rising)
+        if struck := [j for j in self._struck(run, k) if self.dae.barriers[j].index == index]:
+            self._impact(run, k, now, struck)
+        changed = np.append(now.x != x, (now.m != m)[self.system.discretes])
+        changed |= (now.s != np.eye(len(now.s))).any(axis=1) | (now.t != 0.0)
+        return Step(now.x, now.m, now.s, now.t, np.flatnonzero(changed))
+
+    def _struck(self, run: Record, k: int) -> list[int]:
+        return [j for j, b in enumerate(self.dae.barriers) if (b.name, "impact") in run.instants.extra[k]]
+
+    def _begin(self, x: Array, m: Array) -> Carried:
+        size, nq = self.system.size, self.system.free.numel()
+        return Carried(x.copy(), m.copy(), np.zeros(size), np.eye(size), np.zeros((size, nq)), [])
 
     def hessian(self, p: Array, rounds: Sequence[Round], weights: Array, along: Tangents) -> Block:
         """(w^T R)''[V, V]: the sum over the rounds, each with the weights after it and the tangents before it."""
@@ -140,8 +172,8 @@ class Mapping:
                 for r, value in zip(when.resets, values[first:], strict=False)
             ]
             first += len(when.resets)
-            if when not in done and any(_differ(old, new) for _, old, new in pairs):
-                found += [when] if not any(_differ(value, new) for value, _, new in pairs) else []
+            if when not in done and any(differ(old, new) for _, old, new in pairs):
+                found += [when] if not any(differ(value, new) for value, _, new in pairs) else []
         return found
 
     def _combined(self, run: Record, k: int, fired: set[int]) -> set[int]:
@@ -208,6 +240,6 @@ class Mapping:
         now.x = now.x + value[on_x] @ impulse
 
 
-def _differ(one: Any, other: Any) -> Any:
+def differ(one: Any, other: Any) -> Any:
     """Whether values differ by more than round-off."""
     return np.abs(one - other) > 1e-7 * (1.0 + np.abs(other))

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +27,10 @@ from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
 from powertrain.signals import Samples, signals_of
 from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, duration, without_effect
-from powertrain.variational.mapping import Mapping, Round
+from powertrain.variational.mapping import Mapping, Round, Step, differ
 from powertrain.variational.partials import Block, Partials, Slopes
 from powertrain.variational.record import Record, shifted
-from powertrain.variational.simultaneous import Parts, over_orders, undecided
+from powertrain.variational.simultaneous import Leg, Order, Parts, over_orders
 from powertrain.variational.transitions import VariationalRates
 
 _EQUAL = 1e-7
@@ -111,7 +112,7 @@ class Saltation:
         across = s.copy(), q, rate
         change = s @ f_left + rate - f_right
         moved = [each for each in shifts if not without_effect(each, change, f_left, duration(run, k, each.index))]
-        mean, farthest = self._parts(run, k, moved, f_left, change)
+        mean, farthest = self._parts(run, k, moved, f_left, f_right, change)
         on_s = np.array([shift.s for shift in moved]).reshape(len(moved), n)
         on_q = np.array([shift.q for shift in moved]).reshape(len(moved), q.shape[1])
         s[:, :n] += mean.T @ on_s
@@ -129,7 +130,7 @@ class Saltation:
         )
 
     def _parts(
-        self, run: Record, k: int, shifts: Sequence[Shift], f_left: Array, change: Array
+        self, run: Record, k: int, shifts: Sequence[Shift], f_left: Array, f_right: Array, change: Array
     ) -> tuple[Parts, Parts | None]:
         """The effect of the motion of each law's instant; for laws that act on each other also the order farthest from the mean."""
         if not shifts:
@@ -137,22 +138,40 @@ class Saltation:
         rows = np.array([np.append(shift.s, shift.q) for shift in shifts])
         if (np.ptp(rows, axis=0) <= _EQUAL * np.abs(rows).max(axis=0) + 1e-9 * np.abs(rows).max(initial=0.0)).all():
             return np.array([change, *(np.zeros_like(change) for _ in shifts[1:])]), None
-        left, right = run.instants.left, run.instants.right
-        if (left.x[k] != right.x[k]).any():
-            return undecided(change, len(shifts))
-
-        def between(switched: list[tuple[int, ...]]) -> Parts:
-            m = np.repeat(left.m[k : k + 1], len(switched), axis=0)
-            for row, laws in zip(m, switched, strict=True):
-                for shift in (shifts[i] for i in laws):
-                    width = 3 if any(shift.index == s.index for s in self.system.dae.schedules) else 1
-                    row[shift.index : shift.index + width] = right.m[k, shift.index : shift.index + width]
-            t, x, z = (v[k : k + 1].repeat(len(m), 0) for v in (left.t, left.x, left.z))
-            return self.flow.rates(self.corrected(Samples(t, x, z, m), run.p), run.p)
-
-        mean, apart = over_orders([shift.s for shift in shifts], f_left, f_left - change, between)
+        legs = partial(self._legs, run, k, shifts, f_right)
+        mean, apart = over_orders([shift.s for shift in shifts], f_left, change, legs)
         scale = np.abs(mean).max(initial=0.0) + np.abs(change).max(initial=0.0)
         return mean, apart if np.abs(apart).max(initial=0.0) > _EQUAL * scale else None
+
+    def _legs(
+        self, run: Record, k: int, shifts: Sequence[Shift], f_right: Array, orders: Sequence[Order]
+    ) -> list[list[Leg]]:
+        """The laws switched one after the other in some orders; nothing if one leads to another state than the run."""
+        left, right, n, size = run.instants.left, run.instants.right, self.system.size, self.flow.size
+        steps, discretes = list[Step](), self.system.discretes
+        for order in orders:
+            x, m, fired = left.x[k], left.m[k].copy(), set[int]()
+            for shift in (shifts[i] for i in order):
+                fired.add(shift.index)
+                one = self.mapping.step(run, k, x, m, fired, shift.index) if self.mapping is not None else None
+                steps.append(one or Step(x, m.copy(), np.eye(n), np.zeros(n), np.arange(0)))
+                x, m = steps[-1].x, steps[-1].m
+                width = 3 if any(shift.index == s.index for s in self.system.dae.schedules) else 1
+                here = slice(shift.index, shift.index + width)
+                m[here] = right.m[k, here]
+            reached, found = (np.append(a, b[discretes]) for a, b in ((x, m), (right.x[k], right.m[k])))
+            if differ(reached, found).any():
+                return []
+        t, z = (v[k : k + 1].repeat(len(steps), 0) for v in (left.t, left.z))
+        samples = Samples(t, np.array([each.x for each in steps]), z, np.array([each.m for each in steps]))
+        rates = self.flow.rates(self.corrected(samples, run.p), run.p)
+        rates[len(shifts) - 1 :: len(shifts)] = f_right
+        legs = []
+        for each, f in zip(steps, rates, strict=True):
+            s, t = np.eye(size), np.zeros(size)
+            s[:n, :n], t[:n] = each.s, each.t
+            legs.append(Leg(f, s, t, each.changed))
+        return [legs[i : i + len(shifts)] for i in range(0, len(legs), len(shifts))]
 
     def caught(self, p: Array, sample: Samples, laws: Sequence[int]) -> tuple[Block, Block]:
         """Laws that stick from an instant at which their speed is zero: a perturbation of that speed would be removed at once.

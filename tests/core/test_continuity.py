@@ -69,6 +69,53 @@ def test_table_that_jumps_is_refused_before_a_run(source: Any) -> None:
         pt.compile(Moved(signal=table, source=source))
 
 
+def test_what_the_message_about_a_table_says() -> None:
+    """The jump of the variable, not of the signal, and the first one."""
+
+    class Opposite(pt.Component):
+        w: pt.Variable = pt.variable("rad/s", "Speed")
+        tau: pt.Variable = pt.variable("N.m", "Torque")
+
+        def equations(self) -> pt.Equations:
+            yield self.w == -2 * pt.schedule([0, 2, 2, 3, 3, 4, 4], [1, 1, 1, 5, 4, 4, 0])
+            yield pt.der(self.w) == self.tau - self.w
+
+    with pytest.raises(pt.ModelError) as caught:
+        pt.compile(Opposite())
+    assert "the jump of this signal at t = 3 s makes w jump by 2 rad/s. Something" in str(caught.value)
+
+
+class Jumping(pt.Component):
+    """A signal that may jump, and one that does not, which an inertia follows exactly."""
+
+    table: blocks.TimeTable
+    ramp: blocks.TimeTable = POLYGON
+    source: rot.Speed = SPEED
+    J: rot.Inertia = rot.Inertia(J=2.0)
+    followed: float = 0.0
+    level: pt.Variable = pt.variable("1", "Level", start=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.level) == self.table.y.value
+        yield self.source.w_ref.value == self.ramp.y.value + self.followed * self.table.y.value
+        yield pt.connect(self.source.flange, self.J.flange_a)
+
+
+@pytest.mark.parametrize(
+    ("table", "followed"),
+    [
+        (((0, 1), (0.5, 1), (0.5, 3)), 0.0),  # nothing follows it
+        (((0, 1), (0, 2), (1, 2)), 1.0),  # before the start
+        (((0, 1), (0.5, 1), (0.5, 1), (1, 2)), 1.0),  # no jump
+    ],
+)
+def test_tables_that_make_nothing_jump(table: Any, followed: float) -> None:
+    result = pt.simulate(Jumping(table=blocks.TimeTable(table=table), followed=followed), 0.9)
+    assert [smooth.names.startswith("source.w, ") for smooth in result.compiled.dae.smooth] == [True] + [False] * int(
+        2 * followed
+    )
+
+
 @pytest.mark.parametrize(
     "signal", [RAMP, POLYGON, TRAPEZOID, blocks.Sine(f=1.0, startTime=0.3), blocks.Step(height=0.0, startTime=0.5)]
 )

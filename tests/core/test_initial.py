@@ -140,6 +140,87 @@ def test_discrete_variables_get_values() -> None:
         assert result.events[0].time == pytest.approx(0.3 / (2 * first))
 
 
+class Chained(pt.Component):
+    """Three discrete variables that ``initial()`` determines from one another."""
+
+    p: pt.Parameter = pt.parameter("1", "Given", default=3.0)
+    x: pt.Variable = pt.variable("1", "Sum", start=0.0)
+    a: pt.Discrete = pt.discrete("1", "First")
+    b: pt.Discrete = pt.discrete("1", "Second")
+    c: pt.Discrete = pt.discrete("1", "Third", start=0.5)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.a + 10 * self.b + 100 * self.c
+
+
+class Forward(Chained):
+    """a, then b from a, then c from b."""
+
+    def initial(self) -> pt.Equations:
+        yield self.a == self.p
+        yield self.b == 2 * self.a
+        yield self.c == self.b - 1
+
+
+class Reverse(Chained):
+    """The same in the other order."""
+
+    def initial(self) -> pt.Equations:
+        yield self.c == self.b - 1
+        yield self.b == 2 * self.a
+        yield self.a == self.p
+
+
+class Together(Chained):
+    """a and b from two equations together; c keeps its declared start."""
+
+    def initial(self) -> pt.Equations:
+        yield self.a + self.b == 3 * self.p
+        yield self.a - self.b + self.c == 0.5 - self.p
+
+
+@pytest.mark.parametrize(
+    ("model", "starts", "expected"),
+    [
+        (Forward, {}, [3, 6, 5]),
+        (Reverse, {}, [3, 6, 5]),
+        (Together, {}, [3, 6, 0.5]),
+        (Forward, {"a": 7.0}, [7, 14, 13]),
+        (Reverse, {"a": 7.0}, [7, 14, 13]),
+        (Forward, {"b": 5.0}, [3, 5, 4]),
+        (Forward, {"a": 7.0, "b": 5.0}, [7, 5, 4]),
+        (Together, {"c": 2.5}, [2, 7, 2.5]),
+    ],
+)
+def test_discrete_variables_that_depend_on_one_another(
+    model: type[Chained], starts: dict[str, float], expected: list[float]
+) -> None:
+    """The order of equations does not matter, and a value given for the run counts in the equations of the others."""
+    result = pt.simulate(model(), 1.0, starts=starts)
+    assert [result[name][0] for name in "abc"] == pytest.approx(expected)
+
+
+def test_discrete_variables_without_a_solution() -> None:
+    """Two values for one variable, also if another one is given, and an equation that is not linear in it."""
+
+    class Twice(Chained):
+        def initial(self) -> pt.Equations:
+            yield self.a == self.p
+            yield self.b == self.p
+            yield 2 * self.a == self.p
+
+    class Squared(Chained):
+        def initial(self) -> pt.Equations:
+            yield self.a**2 == self.p
+
+    for model in Twice, Squared:
+        for starts in {}, {"b": 2.0}:
+            with pytest.raises(
+                pt.InitializationError, match="cannot hold: the other conditions leave left minus right"
+            ):
+                pt.simulate(model(), 1.0, starts=starts)
+
+
 class Circle(pt.Component):
     """x on the lower or upper half of a circle around -c; without a solution where |y| > 1."""
 
