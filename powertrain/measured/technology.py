@@ -56,9 +56,7 @@ class Technology:
     An engine's fuel power is (tau + V/(4 pi) (p_0 + p_2 (w/400)^2)) w/e + heat V.
     """
 
-    e_port: float = shared(
-        0.418, 0.425, 0.015, "1", "indicated efficiency, port injection, compression ratio 10 to 11"
-    )
+    e_port: float = shared(0.418, 0.425, 0.015, "1", "indicated efficiency, port injection, compression ratio 10 to 11")
     e_high: float = shared(0.4404, 0.445, 0.015, "1", "indicated efficiency, direct injection, compression ratio 13")
     e_late: float = shared(0.4577, 0.455, 0.015, "1", "indicated efficiency, late closing, cooled recirculation")
     e_turbo: float = shared(0.4341, 0.43, 0.015, "1", "indicated efficiency, turbocharged, direct injection")

@@ -106,7 +106,10 @@ class CycleRun:
 
     @cached_property
     def demand(self) -> float:
-        """Energy demand of the cycle [J]: the positive work against road load and inertia, of body and wheels (UN GTR No. 15, Annex 7, 5)."""
+        """Energy demand of the cycle [J]: the positive work against the road load and the inertia of body and wheels.
+
+        Source: UN GTR No. 15, Annex 7, 5.
+        """
         body, read = self.anatomy.the("body"), self.result
         power = (read[f"{body}.front.f"] + read[f"{body}.rear.f"]) * self.speed
         for wheel in self.anatomy.wheels:
