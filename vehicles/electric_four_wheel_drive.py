@@ -9,6 +9,7 @@ from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, ElectricDriveControl, Pedals
 from powertrain.components.differentials import CrownGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
+from powertrain.components.wheels import WheelBrake
 from powertrain.vehicles.bus import one_bus
 from powertrain.vehicles.car import Car
 from powertrain.vehicles.electric_car import BATTERY
@@ -38,7 +39,7 @@ class ElectricFourWheelDriveCar(Car):
         J=0.04, tau_max=310, P_max=150e3, w_max=1680, P_0=80, copper=0.045, iron=1.0, windage=4e-4
     )
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=9.0, eta_ab=0.97, eta_ba=0.97))
-    rear: Axle = LumpedAxle(final_drive=CrownGear(ratio=9.0, eta_ab=0.97, eta_ba=0.97))
+    rear: Axle = LumpedAxle(final_drive=CrownGear(ratio=9.0, eta_ab=0.97, eta_ba=0.97), brakes=WheelBrake(tau_max=1500))
     body: Body = VehicleBody(m=2000, A=2.35, Cd=0.25)
 
     def equations(self) -> Equations:

@@ -27,7 +27,6 @@ from powertrain import (
     time,
     variable,
     when,
-    within,
 )
 
 INSTANT = 1e-300
@@ -131,14 +130,16 @@ class ExpSine(_Wave):
 
 
 class _Periodic(_StartingSource):
-    """Partial: a signal that repeats with every period, nperiod times (endlessly if nperiod < 0).
-
-    A simulation must start before the end of the first period.
-    """
+    """Partial: a signal that repeats with every period, nperiod times (endlessly if nperiod < 0)."""
 
     period: Parameter = parameter("s", "Time for one period", min=1e-60)
     nperiod: Parameter = parameter("1", "Number of periods, or -1 for no end", default=-1.0)
     count: Discrete = discrete("1", "Number of completed periods")
+
+    def initial(self) -> Equations:
+        """The periods that are over."""
+        over = ca.fmax(ca.floor((time - self.startTime) / self.period), 0)
+        yield self.count == ca.if_else(self.nperiod >= 0, ca.fmin(over, ca.fmax(self.nperiod, 0)), over)
 
     def _elapsed(self) -> Symbol:
         """Time since the start of the period."""
@@ -150,7 +151,6 @@ class _Periodic(_StartingSource):
     def _count(self) -> Equations:
         length = ca.if_else(self._over(), NEVER, self.period)
         yield when(self._elapsed() >= length, reinit(self.count, self.count + 1))
-        within(self._elapsed(), -math.inf, length * (1 + 1e-9), name="time since the period began", unit="s")
 
     def _running(self, value: Symbol) -> Symbol:
         return self._after_start(ca.if_else(self._over(), 0.0, value))

@@ -56,20 +56,21 @@ class StartStop(EngineSwitch):
     t_least: Parameter = parameter("s", "Minimum running time", default=2.0, above=0)
     running: Discrete = discrete("1", "1: running, 0: stopped", start=1.0)
     since: Discrete = discrete("s", "Time at which it was started", start=0.0)
+    resting: Discrete = discrete("1", "1: at rest with the accelerator released, 0: not", start=0.0)
     rested: Discrete = discrete("s", "Time at which the vehicle came to rest", start=0.0)
 
     def initial(self) -> Equations:
         """A running engine has just been started."""
         yield self.since == time
-        yield self.rested == time
 
     def equations(self) -> Equations:
         """A switch with hysteresis."""
         u, v, runs = self.accelerator.value, self.v.value, self.running > 0.5
         rests = ca.logic_and(ca.fabs(v) < self.v_stop, u < self.u_stop)
         ready = ca.logic_and(runs, time > ca.fmax(self.since + self.t_least, self.rested + self.delay))
-        yield when(rests, reinit(self.rested, time))
-        yield when(ca.logic_and(rests, ready), reinit(self.running, 0))
+        yield when(rests, reinit(self.resting, 1), reinit(self.rested, time), initially=True)
+        yield when(ca.logic_not(rests), reinit(self.resting, 0))
+        yield when(ca.logic_and(self.resting > 0.5, ready), reinit(self.running, 0))
         started = ca.logic_and(u > self.u_start, self.running < 0.5)
         yield when(started, reinit(self.running, 1), reinit(self.since, time))
         yield self.on.value == self.running

@@ -12,6 +12,7 @@ from powertrain.components.control import Pedals
 from powertrain.components.cycles import CycleSpeed
 from powertrain.components.electric import Battery, ElectricMachine, PolarizedBattery
 from powertrain.components.engines import Engine
+from powertrain.components.wheels import Wheel
 from powertrain.language.component import children
 
 ONE = {"body": Body, "pedals": Pedals, "road": RoadProfile, "cycle": CycleSpeed}
@@ -31,6 +32,7 @@ class Anatomy:
     engines: tuple[str, ...]
     machines: tuple[str, ...]
     batteries: tuple[str, ...]
+    wheels: tuple[str, ...]
     stores: tuple[str, ...]
 
     @property
@@ -77,6 +79,7 @@ def anatomy(vehicle: pt.Component) -> Anatomy:
         engines=of(Engine),
         machines=of(ElectricMachine),
         batteries=batteries,
+        wheels=of(Wheel),
         stores=tuple(getattr(type(vehicle), "stores", batteries)),
     )
 

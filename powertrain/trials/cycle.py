@@ -106,10 +106,15 @@ class CycleRun:
 
     @cached_property
     def demand(self) -> float:
-        """Energy demand of the cycle [J]: the positive work of the axles on the body."""
-        body = self.anatomy.the("body")
-        force = self.result[f"{body}.front.f"] + self.result[f"{body}.rear.f"]
-        return float(np.trapezoid(np.maximum(force * self.speed, 0.0), self.result.time))
+        """Energy demand of the cycle [J]: the positive work against the road load and the inertia of body and wheels.
+
+        Source: UN GTR No. 15, Annex 7, 5.
+        """
+        body, read = self.anatomy.the("body"), self.result
+        power = (read[f"{body}.front.f"] + read[f"{body}.rear.f"]) * self.speed
+        for wheel in self.anatomy.wheels:
+            power = power + read[f"{wheel}.hub.tau"] * read[f"{wheel}.w"] - read[f"{wheel}.f"] * read[f"{wheel}.v"]
+        return float(np.trapezoid(np.maximum(power, 0.0), read.time))
 
     def mpg(self, charging: float = 1.0) -> float:
         """Miles per US gallon; electric energy counts as gasoline of 33.705 kW.h per gallon, via a charger of this efficiency.

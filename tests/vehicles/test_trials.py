@@ -49,6 +49,15 @@ def test_numbers_of_the_table_follow_from_signals(town: CycleRun) -> None:
     assert table["carbon dioxide"] == pytest.approx(table["consumption"] * 0.745 * 3.17 * 10)
 
 
+def test_demand_of_the_cycle_is_that_of_the_regulation(town: CycleRun) -> None:
+    """UN GTR No. 15, Annex 7, 5: over steps of 1 s, road load and inertia with what turns with the wheels, where positive."""
+    p, v = town.result.parameters, np.interp(np.arange(141), town.cycle.times, town.cycle.speeds)
+    way, rotating = (v[1:] + v[:-1]) / 2, (p["front.wheels.J"] + p["rear.wheels.J"]) / p["front.wheels.radius"] ** 2
+    air = p["body.Cd"] * p["body.A"] * p["body.rho"] / 2 * way**2
+    force = p["front.wheels.Cr"] * p["body.m"] * p["body.g"] + air + (p["body.m"] + rotating) * np.diff(v)
+    assert town.demand == pytest.approx(float(np.maximum(force, 0) @ way), rel=0.02)  # a driver rounds corners off
+
+
 @pytest.mark.slow
 def test_a_cycle_too_fast_is_driven_as_far_as_it_goes() -> None:
     sprint = DriveCycle("sprint", ((0.0, 0.0), (10.0, 60.0), (12.0, 60.0)))

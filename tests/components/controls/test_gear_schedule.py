@@ -293,6 +293,18 @@ def test_rest_counts_from_the_start_of_the_run(delay: float, stops: float) -> No
     np.testing.assert_allclose(result.at([30 + stops - 0.1, 30 + stops + 0.1], "switch.on"), [1, 0])
 
 
+RESTS = (0, 0), (5, 0), (5, 1), (10, 1), (10, 0), (16, 0), (16, 1), (17, 1), (17, 0), (21, 0), (21, 1)
+
+
+@pytest.mark.parametrize("start", [0, 30])
+def test_every_rest_counts_anew(start: float) -> None:
+    """At rest from 5 s to 10 s and from 21 s on: stops 2 s later each time; a rest of 1 s in between stops nothing."""
+    v = TimeTable(table=tuple((t + start, 0.0 if rests else 5.0) for t, rests in RESTS))
+    result = pt.compile(Stopping(v=v, u=v, switch=StartStop(delay=2.0))).simulate(start + 30, start=start, max_step=0.5)
+    times = np.array([4.9, 6.9, 7.1, 9.9, 10.1, 16.9, 18.0, 22.9, 23.1])
+    np.testing.assert_allclose(result.at(start + times, "switch.on"), [1, 1, 0, 0, 1, 1, 1, 1, 0])
+
+
 def test_runs_while_the_vehicle_does() -> None:
     result = pt.simulate(Stopping(v=TimeTable(table=((0.0, 5.0), (4.0, 0.0)))), stop=6, max_step=0.5)
     np.testing.assert_allclose(result.at([3.9, 3.95], "switch.on"), [1, 0])
