@@ -95,7 +95,11 @@ class _Part:
         """Some of them."""
         table = [{j: values[which] for j, values in row.items()} for row in self.table]
         return _Part(
-            self.systems[which], table, [values[..., which] for values in self.right], self.open.copy(), self.pivots.copy()
+            self.systems[which],
+            table,
+            [values[..., which] for values in self.right],
+            self.open.copy(),
+            self.pivots.copy(),
         )
 
     def shortest_row(self) -> int:
