@@ -40,7 +40,7 @@ ORDER = [
     "dae: hybrid",
     "dae: friction contact switch when",
     "numerics: tape buffers lookup hoisting vertex_elimination pivots sparse_lu newton elimination compiled background vectorised",
-    "numerics: batch many",
+    "numerics: batch many newton_abreast",
     "numerics: replay folding",
     "compiler: matching calls cancellation",
     "compiler: texts operations walks flatten binding source jumps alias index torques structure blocks resolver continuity "
