@@ -17,6 +17,7 @@ from powertrain.language.connectors import Connector, Input, Output, Signal, sig
 from powertrain.language.cutting import bench
 from powertrain.language.fields import Discrete, Parameter, Variable, discrete, flow, parameter, port, support, variable
 from powertrain.language.laws import connect, der, friction, reinit, schedule, switch, unilateral, when, within
+from powertrain.language.makers import arguments_checked
 from powertrain.language.map import Axis, Map
 from powertrain.language.replacing import replace
 from powertrain.language.symbols import Symbol, time
@@ -101,6 +102,7 @@ __all__ = [
     "TextTable",
     "Variable",
     "__version__",
+    "arguments_checked",
     "at",
     "bench",
     "campbell",

@@ -27,7 +27,7 @@ ORDER = [
     "language: dimensions",
     "language: quantities",
     "language: recorder",
-    "language: checks",
+    "language: checks makers",
     "language: law",
     "language: fields",
     "language: component",

@@ -15,6 +15,7 @@ from powertrain.components.transmissions import (
     StartingConverter,
     StartingDevice,
 )
+from powertrain.language.makers import arguments_checked
 from powertrain.vehicles.car import GearedCar
 
 SPEEDS = ((4.0, 2.5), (7.0, 4.5), (9.5, 6.5), (12.0, 9.0), (15.0, 11.5), (18.0, 14.0), (22.0, 17.0))
@@ -39,6 +40,7 @@ class AutomaticCar(GearedCar):
     body: Body = VehicleBody(m=1500, A=2.2)
 
     @classmethod
+    @arguments_checked
     def with_gearset(
         cls, gearbox: Automatic, *, w_up: float = 150.0, w_full: float = 560.0, ratio: float = 3.2, **parts: Any
     ) -> Self:

@@ -13,6 +13,7 @@ from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.limited import limited
 from powertrain.components.rotational import Clutch, IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable
+from powertrain.language.makers import arguments_checked
 from powertrain.vehicles.bus import known_machine, one_bus
 from powertrain.vehicles.car import check_gears
 from powertrain.vehicles.hybrid import HybridCar
@@ -58,6 +59,7 @@ class ParallelHybrid(HybridCar):
     body: Body = VehicleBody(m=1500, A=2.2)
 
     @classmethod
+    @arguments_checked
     def at(cls, position: Position, **parts: Any) -> Self:
         """The car with a machine and a coupling that suit the position. Errors: ParameterError for another position."""
         if position not in RATIOS:
@@ -74,6 +76,7 @@ class ParallelHybrid(HybridCar):
         return cls(**(made | parts))
 
     @classmethod
+    @arguments_checked
     def plug_in(cls, **parts: Any) -> Self:
         """The P2 hybrid with a 13 kWh battery, whose charge it sustains at 20 %: start it with ``{"battery.soc": 0.95}``."""
         control = ParallelControl(v_on=36.0, v_off=33.0, soc_0=0.2, k_soc=150e3)

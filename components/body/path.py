@@ -18,6 +18,7 @@ from powertrain import (
     ParameterError,
     Symbol,
     Variable,
+    arguments_checked,
     der,
     parameter,
     port,
@@ -118,6 +119,7 @@ class RoadProfile(Component):
         yield self.grade.value == self.profile(self.s.value)
 
     @classmethod
+    @arguments_checked
     def from_heights(cls, s: ArrayLike, heights: ArrayLike) -> Self:
         """A road through the given heights [m] at places s [m] along it, without crests or dips between them.
 

@@ -18,6 +18,7 @@ from powertrain import (
     ParameterError,
     Symbol,
     Variable,
+    arguments_checked,
     discrete,
     parameter,
     reinit,
@@ -105,6 +106,7 @@ class SpeedSchedule(Shifting, Switching):
         yield self.kicked == time - LONG
 
     @classmethod
+    @arguments_checked
     def for_gears(
         cls,
         ratios: Sequence[float],

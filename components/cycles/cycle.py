@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain import Map, ParameterError
+from powertrain import Map, ParameterError, arguments_checked
 from powertrain.components.cycles.cyclefiles import one_of, read_columns
 
 CYCLES = {
@@ -119,6 +119,7 @@ class DriveCycle:
         )
 
     @classmethod
+    @arguments_checked
     def named(cls, name: str) -> Self:
         """One of ``CYCLES``; case does not matter. Errors: ParameterError for another name."""
         if name.lower() not in CYCLES:
@@ -132,6 +133,7 @@ class DriveCycle:
         return cls(name, tuple(zip(columns["time"], columns["speed"], strict=True)), CYCLES[name])
 
     @classmethod
+    @arguments_checked
     def of(cls, cycle: DriveCycle | str | PathLike[str]) -> DriveCycle:
         """A cycle from itself, from a name in ``CYCLES``, or from the path of a CSV file."""
         if not isinstance(cycle, (str, PathLike)):
@@ -139,6 +141,7 @@ class DriveCycle:
         return cls.from_csv(Path(cycle)) if Path(cycle).suffix.lower() == ".csv" else cls.named(str(cycle))
 
     @classmethod
+    @arguments_checked
     def from_csv(cls, path: str | Path) -> Self:
         """Read a file with a header, over time or over distance; lines with # are comments.
 
@@ -165,6 +168,7 @@ class DriveCycle:
         return cls.from_distance(path.stem, columns[at], speeds, stops, str(path), grades)
 
     @classmethod
+    @arguments_checked
     def from_distance(
         cls,
         name: str,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Self
 
-from powertrain import Equations
+from powertrain import Equations, arguments_checked
 from powertrain.components.differentials.mesh import MeshLaw
 from powertrain.components.differentials.teeth import Central, Pairs, Planets, basic_ratio, eccentric_ratio
 
@@ -25,6 +25,7 @@ class FundamentalDifferential(MeshLaw):
         yield from self._mesh()
 
     @classmethod
+    @arguments_checked
     def from_teeth(
         cls, a: Central, b: Central, planets: Planets | Pairs, *, eta_ab: float = 1.0, eta_ba: float = 1.0
     ) -> Self:
@@ -53,6 +54,7 @@ class FundamentalDifferential(MeshLaw):
         return cls(ratio=basic_ratio(a, b, planets), eta_ab=eta_ab, eta_ba=eta_ba)
 
     @classmethod
+    @arguments_checked
     def khv(cls, planet: int, ring: int, *, eta_ab: float = 1.0, eta_ba: float = 1.0) -> Self:
         """A planet in a ring: R_o = ring/planet > 1.
 

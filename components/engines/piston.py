@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, Self
 
 import casadi as ca
@@ -17,6 +17,7 @@ from powertrain import (
     ParameterError,
     Symbol,
     Variable,
+    arguments_checked,
     connect,
     der,
     friction,
@@ -111,7 +112,8 @@ class PistonEngine(Component):
     fuel: Variable = variable("kg", "Fuel burnt", start=0.0)
 
     @classmethod
-    def inline(cls, order: tuple[int, ...], cylinder: Cylinder | None = None, **values: Any) -> Self:
+    @arguments_checked
+    def inline(cls, order: Sequence[int], cylinder: Cylinder | None = None, **values: Any) -> Self:
         """An engine whose cylinders fire at equal intervals, in the given ``order`` of their numbers; ``values`` are its other fields.
 
         ``cylinders[0]`` is cylinder 1. At the crank angle 0 the first in the order fires. Errors: ParameterError for an order that does
@@ -120,12 +122,13 @@ class PistonEngine(Component):
         >>> [round(math.degrees(c.phase)) for c in PistonEngine.inline((1, 3, 2)).cylinders]
         [0, 480, 240]
         """
-        if not order or sorted(order) != list(range(1, len(order) + 1)):
+        fired = list(order)
+        if not fired or sorted(fired) != list(range(1, len(fired) + 1)):
             raise ParameterError(
                 f"order = {order} is not a firing order: it must name each cylinder from 1 on once, such as (1, 3, 4, 2)"
             )
-        interval, one = 4 * math.pi / len(order), cylinder or Cylinder()
-        parts = (replace(one, phase=interval * order.index(number)) for number in range(1, len(order) + 1))
+        interval, one = 4 * math.pi / len(fired), cylinder or Cylinder()
+        parts = (replace(one, phase=interval * fired.index(number)) for number in range(1, len(fired) + 1))
         return cls(cylinders=tuple(parts), **values)
 
     def check(self) -> Equations:

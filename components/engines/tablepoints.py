@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain import ParameterError, TextTable
+from powertrain import ParameterError, TextTable, arguments_checked
 from powertrain.components.engines.tablecolumns import RPM, Column
 
 Array = NDArray[np.float64]
@@ -27,6 +27,7 @@ class Points:
     x_unit: str = " N.m"
 
     @classmethod
+    @arguments_checked
     def of(cls, sheet: TextTable, columns: Sequence[Column]) -> Points:
         """The rows with a value, in the units of the columns' kinds. Errors: ParameterError for a value without coordinates."""
         lines = [row.line for row in sheet.rows]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Self
 
-from powertrain import Equations, Parameter, ParameterError, Symbol, connect, parameter
+from powertrain import Equations, Parameter, ParameterError, Symbol, arguments_checked, connect, parameter
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.differentials.fundamental import FundamentalDifferential
 from powertrain.components.limited import limited
@@ -97,6 +97,7 @@ class Automatic(ClutchToClutch):
             super().__init__(*unnamed, **given)
 
     @classmethod
+    @arguments_checked
     def of(cls, scheme: GearScheme, *, torque: float = TORQUE, J: float = J_SHAFT, **parts: Any) -> Self:
         """The component for a scheme.
 

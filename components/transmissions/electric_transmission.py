@@ -13,6 +13,7 @@ from powertrain import (
     ParameterError,
     Symbol,
     Variable,
+    arguments_checked,
     connect,
     der,
     parameter,
@@ -72,6 +73,7 @@ class ElectricTransmission(TransmissionOfRanges):
     locks: tuple[Clutch, ...] = (_LOCK,)
 
     @classmethod
+    @arguments_checked
     def of(cls, spans: Sequence[Span], pair: ElectricPair | None = None) -> Self:
         """The component from ranges, the lowest first. Errors: ParameterError for ranges that meet at standstill."""
         shifts = [high for _, high, _ in spans[:-1]]

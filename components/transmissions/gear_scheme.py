@@ -8,7 +8,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Self
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network
 from powertrain.components.transmissions.shift_table import ARROW, SchemeGear, ShiftElement
 
@@ -66,6 +66,7 @@ class GearScheme:
             self._check_step(one, other)
 
     @classmethod
+    @arguments_checked
     def of(
         cls,
         *levers: Lever,

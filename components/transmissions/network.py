@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 from powertrain.components.transmissions.layout import Coupling, Layout, checked, members
 
 Array = NDArray[np.float64]
@@ -81,6 +81,7 @@ class Network:
                 )
 
     @classmethod
+    @arguments_checked
     def split_path(cls, layout: Layout, coupling: Coupling, R_o: float, eta: float = 1.0) -> Self:
         """One of the six layouts of Yu & Beachley 1986, input- or output-coupled, without the loss of its variable unit.
 

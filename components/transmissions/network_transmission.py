@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Self
 
-from powertrain import Component, Equations, ParameterError, connect, port, replace
+from powertrain import Component, Equations, ParameterError, arguments_checked, connect, port, replace
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.cvu.unit import CVU
 from powertrain.components.differentials.fundamental import FundamentalDifferential
@@ -39,6 +39,7 @@ class NetworkGears(Component):
     housing: Fixed = Fixed()
 
     @classmethod
+    @arguments_checked
     def of(cls, network: Network) -> Self:
         """The gears of a network."""
         planetaries = tuple(_planetary(x) for x in network.levers if x.carrier != HOUSING)
@@ -90,6 +91,7 @@ class NetworkTransmission(VariableTransmission):
     gears: NetworkGears = NetworkGears()
 
     @classmethod
+    @arguments_checked
     def of(cls, network: Network, cvu: VariableUnit | None = None) -> Self:
         """The component from a network."""
         made = cls(gears=NetworkGears.of(network))

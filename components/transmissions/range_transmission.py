@@ -8,7 +8,7 @@ from typing import Self
 
 import casadi as ca
 
-from powertrain import Equations, ParameterError, Symbol, connect, reinit, switch, when, within
+from powertrain import Equations, ParameterError, Symbol, arguments_checked, connect, reinit, switch, when, within
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.cvu.unit import CVU
 from powertrain.components.rotational.inertia import Inertia
@@ -37,6 +37,7 @@ class RangeTransmission(TransmissionOfRanges):
     rotor: Inertia = Inertia(J=0.02)
 
     @classmethod
+    @arguments_checked
     def of(cls, spans: Sequence[Span], cvu: VariableUnit | None = None) -> Self:
         """The component from ranges, the lowest first."""
         return cls._made(spans) if cvu is None else cls._made(spans, cvu=cvu)

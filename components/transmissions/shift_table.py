@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Self
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 from powertrain.components.transmissions.network import HOUSING, Joint, joints
 
 ARROW = "->"
@@ -21,6 +21,7 @@ class SchemeGear:
     coast: tuple[str, ...] = ()
 
     @classmethod
+    @arguments_checked
     def of(cls, name: str, listed: str | Iterable[str]) -> Self:
         """A gear from a row of a shift table; elements in parentheses are those for overrun: ``"forward sprag (low)"``."""
         engaged: list[str] = []
@@ -50,6 +51,7 @@ class ShiftElement:
     freewheel: bool = False
 
     @classmethod
+    @arguments_checked
     def of(cls, name: str, shafts: str) -> Self:
         """``"shaft-shaft"``; ``"shaft->shaft"`` for a freewheel through which the first shaft drives the second."""
         ((a, b),) = joints(shafts.replace(ARROW, "-"))

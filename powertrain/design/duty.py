@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import powertrain as pt
+from powertrain.language.arguments import limits, row
+from powertrain.language.makers import arguments_checked
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,10 +45,8 @@ class Duty:
     @classmethod
     def over(cls, r: tuple[float, float], table: pd.DataFrame | Mapping[str, ArrayLike] | None = None) -> Duty:
         """A duty from a table with columns r, weight and optionally torque (N.m) and speed (rad/s); uniform without a table."""
-        low, high = map(float, r)
-        if not low < high:
-            raise pt.ParameterError(f"the required range of r is empty: it starts at {low:g} and ends at {high:g}")
-        given = {} if table is None else {str(n): np.array(v, float).ravel() for n, v in table.items()}
+        low, high = limits("the required range of r", row("the required range of r", r))
+        given = {} if table is None else {str(n): row(f"duty: {n}", v) for n, v in table.items()}
         unknown = [n for n in given if n not in ("r", "weight", "torque", "speed")]
         if unknown or (table is not None and "r" not in given):
             raise pt.ParameterError(
@@ -79,7 +79,7 @@ class Duty:
 
         Samples in which the output takes up no power (standstill, braking, coasting) do not count.
         """
-        one, two, tau = (np.asarray(x, float).ravel() for x in (w_in, w_out, torque))
+        one, two, tau = row("w_in", w_in), row("w_out", w_out), row("torque", torque)
         drives = (two * tau > 0) & (one > 0)
         if not drives.any():
             raise pt.ParameterError("in this drive cycle the output never takes power at a positive input speed")
@@ -89,18 +89,18 @@ class Duty:
         return replace(cls.over((float(r.min()), float(r.max())), columns), sampled=True)
 
     @classmethod
-    def together(cls, duties: Iterable[tuple[Duty, float]]) -> Duty:
+    @arguments_checked
+    def together(cls, duties: Sequence[tuple[Duty, float]]) -> Duty:
         """Several duties combined, each with its share of the delivered energy. Errors: ParameterError for negative or all-zero shares."""
-        given = list(duties)
-        shares = [share for _, share in given]
-        if not given or min(shares) < 0 or not sum(shares) > 0:
+        shares = [share for _, share in duties]
+        if not duties or min(shares) < 0 or not sum(shares) > 0:
             raise pt.ParameterError(
                 f"duties have the shares {shares}: none may be negative, and at least one must be positive"
             )
-        columns = {n: np.concatenate([getattr(d, n) for d, _ in given]) for n in ("r", "torque", "speed")}
-        weight = np.concatenate([d.weight * share for d, share in given]) / sum(shares)
+        columns = {n: np.concatenate([getattr(d, n) for d, _ in duties]) for n in ("r", "torque", "speed")}
+        weight = np.concatenate([d.weight * share for d, share in duties]) / sum(shares)
         order = np.argsort(columns["r"], kind="stable")
-        low, high = min(d.low for d, _ in given), max(d.high for d, _ in given)
+        low, high = min(d.low for d, _ in duties), max(d.high for d, _ in duties)
         return cls(weight=weight[order], **{n: v[order] for n, v in columns.items()}, low=low, high=high, sampled=True)
 
     def grid(self, ratios: Sequence[float] | Vector) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from powertrain.components.cvu import CVU, VariableUnit
 from powertrain.components.rotational import ConstantSpeed, Inertia, Torque
 from powertrain.components.transmissions import UnitLoss
 from powertrain.design.duty import Vector
+from powertrain.language.makers import arguments_checked
 
 _LEAST = 1e-6
 """A ratio that counts as zero."""
@@ -49,6 +50,7 @@ class Variator:
         return math.isinf(self.ratio[0]) or math.isinf(self.ratio[1])
 
     @classmethod
+    @arguments_checked
     def of(
         cls,
         name: str,

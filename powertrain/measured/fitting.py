@@ -12,6 +12,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.language.makers import arguments_checked
 from powertrain.measured.prediction import CYCLES, predict
 from powertrain.measured.record import TestCar
 from powertrain.measured.technology import Technology, priors
@@ -49,6 +50,7 @@ class Sensitivities:
         )
 
     @classmethod
+    @arguments_checked
     def computed(cls, cars: Collection[TestCar], technology: Technology) -> Self:
         """By difference quotients: one drive for each car, cycle and number."""
         names = tuple(priors())

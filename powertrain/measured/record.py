@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Literal, Self
 
 from powertrain import ParameterError
+from powertrain.language.makers import arguments_checked
 
 RPM_PER_KMH = 0.37699111843077515
 """1 rpm/(km/h) in rad/m."""
@@ -82,6 +83,7 @@ class TestCar:
         return cls.from_rows(csv.DictReader(path.read_text(encoding="utf-8").splitlines()), "epa_2022_test_cars.csv")
 
     @classmethod
+    @arguments_checked
     def from_csv(cls, path: str | Path) -> tuple[Self, ...]:
         """The cars of a file with the columns of the shipped one, a row a test.
 

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 from powertrain.components.gearless.circular_cam.disk import FrictionDisk
 from powertrain.components.gearless.circular_cam.locking_law import (
     Sharing,
@@ -63,6 +63,7 @@ class CircularCams:
             )
 
     @classmethod
+    @arguments_checked
     def build(
         cls,
         *,

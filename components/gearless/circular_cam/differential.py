@@ -13,6 +13,7 @@ from powertrain import (
     Parameter,
     Symbol,
     Variable,
+    arguments_checked,
     der,
     friction,
     parameter,
@@ -54,6 +55,7 @@ class RollerMasses(Component):
         yield from ()
 
     @classmethod
+    @arguments_checked
     def of(cls, cams: CircularCams, density: float = 7850.0) -> Self:
         """Slices of spheres as wide as the tracks' distance: m = rho pi (r^2 b - b^3/12), J = rho pi/2 (r^4 b - r^2 b^3/6 + b^5/80)."""
         values = {"r_out": cams.outer.r, "r_in": cams.inner.r}
@@ -214,6 +216,7 @@ class CircularCamDifferential(Differential, Lossy):
         return self.tau * self.w_rel
 
     @classmethod
+    @arguments_checked
     def from_design(
         cls,
         cams: CircularCams,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 from powertrain.components.gearless.linkage.curve import in_bend
 from powertrain.components.gearless.linkage.forces import Drive, reactions
 from powertrain.components.gearless.linkage.kinematics import Linkage, ratio_from_theta
@@ -37,8 +37,11 @@ class DifferentialDuty:
     dw: float = 0.0
 
     @classmethod
+    @arguments_checked
     def cruising(cls, power: float, w: float, radius: float = 7.0, track: float = 1.4) -> DifferentialDuty:
         """From the power at a cage speed (5.46) [W], unrounded."""
+        if not w > 0:
+            raise ParameterError(f"the cage speed w = {w:g} rad/s must be positive")
         return cls(w, radius, track, power / w)
 
     def accelerating(self, acceleration: float, mass: float, wheel_radius: float) -> DifferentialDuty:

@@ -7,7 +7,18 @@ from typing import Any, Self
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, switch, variable
+from powertrain import (
+    Equations,
+    Parameter,
+    Symbol,
+    Variable,
+    arguments_checked,
+    der,
+    friction,
+    parameter,
+    switch,
+    variable,
+)
 from powertrain.components.differentials.interfaces import Differential
 from powertrain.components.gearless.linkage.friction import JointFriction, kappa
 from powertrain.components.gearless.linkage.kinematics import Linkage, closed_loop
@@ -126,6 +137,7 @@ class LinkageDifferential(Differential, Lossy):
         return inertia(self._loop(), self.a, self.b, self.b - self.offset, masses)
 
     @classmethod
+    @arguments_checked
     def of(
         cls,
         linkage: Linkage | None = None,

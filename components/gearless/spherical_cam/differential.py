@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Any, Self
 
 import casadi as ca
 
-from powertrain import Component, Equations, Parameter, Symbol, Variable, der, friction, parameter, switch, variable
+from powertrain import (
+    Component,
+    Equations,
+    Parameter,
+    Symbol,
+    Variable,
+    arguments_checked,
+    der,
+    friction,
+    parameter,
+    switch,
+    variable,
+)
 from powertrain.components.differentials.interfaces import Differential
 from powertrain.components.gearless.spherical_cam.body import CamBody
 from powertrain.components.gearless.spherical_cam.cycle import CamFriction, Cycle
@@ -39,6 +51,7 @@ class CamMasses(Component):
         yield from ()
 
     @classmethod
+    @arguments_checked
     def of(cls, body: CamBody) -> Self:
         """The masses of a design, with full conical rollers."""
         inner, outer = (2 * body.pairs * J for J in body.roller_inertias)
