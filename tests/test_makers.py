@@ -26,7 +26,8 @@ from powertrain.vehicles import ParallelHybrid
 
 WEIRD = [
     None, True, -1, 0, 10.5, math.nan, math.inf, 1j, "text", "", b"x", (), [], {}, {1, 2}, range(3), np.array([1.0, 2.0]),
-    np.array([1, 2]), np.array("a"), np.zeros((2, 2)), [1, "a"], [1, [2]], (1, 2, 3), [None], {"a": 1}, print, object(), Inertia, Inertia(J=1.0),
+    np.array([1, 2]), np.array("a"), np.zeros((2, 2)), [1, "a"], [1, [2]], (1, 2, 3), [None], {"a": 1}, print, object(), Inertia,
+    Inertia(J=1.0),
 ]  # fmt: skip
 INNER = {"Drive.at", "EvaluatedLayout.of", "Curves.of", "TestCar.from_rows"}
 """Called by the library itself, with what it has computed."""
