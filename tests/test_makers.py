@@ -20,6 +20,7 @@ import powertrain.design
 import powertrain.measured
 import powertrain.vehicles
 from powertrain.components.body import RoadProfile
+from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import PistonEngine
 from powertrain.components.rotational import Inertia
 from powertrain.vehicles import ParallelHybrid
@@ -124,8 +125,9 @@ def test_fitting_arguments() -> None:
     assert found[:5] == ((1, 2), [(1, "x"), (2.0, "y")], "b", part, {"a": 1})
     assert found[5] is numbers
     assert found[6] == {"more": 3}
-    with pytest.raises(TypeError, match="missing 1 required positional argument: 'heights'"):
+    with pytest.raises(TypeError, match="missing 1 required positional argument: 'heights'") as caught:
         RoadProfile.from_heights([0, 1])  # type: ignore[call-arg]
+    assert caught.value.__context__ is None
 
 
 def test_makers_say_what_they_take() -> None:
@@ -136,6 +138,7 @@ def test_makers_say_what_they_take() -> None:
             "RoadProfile.from_heights: s = 'road.csv' is not a sequence of numbers",
         ),
         (PistonEngine.inline, (4,), "PistonEngine.inline: order = 4 is not a sequence of which each is a whole number"),
+        (DriveCycle.of, (5,), "DriveCycle.of: cycle = 5 is not a DriveCycle or a text or a PathLike"),
         (ParallelHybrid.at, ("P5",), "ParallelHybrid.at: position = 'P5' is not one of P0, P1, P2, P3, P4"),
     ]
     for maker, given, said in calls:

@@ -42,8 +42,8 @@ def arguments_checked(function: F) -> F:
     def call(cls: type, *arguments: Any, **named: Any) -> Any:
         try:
             given = signature.bind(cls, *arguments, **named).arguments
-        except TypeError:  # a missing or unknown argument: Python says which
-            return function(cls, *arguments, **named)
+        except TypeError:  # a missing or unknown argument: the call says which
+            given = {}
         for name, value in given.items():
             kind, hint = signature.parameters[name].kind, hints().get(name, Any)
             for each in value if kind is inspect.Parameter.VAR_POSITIONAL else (value,):
@@ -74,7 +74,8 @@ def _fits(value: Any, hint: Any) -> bool:
         return isinstance(value, Iterable) and not isinstance(value, str | bytes)
     if origin is Mapping:
         return isinstance(value, Mapping)
-    return hint is Any or not isinstance(hint, type) or isinstance(value, hint)
+    kind = origin or hint
+    return kind is Any or not isinstance(kind, type) or isinstance(value, kind)
 
 
 def _is_sequence(value: Any) -> bool:
