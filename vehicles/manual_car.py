@@ -10,7 +10,6 @@ from powertrain.components.control import Driver, FixedGear, GearSchedule, OpenP
 from powertrain.components.differentials import CrownGear
 from powertrain.components.rotational import Clutch, IdealGear
 from powertrain.components.transmissions import ManualGearbox, Shiftable, SingleGear
-from powertrain.language.makers import arguments_checked
 from powertrain.vehicles.car import GearedCar
 
 W_OPEN, W_CLOSED = 90.0, 120.0
@@ -34,7 +33,6 @@ class ManualCar(GearedCar):
     body: Body = VehicleBody(m=1300, A=2.1)
 
     @classmethod
-    @arguments_checked
     def in_one_gear(cls, ratio: float = 3.5, **parts: Any) -> Self:
         """The car with one permanently engaged gear and ``OpenPedals``, for measurements of its axles. ``parts`` are its other fields."""
         bench = {

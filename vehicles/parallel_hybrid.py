@@ -76,7 +76,6 @@ class ParallelHybrid(HybridCar):
         return cls(**(made | parts))
 
     @classmethod
-    @arguments_checked
     def plug_in(cls, **parts: Any) -> Self:
         """The P2 hybrid with a 13 kWh battery, whose charge it sustains at 20 %: start it with ``{"battery.soc": 0.95}``."""
         control = ParallelControl(v_on=36.0, v_off=33.0, soc_0=0.2, k_soc=150e3)

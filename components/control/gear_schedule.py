@@ -18,7 +18,6 @@ from powertrain import (
     ParameterError,
     Symbol,
     Variable,
-    arguments_checked,
     discrete,
     parameter,
     reinit,
@@ -106,7 +105,6 @@ class SpeedSchedule(Shifting, Switching):
         yield self.kicked == time - LONG
 
     @classmethod
-    @arguments_checked
     def for_gears(
         cls,
         ratios: Sequence[float],

@@ -10,7 +10,6 @@ from powertrain import (
     ParameterError,
     Symbol,
     Variable,
-    arguments_checked,
     connect,
     der,
     friction,
@@ -117,7 +116,6 @@ class CrownGear(TwoFlanges):
         yield connect(self.heat_port, self.mesh.heat_port)
 
     @classmethod
-    @arguments_checked
     def from_teeth(cls, pinion: int, crown: int, *, eta_ab: float = 1.0, eta_ba: float = 1.0) -> Self:
         """A crown gear of ratio crown/pinion.
 

@@ -54,7 +54,6 @@ class FundamentalDifferential(MeshLaw):
         return cls(ratio=basic_ratio(a, b, planets), eta_ab=eta_ab, eta_ba=eta_ba)
 
     @classmethod
-    @arguments_checked
     def khv(cls, planet: int, ring: int, *, eta_ab: float = 1.0, eta_ba: float = 1.0) -> Self:
         """A planet in a ring: R_o = ring/planet > 1.
 

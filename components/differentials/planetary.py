@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Self
 
-from powertrain import Equations, Parameter, arguments_checked, connect, parameter, support
+from powertrain import Equations, Parameter, connect, parameter, support
 from powertrain.components.differentials.interfaces import Epicyclic
 from powertrain.components.differentials.mesh import Mesh
 from powertrain.components.differentials.teeth import Pairs, Planets, Ring, Sun, basic_ratio
@@ -47,7 +47,6 @@ class PlanetaryGear(_SunAndRing):
         yield self.mesh.ratio == -self.ratio
 
     @classmethod
-    @arguments_checked
     def from_teeth(
         cls, sun: int, ring: int, planet: int, n: int = 3, *, eta_ab: float = 1.0, eta_ba: float = 1.0
     ) -> Self:
@@ -83,7 +82,6 @@ class SteppedPlanetaryGear(_SunAndRing):
         yield self.mesh.ratio == -self.ratio
 
     @classmethod
-    @arguments_checked
     def from_teeth(
         cls, sun: int, ring: int, first: int, second: int, n: int = 3, *, eta_ab: float = 1.0, eta_ba: float = 1.0
     ) -> Self:
@@ -124,7 +122,6 @@ class DoublePinionPlanetaryGear(_SunAndRing):
         yield self.mesh.ratio == self.ratio
 
     @classmethod
-    @arguments_checked
     def from_teeth(
         cls, sun: int, ring: int, inner: int, outer: int, n: int = 3, *, eta_ab: float = 1.0, eta_ba: float = 1.0
     ) -> Self:

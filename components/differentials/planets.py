@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Self
 
-from powertrain import Component, Equations, Parameter, Symbol, arguments_checked, connect, parameter, port, support
+from powertrain import Component, Equations, Parameter, Symbol, connect, parameter, port, support
 from powertrain.components.differentials.interfaces import Epicyclic
 from powertrain.components.differentials.mesh import Mesh
 from powertrain.components.differentials.teeth import Pairs, Planets, Ring, Sun, basic_ratio, pair_ratio
@@ -53,7 +53,6 @@ class PlanetTrain(Epicyclic):
         yield connect(self.heat_port, self.at_sun.heat_port, self.at_ring.heat_port)
 
     @classmethod
-    @arguments_checked
     def from_teeth(
         cls,
         sun: int,
@@ -150,7 +149,6 @@ class RavigneauxGear(Component):
             yield planet.J == J
 
     @classmethod
-    @arguments_checked
     def from_teeth(
         cls, large: int, small: int, ring: int, long: int, short: int, n: int = 3, *, eta: float = 1.0
     ) -> Self:

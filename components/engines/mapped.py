@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain import Axis, Equations, Map, Parameter, ParameterError, Symbol, arguments_checked, parameter, within
+from powertrain import Axis, Equations, Map, Parameter, ParameterError, Symbol, parameter, within
 from powertrain.components.engines.interfaces import Engine
 from powertrain.components.engines.tablechecks import RATES, SPECIFIC, check_efficiency, check_fuel, check_torque
 from powertrain.components.engines.tablefiles import read_fuel_map, read_torque_map
@@ -44,7 +44,6 @@ class MappedEngine(Engine):
     cut_off: Parameter = parameter("N.m", "Combustion torque below which the fuel is cut off", default=2.0, above=0)
 
     @classmethod
-    @arguments_checked
     def from_csv(
         cls,
         torque: str | Path,
@@ -83,13 +82,11 @@ class MappedEngine(Engine):
         return cls(torque_map=torque_map, fuel_map=fuel_map, **parameters)
 
     @classmethod
-    @arguments_checked
     def gasoline(cls, **parameters: Any) -> Self:
         """A fictitious gasoline engine of 1.6 l, 83 kW. Smooth tables, unless ``method`` says otherwise."""
         return cls._packaged("gasoline_1600", parameters)
 
     @classmethod
-    @arguments_checked
     def diesel(cls, **parameters: Any) -> Self:
         """A fictitious turbocharged diesel engine of 2.0 l, 97 kW."""
         own = {"heating_value": 42.7e6, "fuel_density": 835.0, "co2_per_fuel": 3.16, "w_limit": 490.0, "J": 0.25}

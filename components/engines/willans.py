@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import casadi as ca
 
-from powertrain import Equations, Map, Parameter, ParameterError, Symbol, arguments_checked, parameter
+from powertrain import Equations, Map, Parameter, ParameterError, Symbol, parameter
 from powertrain.components.engines.interfaces import Engine
 from powertrain.components.limited import limited
 
@@ -55,7 +55,6 @@ class WillansEngine(Engine):
     curve: Map | None = None
 
     @classmethod
-    @arguments_checked
     def of_displacement(
         cls,
         displacement: float | str,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Self
 
-from powertrain import Equations, Variable, arguments_checked, connect, support, variable
+from powertrain import Equations, Variable, connect, support, variable
 from powertrain.components.friction_table import Table
 from powertrain.components.rotational.backlash import ElastoBacklash
 from powertrain.components.rotational.gear import LossyGear
@@ -27,7 +27,6 @@ class Gearbox(TwoFlangesAndSupport):
     w_rel: Variable = variable("rad/s", "Speed of the twist, der(phi_rel)")
 
     @classmethod
-    @arguments_checked
     def of(
         cls,
         *,

@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from powertrain import Equations, ParameterError, arguments_checked, connect, support
+from powertrain import Equations, ParameterError, connect, support
 from powertrain.components.friction_table import Table
 from powertrain.components.rotational.gear import LossyGear
 from powertrain.components.rotational.interfaces import TwoFlangesAndSupport
@@ -86,7 +86,6 @@ class HarmonicDrive(_Reducer):
     windup: StiffeningSpring = StiffeningSpring(stiffness=((0.0, 6.7e4), (29.0, 1.1e5), (108.0, 1.2e5)))
 
     @classmethod
-    @arguments_checked
     def of(
         cls,
         flexspline: int,
@@ -147,7 +146,6 @@ class CycloidalDrive(_Reducer):
     windup: StiffeningSpring = StiffeningSpring(stiffness=((0.0, 5e4), (15.0, 2e5)))
 
     @classmethod
-    @arguments_checked
     def of(
         cls,
         lobes: int,

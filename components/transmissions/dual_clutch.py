@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import casadi as ca
 
-from powertrain import Equations, Input, Map, ParameterError, Symbol, arguments_checked, connect, signal_input
+from powertrain import Equations, Input, Map, ParameterError, Symbol, connect, signal_input
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.limited import limited
 from powertrain.components.ratios import gear_ratios
@@ -54,7 +54,6 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
     churning: ChurningLoss = ChurningLoss(d=0.003)
 
     @classmethod
-    @arguments_checked
     def of_ratios(cls, *ratios: float | Sequence[float], **parts: Any) -> Self:
         """Gears with these ratios, speed at flange_a over speed at flange_b, first gear first; as separate numbers or as one sequence."""
         gears = tuple(IdealGear(ratio=ratio) for ratio in gear_ratios(f"{cls.__name__}.of_ratios", ratios))

@@ -8,7 +8,7 @@ from typing import Self
 
 import casadi as ca
 
-from powertrain import Equations, Input, ParameterError, arguments_checked, connect, signal_input
+from powertrain import Equations, Input, ParameterError, connect, signal_input
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.ratios import gear_ratios
 from powertrain.components.rotational.clutch import Clutch
@@ -101,7 +101,6 @@ class ManualGearbox(Shiftable):
     output: Inertia = Inertia(J=0.01)
 
     @classmethod
-    @arguments_checked
     def of_ratios(cls, *ratios: float | Sequence[float], synchroniser: Clutch = SYNCHRONISER) -> Self:
         """Gears with these ratios, speed at flange_a over speed at flange_b, first gear first; as separate numbers or as one sequence."""
         gears = tuple(IdealGear(ratio=ratio) for ratio in gear_ratios(f"{cls.__name__}.of_ratios", ratios))

@@ -7,7 +7,7 @@ from typing import Self
 
 import casadi as ca
 
-from powertrain import Equations, ParameterError, Symbol, arguments_checked, connect, replace
+from powertrain import Equations, ParameterError, Symbol, connect, replace
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.ratios import gear_ratios
 from powertrain.components.rotational.ideal_gear import IdealGear
@@ -45,7 +45,6 @@ class SynchronisedGearbox(Shiftable):
     output: Inertia = Inertia(J=0.01)
 
     @classmethod
-    @arguments_checked
     def of_ratios(
         cls,
         *ratios: float | Sequence[float],

@@ -8,7 +8,7 @@ from typing import Any, Self
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, arguments_checked, der, parameter, variable
+from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
 from powertrain.components.wheels.slip import SLOW, SlippingWheel
 from powertrain.components.wheels.tyre_file import parameters as parameters_of_file
 
@@ -70,7 +70,6 @@ class MagicFormulaWheel(SlippingWheel):
     kappa_c: Variable = variable("1", "Slip of the contact", start=0.0, nominal=0.1)
 
     @classmethod
-    @arguments_checked
     def from_tir(cls, path: str | Path, **parameters: Any) -> Self:
         """A wheel with the tyre of a tyre property file (.tir) of MF-Tyre 5.2 to 6.2, at nominal pressure and without camber.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Self
 
-from powertrain import Equations, Parameter, arguments_checked, connect, parameter, support
+from powertrain import Equations, Parameter, connect, parameter, support
 from powertrain.components.differentials.planetary import PlanetaryGear
 from powertrain.components.rotational.fixed import Fixed
 from powertrain.components.rotational.interfaces import TwoFlanges
@@ -42,7 +42,6 @@ class PlanetaryFinalDrive(TwoFlanges):
         yield connect(self.heat_port, self.gear.heat_port)
 
     @classmethod
-    @arguments_checked
     def from_teeth(
         cls, sun: int, ring: int, planet: int, n: int = 3, *, eta_ab: float = 1.0, eta_ba: float = 1.0
     ) -> Self:

@@ -111,7 +111,7 @@ def test_cones_slide_until_the_dogs_are_in() -> None:
         ((), r"of_ratios: give the ratio of every gear, first gear first"),
         (([],), r"of_ratios: give the ratio of every gear, first gear first"),
         (([3.6, 2.1], 1.4), r"of_ratios: ratio of gear 1 = \[3.6, 2.1\] is not a number"),
-        ((3.6, "2.1"), r"of_ratios: ratios = '2.1' is not a number"),
+        ((3.6, "2.1"), r"of_ratios: ratio of gear 2 = '2.1' is a text without a unit"),
         ((3.6, -2.1), r"of_ratios: ratio of gear 2 = -2.1 is outside its range \(0, inf\)"),
         ((3.6, float("nan")), r"of_ratios: ratio of gear 2 = nan is outside its range"),
     ],
