@@ -17,11 +17,9 @@ def gear_ratios(where: str, given: Sequence[Any]) -> tuple[float, ...]:
 
     Errors: ParameterError for no ratio, and for one that is not a positive number, with its gear.
     """
-    first = given[0] if len(given) == 1 else None
-    row = (isinstance(first, Sequence) and not isinstance(first, str)) or (
-        isinstance(first, np.ndarray) and first.ndim > 0
-    )
-    listed = first if row else given
+    listed: Any = given
+    if len(given) == 1 and isinstance(given[0], Sequence | np.ndarray) and not isinstance(given[0], str):
+        listed = np.atleast_1d(given[0]) if isinstance(given[0], np.ndarray) else given[0]
     if not len(listed):
         raise ParameterError(f"{where}: give the ratio of every gear, first gear first, as in {where}(3.6, 2.1, 1.4)")
     return tuple(RATIO.check(ratio, f"{where}: ratio of gear {k}") for k, ratio in enumerate(listed, 1))
