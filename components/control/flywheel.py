@@ -29,7 +29,7 @@ class FlywheelDrive(Component):
 
     ratio = (w_out + lead (charge accelerator - brake))/w_in within [ratio_min, ratio_max]
     charge = (w_in - w_empty)/w_band within -1..1
-    engaged = 2 (w_before/w_in - ratio_min)/band - 1 within 0..1,  room = (w_full - w_in)/w_band within 0..1
+    engaged = (w_before/w_in - ratio_min)/band within 0..1,  room = (w_full - w_in)/w_band within 0..1
     clutch = (engaged + launch accelerator) (1 - (1 - recovery) brake/b_open within 0..1)
     friction = brake - recovery share engaged room brake within 0..share
 
@@ -79,8 +79,7 @@ class FlywheelDrive(Component):
         charge = limited((self.w_in.value - self.w_empty) / self.w_band, -1)
         wanted = (self.w_out.value + self.lead * (charge * u - b)) / self.w_in.value
         yield self.ratio.value == limited(wanted, self.ratio_min, self.ratio_max)
-        # Open up to band/2: the actuator approaches the minimum without end, and rounding would press the clutch at rest.
-        engaged = limited(2 * (self.w_before.value / self.w_in.value - self.ratio_min) / self.band - 1)
+        engaged = limited((self.w_before.value / self.w_in.value - self.ratio_min) / self.band)
         open_ = (1 - self.recovery) * limited(b / self.b_open)
         yield self.clutch.value == (engaged + self.launch * u) * (1 - open_)
         room = limited((self.w_full - self.w_in.value) / self.w_band)
