@@ -86,15 +86,15 @@ class Pair:
 @pytest.mark.parametrize(
     ("given", "named", "said"),
     [
-        ((1, 2.5), {}, "Pair.of: each = 2.5 is not a whole number"),
-        ((True,), {}, "Pair.of: each = True is not a whole number"),
+        ((1, 2.5), {}, "Pair.of: each = 2.5 is not an integer"),
+        ((True,), {}, "Pair.of: each = True is not an integer"),
         (
             (),
             {"rows": [(1, "x"), (2, 3)]},
-            "rows = [(1, 'x'), (2, 3)] is not a sequence of which each is a row (a number, a text)",
+            "rows = [(1, 'x'), (2, 3)] is not a sequence of rows (a number, a string)",
         ),
-        ((), {"rows": [(1, "x", 2)]}, "is not a sequence of which each is a row (a number, a text)"),
-        ((), {"rows": "ab"}, "rows = 'ab' is not a sequence"),
+        ((), {"rows": [(1, "x", 2)]}, "is not a sequence of rows (a number, a string)"),
+        ((), {"rows": "ab"}, "rows = 'ab' is not a sequence of rows"),
         ((), {"way": "c"}, "way = 'c' is not one of a, b"),
         ((), {"part": 3.0}, "part = 3.0 is not an Inertia or None"),
         ((), {"names": [1]}, "names = [1] is not a mapping or None"),
@@ -137,8 +137,8 @@ def test_makers_say_what_they_take() -> None:
             ("road.csv", [0, 1]),
             "RoadProfile.from_heights: s = 'road.csv' is not a sequence of numbers",
         ),
-        (PistonEngine.inline, (4,), "PistonEngine.inline: order = 4 is not a sequence of which each is a whole number"),
-        (DriveCycle.of, (5,), "DriveCycle.of: cycle = 5 is not a DriveCycle or a text or a PathLike"),
+        (PistonEngine.inline, (4,), "PistonEngine.inline: order = 4 is not a sequence of integers"),
+        (DriveCycle.of, (5,), "DriveCycle.of: cycle = 5 is not a DriveCycle or a string or a PathLike"),
         (ParallelHybrid.at, ("P5",), "ParallelHybrid.at: position = 'P5' is not one of P0, P1, P2, P3, P4"),
     ]
     for maker, given, said in calls:

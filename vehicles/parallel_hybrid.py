@@ -62,8 +62,6 @@ class ParallelHybrid(HybridCar):
     @arguments_checked
     def at(cls, position: Position, **parts: Any) -> Self:
         """The car with a machine and a coupling that suit the position. Errors: ParameterError for another position."""
-        if position not in RATIOS:
-            raise ParameterError(f"unknown position {position!r}; choose from {', '.join(RATIOS)}")
         made: dict[str, Any] = {
             "position": position,
             "coupling": IdealGear(ratio=RATIOS[position]),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache, wraps
 from numbers import Integral, Real
 from reprlib import repr as short
@@ -16,12 +17,6 @@ from numpy.typing import ArrayLike
 from powertrain.errors import ParameterError
 
 F = TypeVar("F", bound=Callable[..., Any])
-_KINDS: dict[Any, tuple[Any, str]] = {
-    float: (Real, "a number"),
-    int: (Integral, "a whole number"),
-    str: (str, "a text"),
-    NoneType: (NoneType, "None"),
-}
 
 
 def arguments_checked(function: F) -> F:
@@ -33,10 +28,10 @@ def arguments_checked(function: F) -> F:
     ...     def of(cls, ratios: Sequence[float]) -> Pair: ...
     >>> Pair.of("2.5")
     Traceback (most recent call last):
-    powertrain.errors.ParameterError: Pair.of: ratios = '2.5' is not a sequence of which each is a number
+    powertrain.errors.ParameterError: Pair.of: ratios = '2.5' is not a sequence of numbers
     """
     signature = inspect.signature(function)
-    hints = cache(lambda: get_type_hints(function))
+    kinds = cache(lambda: {name: _kind(hint) for name, hint in get_type_hints(function).items()})
 
     @wraps(function)
     def call(cls: type, *arguments: Any, **named: Any) -> Any:
@@ -45,37 +40,23 @@ def arguments_checked(function: F) -> F:
         except TypeError:  # a missing or unknown argument: the call says which
             given = {}
         for name, value in given.items():
-            kind, hint = signature.parameters[name].kind, hints().get(name, Any)
-            for each in value if kind is inspect.Parameter.VAR_POSITIONAL else (value,):
-                if kind is not inspect.Parameter.VAR_KEYWORD and not _fits(each, hint):
+            how, kind = signature.parameters[name].kind, kinds().get(name, _ANYTHING)
+            for each in value if how is inspect.Parameter.VAR_POSITIONAL else (value,):
+                if how is not inspect.Parameter.VAR_KEYWORD and not kind.fits(each):
                     where = f"{cls.__name__}.{function.__name__}"
-                    raise ParameterError(f"{where}: {name} = {short(each)} is not {_said(hint)}")
+                    raise ParameterError(f"{where}: {name} = {short(each)} is not {kind.one}")
         return function(cls, *arguments, **named)
 
     return cast(F, call)
 
 
-def _fits(value: Any, hint: Any) -> bool:
-    """Whether a value is what a type says; types that are not known here fit everything."""
-    origin, inside = get_origin(hint), get_args(hint)
-    if hint == ArrayLike:
-        return _is_numeric(value)
-    if origin in (Union, UnionType):
-        return any(_fits(value, each) for each in inside)
-    if origin is Literal:
-        return isinstance(value, str) and value in inside
-    if hint in _KINDS:
-        return isinstance(value, _KINDS[hint][0]) and not isinstance(value, bool)
-    if origin is tuple and Ellipsis not in inside:
-        return _is_sequence(value) and len(value) == len(inside) and all(map(_fits, value, inside))
-    if origin in (tuple, list, Sequence):
-        return _is_sequence(value) and all(_fits(each, inside[0]) for each in value)
-    if origin is Iterable:
-        return isinstance(value, Iterable) and not isinstance(value, str | bytes)
-    if origin is Mapping:
-        return isinstance(value, Mapping)
-    kind = origin or hint
-    return kind is Any or not isinstance(kind, type) or isinstance(value, kind)
+@dataclass(frozen=True)
+class _Kind:
+    """What an argument may be: whether a value ``fits``, and the words for ``one`` and for ``many`` of them."""
+
+    fits: Callable[[Any], bool]
+    one: str
+    many: str
 
 
 def _is_sequence(value: Any) -> bool:
@@ -91,24 +72,65 @@ def _is_numeric(value: Any) -> bool:
         return False
 
 
-def _said(hint: Any) -> str:
-    """A type in words."""
-    origin, inside = get_origin(hint), get_args(hint)
-    if hint == ArrayLike:
-        return "a sequence of numbers"
-    if origin in (Union, UnionType):
-        return " or ".join(map(_said, inside))
+def _of_type(kind: Any, one: str, many: str) -> _Kind:
+    return _Kind(lambda v: isinstance(v, kind) and not isinstance(v, bool), one, many)
+
+
+_ANYTHING = _Kind(lambda v: True, "anything", "anything")
+_SIMPLE: dict[Any, _Kind] = {
+    Any: _ANYTHING,
+    float: _of_type(Real, "a number", "numbers"),
+    int: _of_type(Integral, "an integer", "integers"),
+    str: _of_type(str, "a string", "strings"),
+    NoneType: _of_type(NoneType, "None", "None"),
+    ArrayLike: _Kind(_is_numeric, "a sequence of numbers", "sequences of numbers"),
+}
+
+
+def _kind(hint: Any) -> _Kind:
+    """What an annotation lets pass; one that is no type and not known here lets everything pass."""
+    if hint in _SIMPLE:
+        return _SIMPLE[hint]
+    origin, arguments = get_origin(hint), get_args(hint)
     if origin is Literal:
-        return f"one of {', '.join(inside)}"
-    if hint in _KINDS:
-        return _KINDS[hint][1]
-    if origin is tuple and Ellipsis not in inside:
-        return f"a row ({', '.join(map(_said, inside))})"
+        said = f"one of {', '.join(arguments)}"
+        return _Kind(lambda v: isinstance(v, str) and v in arguments, said, said)
+    inside = [_kind(each) for each in arguments if each is not Ellipsis]
+    if origin in (Union, UnionType):
+        return _any_of(inside)
+    if origin is tuple and Ellipsis not in arguments:
+        return _row(inside)
     if origin in (tuple, list, Sequence):
-        return f"a sequence of which each is {_said(inside[0])}"
+        return _all_of(inside[0])
     if origin is Iterable:
-        return "a sequence"
+        return _Kind(lambda v: isinstance(v, Iterable) and not isinstance(v, str | bytes), "a sequence", "sequences")
     if origin is Mapping:
-        return "a mapping"
-    name = getattr(hint, "__name__", str(hint))
-    return f"{'an' if name[:1] in 'AEIOU' else 'a'} {name}"
+        return _of_type(Mapping, "a mapping", "mappings")
+    kind = origin or hint
+    if not isinstance(kind, type):
+        return _ANYTHING
+    name = kind.__name__
+    return _Kind(lambda v: isinstance(v, kind), f"{'an' if name[0] in 'AEIOU' else 'a'} {name}", f"{name} objects")
+
+
+def _any_of(kinds: list[_Kind]) -> _Kind:
+    one, many = (" or ".join(getattr(each, word) for each in kinds) for word in ("one", "many"))
+    return _Kind(lambda v: any(each.fits(v) for each in kinds), one, many)
+
+
+def _row(kinds: list[_Kind]) -> _Kind:
+    def fits(value: Any) -> bool:
+        return (
+            _is_sequence(value)
+            and len(value) == len(kinds)
+            and all(kind.fits(v) for kind, v in zip(kinds, value, strict=True))
+        )
+
+    said = f"({', '.join(each.one for each in kinds)})"
+    return _Kind(fits, f"a row {said}", f"rows {said}")
+
+
+def _all_of(kind: _Kind) -> _Kind:
+    return _Kind(
+        lambda v: _is_sequence(v) and all(map(kind.fits, v)), f"a sequence of {kind.many}", f"sequences of {kind.many}"
+    )
