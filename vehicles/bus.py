@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from powertrain import Component, Equations, ParameterError, Symbol, connect, replace
-from powertrain.components.control import BlendedBraking, PowerSplit
+from powertrain.components.control import BlendedBraking
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
 from powertrain.components.evaluation import numbers
 from powertrain.components.thermal import HeatPort
@@ -34,7 +34,7 @@ def _at_rest(machine: ElectricMachine) -> float:
     return float(numbers(lambda w: machine.losses(w, Symbol(0.0), HeatPort.reference), 0.0))
 
 
-def known_machine(control: BlendedBraking | PowerSplit, machine: ElectricMachine, left: Symbol) -> Equations:
+def known_machine(control: BlendedBraking, machine: ElectricMachine, left: Symbol) -> Equations:
     """Tell the control the machine's largest torque and losses; ``left`` is the power [W] that it may draw, including losses."""
     idle = machine.loss_at(Symbol(0.0))
     most = machine.limit(machine.w, machine.bus.v)

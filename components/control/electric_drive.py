@@ -56,16 +56,19 @@ class BlendedBraking(Component):
     charge_power: Input = signal_input("W", "Maximum power that the machine may give to the bus", default=1e9)
     discharge_power: Input = signal_input("W", "Maximum power that the machine may draw from the bus", default=1e9)
     added_loss: Input = signal_input("W", "Loss that the largest torque adds to that without torque", default=0.0)
-    tau: Output = signal_output("N.m", "Torque of the machine")
     friction: Output = signal_output("1", "Demand on the friction brakes")
     regenerated: Variable = variable("N", "Regenerative braking force")
 
-    def _recover(self, v: Symbol, w: Symbol) -> Equations:
-        """The part of the demand that axle, machine and battery let a machine with speed ``w`` recover at vehicle speed ``v``."""
+    def _recover(self, v: Symbol, w: Symbol, power: Symbol) -> Equations:
+        """The part of the demand that axle, machine and ``power`` let a machine with speed ``w`` recover at vehicle speed ``v``."""
         speed, turning = ca.fmax(v, SLOW), ca.fmax(w, SLOW)
-        most = ca.fmin(ca.fmin(self.F_most, self.limit.value * turning / speed), self.charge_power.value / speed)
+        most = ca.fmin(ca.fmin(self.F_most, self.limit.value * turning / speed), power / speed)
         force = ca.fmin(self.brake.value * self.F_brake, ca.fmax(most, 0))
         yield self.regenerated == limited(ca.fmin(v / self.v_fade, w / self.w_fade)) * force
+
+    def _braking(self, v: Symbol, w: Symbol) -> Symbol:
+        """The torque of the machine for the recovered force."""
+        return self.regenerated * ca.fmax(v, SLOW) / ca.fmax(w, SLOW)
 
     def _most(self, w: Symbol) -> Symbol:
         """The largest driving torque that machine and battery permit at the machine's speed ``w``."""
@@ -89,10 +92,11 @@ class ElectricDriveControl(BlendedBraking):
 
     v: Input = signal_input("m/s", "Speed of the vehicle")
     w: Input = signal_input("rad/s", "Speed of the machine")
+    tau: Output = signal_output("N.m", "Torque of the machine")
 
     def equations(self) -> Equations:
         """Pedals to torque."""
-        v, w, b = ca.fmax(self.v.value, SLOW), ca.fmax(self.w.value, SLOW), self.brake.value
-        yield from self._recover(self.v.value, self.w.value)
-        yield self.tau.value == self.accelerator.value * self._most(self.w.value) - self.regenerated * v / w
-        yield self.friction.value == b - self.regenerated / self.F_brake
+        v, w = self.v.value, self.w.value
+        yield from self._recover(v, w, self.charge_power.value)
+        yield self.tau.value == self.accelerator.value * self._most(w) - self._braking(v, w)
+        yield self.friction.value == self.brake.value - self.regenerated / self.F_brake

@@ -22,7 +22,7 @@ from powertrain import (
     variable,
     when,
 )
-from powertrain.components.control.electric_drive import SLOW, BlendedBraking
+from powertrain.components.control.electric_drive import BlendedBraking
 from powertrain.components.control.interfaces import LONG, Switching
 from powertrain.components.limited import limited
 
@@ -49,6 +49,10 @@ class HybridSupervisor(Component):
     on: Output = signal_output("1", "1: the engine runs, 0: it is stopped")
     throttle: Output = signal_output("1", "Throttle of the engine")
 
+    def _within(self, demand: Symbol, accepted: Symbol) -> Symbol:
+        """Power of the running engine: the demand, at least P_min, but at most what vehicle and battery accept."""
+        return ca.fmin(ca.fmax(demand, self.P_min), ca.fmax(accepted, 0))
+
 
 class HybridControl(HybridSupervisor, Switching):
     """Partial: starts and stops the engine of a hybrid depending on power demand and vehicle speed.
@@ -57,7 +61,7 @@ class HybridControl(HybridSupervisor, Switching):
 
     The demand contains k_soc (soc_0 - soc), at most charge_power, so a charge below soc_0 increases it. A charge far above soc_0 keeps the
     engine off: a plug-in hybrid that starts with a full battery drives electrically until the charge approaches soc_0, and then sustains
-    the charge. The battery does not limit the power for starting the engine, nor P_min.
+    the charge. The battery does not limit the power for starting the engine.
     """
 
     k_soc: Parameter = parameter("W", "Power per deviation of the state of charge", default=100e3, min=0)
@@ -101,7 +105,8 @@ class HybridControl(HybridSupervisor, Switching):
 class ParallelControl(HybridControl, BlendedBraking):
     """Rules for an engine and a machine whose powers add up on their way to the wheels.
 
-    asked = accelerator F_max (max(v, 0) + v_0),  demand = asked + k_soc (soc_0 - soc),  power = demand, at least P_min
+    asked = accelerator F_max (max(v, 0) + v_0),  demand = asked + k_soc (soc_0 - soc)
+    power = demand, at least P_min, at most asked + charge_power
     torque = running pressed power/w, at most tau_open,  pressed = accelerator/0.05 within 0..1
     tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  w_machine at least w_low, 0.1 rad/s for the brakes
     rest = max(asked pressed - torque w, 0) - turning min(max(torque w_shaft - asked pressed, 0), charge_power),  w_shaft within 0..w
@@ -120,25 +125,24 @@ class ParallelControl(HybridControl, BlendedBraking):
     w_machine: Input = signal_input("rad/s", "Speed of the machine")
     w_shaft: Input = signal_input("rad/s", "Speed of the shaft between the engine and the machine, behind the clutch")
     coupled: Input = signal_input("1", "Part of the machine's torque that reaches the wheels", default=1.0)
+    tau: Output = signal_output("N.m", "Torque of the machine")
     asked: Variable = variable("W", "Power demand of the driver")
 
     def equations(self) -> Equations:
         """Pedals, engine, machine, brakes."""
-        b, w, w_machine, coupled = self.brake.value, self.w.value, self.w_machine.value, limited(self.coupled.value)
-        yield self.asked == self.accelerator.value * self.F_max * (ca.fmax(self.v.value, 0) + self.v_0)
+        v, w, w_machine, coupled = self.v.value, self.w.value, self.w_machine.value, limited(self.coupled.value)
+        yield self.asked == self.accelerator.value * self.F_max * (ca.fmax(v, 0) + self.v_0)
         yield self.demand == self.asked + self._recharge()
         yield from self._switch()
-        yield self.power.value == ca.fmax(self.demand, self.P_min)
+        yield self.power.value == self._within(self.demand, self.asked + self.charge_power.value)
         pressed = limited(self.accelerator.value / PRESSED)
         firing = self.running * limited(w / self.w_fire) * pressed
         yield self.torque.value == firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.throttle.value == firing * self.opening.value
         drive = ca.fmin(self._rest(self.asked * pressed) / ca.fmax(w_machine, self.w_low), self._most(w_machine))
-        yield from self._recover(self.v.value, w_machine)
-        turning = ca.fmax(w_machine, SLOW)
-        braking = self.regenerated * ca.fmax(self.v.value, SLOW) / turning
-        yield self.tau.value == coupled * (drive - braking)
-        yield self.friction.value == b - coupled * self.regenerated / self.F_brake
+        yield from self._recover(v, w_machine, self.charge_power.value)
+        yield self.tau.value == coupled * (drive - self._braking(v, w_machine))
+        yield self.friction.value == self.brake.value - coupled * self.regenerated / self.F_brake
 
     def _rest(self, asked: Symbol) -> Symbol:
         """Power of the machine: the engine's deficit, or the surplus of its power that arrives behind the clutch."""
@@ -151,8 +155,9 @@ class ParallelControl(HybridControl, BlendedBraking):
 class GensetControl(HybridControl):
     """Rules for an engine that drives a generator, without a shaft to the wheels.
 
-    demand = load + k_soc (soc_0 - soc),  power = demand within P_min..P_most,  torque = power/w, at most tau_open
-    tau = held - torque,  held = k_w (w_best - w) within -slowing..tau_held,  slowing = (charge_power + load)/w - torque within 0..tau_held
+    demand = load + k_soc (soc_0 - soc),  power = demand within P_min..P_most, at most max(load, 0) + charge_power
+    torque = power/w, at most tau_open,  tau = held - torque
+    held = k_w (w_best - w) within -slowing..tau_held,  slowing = (charge_power + load)/w - torque within 0..tau_held
 
     ``load`` is the electric power drawn by the vehicle. The generator keeps the engine at the speed of lowest fuel consumption for its
     power, and starts it with the same speed control. It slows the engine down only as fast as battery and load absorb the power.
@@ -170,7 +175,8 @@ class GensetControl(HybridControl):
         w = self.w.value
         yield self.demand == self.load.value + self._recharge()
         yield from self._switch()
-        yield self.power.value == limited(self.demand, self.P_min, self.P_most)
+        accepted = ca.fmax(self.load.value, 0) + self.charge_power.value
+        yield self.power.value == self._within(self.demand, ca.fmin(accepted, self.P_most))
         firing = self.running * limited(w / self.w_fire)
         yield self.torque.value == firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.throttle.value == firing * self.opening.value

@@ -17,7 +17,7 @@ from powertrain import (
     switch,
     variable,
 )
-from powertrain.components.control.electric_drive import drawing
+from powertrain.components.control.electric_drive import BlendedBraking
 from powertrain.components.control.hybrid import HybridControl, HybridSupervisor
 from powertrain.components.limited import limited
 
@@ -25,24 +25,21 @@ OVER = 40.0
 """Excess of speed over w_ref [rad/s] above which the engine's torque is reduced, to zero at twice this excess."""
 
 
-class PowerSplit(HybridSupervisor):
+class PowerSplit(HybridSupervisor, BlendedBraking):
     """Partial: the torques of an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
 
-    fade = w_ring/w_fade within 0..1,  regenerated = fade min(brake, share, left/(tau_full w_ring)),  friction = brake - regenerated
-    left = charge_power - torque w - slowing
     w_ref = w_best, at most (w_sun + ratio w_ring)/(1 + ratio)
     torque = power/w, at most tau_open
     tau_1 = held - torque/(1 + ratio),  direct = ratio (torque/(1 + ratio) - held)
-    tau_2 = min(tau_full accelerator - direct, most) - tau_full regenerated
-    most = limit min(1, discharge_power/(limit w_ring + added_loss))
+    tau_2 = min(tau_full accelerator - direct, most) - regenerated v/w_ring
     held = k_w (w_ref - w) within -tau_held..tau_held,  slowing = -(1 + ratio) held w at most charge_power + asked - torque w
     asked = tau_full accelerator w_ring;  held is zero while the engine stands, torque until it fires and where it overspeeds
 
-    The subclass decides when the engine runs and with what power; the battery covers the difference to the power demanded. Machine 1 keeps
-    the engine at the speed of lowest fuel consumption for its power. Machine 2 supplies the missing torque at the ring, and recovers as
-    much as the battery accepts after the power of the engine and the energy released when it slows down. Machine 1 starts the engine with
-    the same speed control. ``charge_power`` is for both machines, ``discharge_power`` for machine 2, after machine 1; ``most`` is computed
-    as in ``BlendedBraking``.
+    The subclass decides when the engine runs and with what power, at most asked + charge_power; the battery covers the difference to the
+    power demanded. Machine 1 keeps the engine at the speed of lowest fuel consumption for its power, and starts it with the same speed
+    control. Machine 2 supplies the missing torque at the ring, and brakes as in ``BlendedBraking``, with the charge power that is left
+    after the power of the engine and the energy released when it slows down. ``charge_power`` is for both machines, ``discharge_power``
+    for machine 2, after machine 1; ``most`` is computed as in ``BlendedBraking``.
 
     The vehicle supplies the data of the engine: ``w_best`` is the speed of lowest fuel consumption for the output ``power``, ``tau_open``
     the torque with an open throttle, ``opening`` the throttle for the output ``torque``.
@@ -52,58 +49,42 @@ class PowerSplit(HybridSupervisor):
     tau_full: Parameter = parameter(
         "N.m", "Torque at the ring with the accelerator fully pressed", default=450.0, above=0
     )
-    share: Parameter = parameter(
-        "1", "Fraction of the brake pedal travel for regenerative braking", default=0.6, min=0, max=1
-    )
-    w_fade: Parameter = parameter(
-        "rad/s", "Speed of the ring below which regenerative braking fades out", default=30.0, above=0
-    )
     k_w: Parameter = parameter("N.m.s/rad", "Torque of machine 1 for the engine's speed", default=1.0, above=0)
     w_sun: Parameter = parameter("rad/s", "Maximum speed of machine 1", default=1000.0, above=0)
     tau_held: Parameter = parameter("N.m", "Maximum torque of machine 1 for speed control", default=30.0, above=0)
-    accelerator: Input = signal_input("1", "Accelerator pedal")
-    brake: Input = signal_input("1", "Brake pedal")
     w_ring: Input = signal_input("rad/s", "Speed of the ring")
-    charge_power: Input = signal_input("W", "Maximum charge power of the battery", default=1e9)
-    discharge_power: Input = signal_input("W", "Maximum power that machine 2 may draw from the bus", default=1e9)
-    limit: Input = signal_input("N.m", "Largest torque of machine 2 at its speed", default=1e6)
-    added_loss: Input = signal_input("W", "Loss that this torque adds to that without torque", default=0.0)
     w_best: Input = signal_input("rad/s", "Engine speed of least fuel for the power")
     tau_1: Output = signal_output("N.m", "Torque of machine 1")
     tau_2: Output = signal_output("N.m", "Torque of machine 2")
-    friction: Output = signal_output("1", "Demand on the friction brakes")
     w_ref: Variable = variable("rad/s", "Speed of least fuel for the engine's power")
 
     def _split(self, running: Symbol, demand: Symbol) -> Equations:
         """Pedals, power, engine, machines; the engine runs (1) or not (0) and gives the power ``demand``."""
-        b, w, w_ring = self.brake.value, self.w.value, self.w_ring.value
-        asked = self.tau_full * self.accelerator.value
-        yield self.power.value == ca.fmax(demand, self.P_min)
+        v, w, w_ring = self.v.value, self.w.value, self.w_ring.value
+        asked, accepted = self.tau_full * self.accelerator.value, self.charge_power.value
+        yield self.power.value == self._within(demand, asked * w_ring + accepted)
         yield self.w_ref == ca.fmin(self.w_best.value, (self.w_sun + self.ratio * w_ring) / (1 + self.ratio))
         firing = running * limited(w / self.w_fire) * limited(2 - (w - self.w_ref) / OVER)
         torque = firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.torque.value == torque
-        taken = self.charge_power.value - torque * w
+        left = accepted - torque * w
         carrier = (1 + self.ratio) * ca.fmax(w, self.w_fire)
-        slowing = ca.fmin(self.tau_held, ca.fmax(taken + asked * w_ring, 0) / carrier)
+        slowing = ca.fmin(self.tau_held, ca.fmax(left + asked * w_ring, 0) / carrier)
         held = running * limited(self.k_w * (self.w_ref - w), -slowing, self.tau_held)
-        most = (taken + ca.fmin(held, 0) * carrier) / (self.tau_full * ca.fmax(w_ring, self.w_fade))
-        regenerated = limited(ca.fmin(b, self.share), 0, ca.fmax(most, 0)) * limited(w_ring / self.w_fade)
+        yield from self._recover(v, w_ring, left + ca.fmin(held, 0) * carrier)
         direct = self.ratio * (torque / (1 + self.ratio) - held)
-        drive = ca.fmin(
-            asked - direct, drawing(self.discharge_power.value, w_ring, self.limit.value, self.added_loss.value)
-        )
         yield self.throttle.value == firing * self.opening.value
         yield self.tau_1.value == held - torque / (1 + self.ratio)
-        yield self.tau_2.value == drive - self.tau_full * regenerated
-        yield self.friction.value == b - regenerated
+        yield self.tau_2.value == ca.fmin(asked - direct, self._most(w_ring)) - self._braking(v, w_ring)
+        yield self.friction.value == self.brake.value - self.regenerated / self.F_brake
 
 
 class PowerSplitControl(PowerSplit, HybridControl):
     """Rules for an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
 
     The torques are those of ``PowerSplit``, the engine is started and stopped as in ``HybridControl``, with
-    demand = tau_full accelerator w_ring + k_soc (soc_0 - soc), this at most charge_power,  power = demand, at least P_min
+    demand = tau_full accelerator w_ring + k_soc (soc_0 - soc), this at most charge_power
+    power = demand, at least P_min, at most asked + charge_power
     """
 
     def equations(self) -> Equations:
@@ -116,8 +97,9 @@ class PowerSplitControl(PowerSplit, HybridControl):
 class PlannedPowerSplit(PowerSplit):
     """The same for an engine that is switched, and given a power, from outside: by a plan over time or a supervisor.
 
-    The equations are those of ``PowerSplit``; the engine runs where engine_on > 0.5, and power = engine_power, at least P_min. Both are
-    inputs of the model: ``inputs={"control.engine_on": (times, values), "control.engine_power": (times, values)}``.
+    The equations are those of ``PowerSplit``; the engine runs where engine_on > 0.5, and power = engine_power, at least P_min, at most
+    asked + charge_power. Both are inputs of the model:
+    ``inputs={"control.engine_on": (times, values), "control.engine_power": (times, values)}``.
     """
 
     engine_on: Input = signal_input("1", "1: the engine runs, 0: it is stopped", default=0.0, outside=True)

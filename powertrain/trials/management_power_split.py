@@ -93,9 +93,10 @@ class PowerSplitBench:
 
     def _wanted(self, engine_power: xr.DataArray | float) -> xr.DataArray:
         """Torques at the ring gear that the control may request."""
-        control, turning = self.vehicle.control, self.ring.clip(min=float(self.vehicle.control.w_fade))
-        full, fade = float(control.tau_full), (self.ring / float(control.w_fade)).clip(max=1.0)
-        low = -(self.charge / turning).clip(max=float(control.share) * full * fade)
+        control, full = self.vehicle.control, float(self.vehicle.control.tau_full)
+        v, turning = self.ring.speed, self.ring.clip(min=float(control.w_fade))
+        fade = (v / float(control.v_fade)).clip(max=self.ring / float(control.w_fade)).clip(max=1.0)
+        low: xr.DataArray = -fade * (float(control.F_most) * v).clip(max=self.charge) / turning
         high = ((MARGIN * self.discharge + engine_power) / turning).clip(max=full)
         return low + xr.DataArray(np.linspace(0, 1, LEVELS), dims="level") * (high - low)
 

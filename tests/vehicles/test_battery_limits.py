@@ -75,8 +75,19 @@ def test_hybrids_driven_hard(car: HybridCar, soc: float) -> None:
     assert run.audit.closure < 1e-6
 
 
-@pytest.mark.parametrize("car", [ElectricCar(), ElectricFourWheelDriveCar()], ids=["one machine", "two machines"])
-def test_a_full_battery_brakes_like_any_other(car: ElectricCar | ElectricFourWheelDriveCar) -> None:
+@pytest.mark.parametrize("car", [SeriesHybrid(), PowerSplitHybrid(), ParallelHybrid()], ids=["series", "split", "P2"])
+def test_a_full_battery_is_not_charged(car: HybridCar) -> None:
+    """Coasting at 35 m/s, where the engine runs. It charged with 3.2 kW, of its least power of 5 kW."""
+    plant = pt.compile(pt.replace(car, driver=SetPedals()))
+    run = plant.simulate(4.0, starts={"body.v": 35.0, "battery.soc": 0.9})
+    assert float(np.max(run["battery.i"])) < 0
+
+
+CARS = [ElectricCar(), ElectricFourWheelDriveCar(), SeriesHybrid(), PowerSplitHybrid(), ParallelHybrid()]
+
+
+@pytest.mark.parametrize("car", CARS, ids=lambda car: type(car).__name__)
+def test_a_full_battery_brakes_like_any_other(car: ElectricCar | ElectricFourWheelDriveCar | HybridCar) -> None:
     """From 20 m/s with 0.3 of the pedal. Two machines took 1.25 times as far, as the friction brakes gave 20 kN and F_brake was 15 kN."""
     plant = pt.compile(pt.replace(car, driver=SetPedals(brake_set=0.3)))
     runs = [plant.simulate(8.0, starts={"body.v": 20.0, "battery.soc": soc}) for soc in (0.5, 0.98)]

@@ -74,7 +74,7 @@ def test_brakes_recover() -> None:
 def control(**inputs: float | tuple[list[float], list[float]]) -> pt.Result[PowerSplitControl]:
     """With an engine of 115 N.m whose torque is half open."""
     given = {"accelerator": 0.0, "brake": 0.0, "v": 10.0, "w": 0.0, "w_ring": 100.0, "soc": 0.6}
-    given |= {"w_best": 240.0, "tau_open": 115.0, "opening": 0.5}
+    given |= {"w_best": 240.0, "tau_open": 115.0, "opening": 0.5, "limit": 450.0}
     return pt.simulate(PowerSplitControl(), stop=20, inputs={**given, **inputs}, max_step=0.5)
 
 
@@ -109,14 +109,24 @@ def test_engine_starts_and_stops_with_hysteresis() -> None:
 
 
 def test_recovers_what_the_battery_takes() -> None:
-    assert _last(control(brake=0.4), "tau_2", "friction") == pytest.approx([-180, 0])
-    assert _last(control(brake=0.8), "tau_2", "friction") == pytest.approx([-270, 0.2])
+    """Brakes of 15 kN, of which machine 2 gives 5 kN, or 450 N.m, which are 4.5 kN; it fades out below 3 m/s and 20 rad/s."""
+    assert _last(control(brake=0.2), "tau_2", "friction") == pytest.approx([-300, 0])
+    assert _last(control(brake=0.4), "tau_2", "friction") == pytest.approx([-450, 0.1])
+    assert _last(control(brake=0.4, limit=600.0), "tau_2", "friction") == pytest.approx([-500, 1 / 15])
     full = control(brake=0.4, charge_power=4500.0)
-    assert _last(full, "tau_2", "friction") == pytest.approx([-45, 0.3])
-    assert _last(control(brake=0.4, w_ring=15.0), "tau_2", "friction") == pytest.approx([-90, 0.2])
+    assert _last(full, "tau_2", "friction") == pytest.approx([-45, 0.37])
+    assert _last(control(brake=0.2, v=1.5, w_ring=15.0), "tau_2", "friction") == pytest.approx([-150, 0.1])
     assert _last(control(accelerator=0.15, discharge_power=5000.0), "tau_2") == pytest.approx([50])
     losing = control(accelerator=0.15, discharge_power=5000.0, limit=100.0, added_loss=2500.0)
     assert _last(losing, "tau_2") == pytest.approx([40])  # 100 N.m draw 12.5 kW
+
+
+def test_engine_gives_no_more_than_car_and_battery_take() -> None:
+    """P_min is 5 kW; 45 N.m at 100 rad/s are 4.5 kW."""
+    assert _last(control(v=25.0, charge_power=2e3), "on", "power") == pytest.approx([1, 2e3])
+    assert _last(control(v=25.0, charge_power=-100.0), "on", "power") == pytest.approx([1, 0])
+    assert _last(control(v=25.0, charge_power=0.0, accelerator=0.1), "on", "power") == pytest.approx([1, 4500])
+    assert _last(control(v=25.0, charge_power=2e3, accelerator=0.1), "on", "power") == pytest.approx([1, 5e3])
 
 
 @pytest.mark.slow
