@@ -15,7 +15,7 @@ import math
 import casadi as ca
 
 from powertrain.dae.hybrid import Barrier, Friction, HybridDae
-from powertrain.dae.tolerances import CREEP, EPS, INTEGRATED, NO_WIDTH, SWIFT, ZONE
+from powertrain.dae.tolerances import CREEP, EPS, FAINT, INTEGRATED, NO_WIDTH, SWIFT, YIELDING, ZONE
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
@@ -46,8 +46,14 @@ def torque_margins(law: Friction) -> tuple[ca.SX, ca.SX]:
 
 
 def stuck_margin(law: Friction) -> ca.SX:
-    """A law is stuck while its torque stays within its limits."""
-    return ca.fmin(*torque_margins(law))
+    """A law is stuck while its torque stays within its limits, and holds it."""
+    margin = ca.fmin(*torque_margins(law))
+    return ca.fmin(margin, firm_margin(law)) if law.limitless else margin
+
+
+def firm_margin(law: Friction) -> ca.SX:
+    """A law without a torque limit is held by its torque, unless others prescribe its motion: then no torque holds it."""
+    return YIELDING * ca.fabs(law.torque) + FAINT * law.hysteresis - ca.fabs(law.rate) / law.reach
 
 
 def speed_margin(law: Friction, mode: ca.SX | float, known: ca.SX | float) -> ca.SX:
@@ -145,9 +151,10 @@ def _moved(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
 
 
 def _stuck(law: Friction) -> ca.SX:
-    """The next mode of a stuck law at rest: by its torque."""
+    """The next mode of a stuck law at rest: by its torque; that of its rate where no torque holds it."""
     below, above = torque_margins(law)
-    return ca.if_else(above <= 0, FORWARD, ca.if_else(below <= 0, BACKWARD, STUCK))
+    held = ca.if_else(above <= 0, FORWARD, ca.if_else(below <= 0, BACKWARD, STUCK))
+    return ca.if_else(firm_margin(law) <= 0, ca.sign(law.rate), held) if law.limitless else held
 
 
 def _sliding(mode: ca.SX, slides: ca.SX) -> ca.SX:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -97,3 +98,44 @@ def test_the_driving_side_changes_with_a_signal_that_begins_at_zero(amplitude: f
     loss = np.where(drives, 1 / 0.6 - 1, 1 - 0.6) * np.abs(load * w / 0.4)
     np.testing.assert_allclose(result["parts[1].lossPower"], loss, rtol=1e-6, atol=1e-6)
     assert pt.energy_audit(result).violations.empty
+
+
+def looped(ratio: float, exact: bool, amplitude: float) -> pt.Component:
+    """A shaft with a prescribed speed, and a freewheel across two of its gears, which blocks it forward.
+
+    The frame of the second gear may turn, but at the ratio 1 no torque turns it.
+    """
+    gears = rot.IdealGear(ratio=0.4), rot.IdealGear(ratio=ratio)
+    inertias = [rot.Inertia(J=J) for J in (1.0, 1.0, 0.5, 0.5)]
+    source = blocks.Sine(amplitude=amplitude, f=2.0), rot.Speed(exact=exact)
+    joints = (
+        "0.y=1.w_ref 1.flange=5.flange_a=2.flange_a=3.flange_a 3.flange_b=4.flange_b=7.flange_a 3.support=8.flange_a"
+    )
+    return joined(*source, *gears, rot.Freewheel(), *inertias, joints=f"{joints} 2.flange_b=6.flange_a=4.flange_a")
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1 - 1e-9, 1 - 1e-6])
+@pytest.mark.parametrize("exact", [True, False])
+@pytest.mark.parametrize(("amplitude", "least", "most"), [(3.0, 0.0, 1e-9), (-3.0, 0.25, 0.26)])
+def test_a_prescribed_motion_against_a_freewheel(
+    ratio: float, exact: bool, amplitude: float, least: float, most: float
+) -> None:
+    """The shaft went on turning, with a torque of 1e9 N.m that came from nothing but the compliance of the freewheel."""
+    with pytest.raises(
+        pt.PowertrainError, match=r"parts\[4\]\.mode .* moves backward .* cannot slide that way"
+    ) as caught:
+        pt.simulate(looped(ratio, exact, amplitude), 1.0)
+    found = re.search(r"backward at t = (\S+) s", str(caught.value))
+    assert found is not None
+    assert least <= float(found[1]) <= most
+
+
+@pytest.mark.parametrize("ratio", [0.9, 0.999, 0.99999])
+def test_a_frame_that_gives_way(ratio: float) -> None:
+    """Locked, the freewheel turns the frame: for the speed w of the shaft by w + (2.5 - 1) w ratio/(ratio - 1)."""
+    result = pt.simulate(looped(ratio, False, 3.0), 0.1, rtol=1e-9)
+    w = result["parts[5].w"]
+    assert w[-1] > 2
+    turned = w + 1.5 * w * ratio / (ratio - 1)
+    np.testing.assert_allclose(result["parts[8].w"], turned, rtol=1e-6, atol=1e-6)
+    assert pt.energy_audit(result).closure < 1e-6
