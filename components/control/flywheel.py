@@ -23,13 +23,16 @@ from powertrain import (
 from powertrain.components.control.interfaces import Switching
 from powertrain.components.limited import limited
 
+OPEN = 0.05
+"""The part of ``band`` in which the clutch is still open, so that it does not open and close under the round-off of a speed at rest."""
+
 
 class FlywheelDrive(Component):
     """Accelerates and brakes with the ratio of a transmission whose input is a flywheel.
 
     ratio = (w_out + lead (charge accelerator - brake))/w_in within [ratio_min, ratio_max]
     charge = (w_in - w_empty)/w_band within -1..1
-    engaged = (w_before/w_in - ratio_min)/band within 0..1,  room = (w_full - w_in)/w_band within 0..1
+    engaged = ((w_before/w_in - ratio_min)/band - 0.05)/0.95 within 0..1,  room = (w_full - w_in)/w_band within 0..1
     clutch = (engaged + launch accelerator) (1 - (1 - recovery) brake/b_open within 0..1)
     friction = brake - recovery share engaged room brake within 0..share
 
@@ -79,7 +82,8 @@ class FlywheelDrive(Component):
         charge = limited((self.w_in.value - self.w_empty) / self.w_band, -1)
         wanted = (self.w_out.value + self.lead * (charge * u - b)) / self.w_in.value
         yield self.ratio.value == limited(wanted, self.ratio_min, self.ratio_max)
-        engaged = limited((self.w_before.value / self.w_in.value - self.ratio_min) / self.band)
+        above = (self.w_before.value / self.w_in.value - self.ratio_min) / self.band
+        engaged = limited((above - OPEN) / (1 - OPEN))
         open_ = (1 - self.recovery) * limited(b / self.b_open)
         yield self.clutch.value == (engaged + self.launch * u) * (1 - open_)
         room = limited((self.w_full - self.w_in.value) / self.w_band)

@@ -46,9 +46,8 @@ def torque_margins(law: Friction) -> tuple[ca.SX, ca.SX]:
 
 
 def stuck_margin(law: Friction) -> ca.SX:
-    """A law is stuck while its torque stays within its limits, and holds it."""
-    margin = ca.fmin(*torque_margins(law))
-    return ca.fmin(margin, firm_margin(law)) if law.limitless else margin
+    """A law is stuck while its torque stays within its limits."""
+    return ca.fmin(*torque_margins(law))
 
 
 def firm_margin(law: Friction) -> ca.SX:
@@ -96,7 +95,7 @@ def watched(dae: HybridDae, law: Friction) -> list[tuple[ca.SX, ca.SX | float]]:
 def _motion(dae: HybridDae, law: Friction) -> ca.SX:
     """Sliding: the speed keeps its sign. Stuck: the torque stays within its limits, or a prescribed speed stays zero."""
     mode, known = dae.m[law.index], speed_tolerance(dae, law)
-    stuck = 2 * known - ca.fabs(law.w) if law.prescribed else stuck_margin(law)
+    stuck = 2 * known - ca.fabs(law.w) if law.prescribed else _holds(law)
     loose = speed_margin(law, mode, known)
     if law.algebraic:  # if the bounds coincide, the direction of sliding makes no difference
         loose = ca.fmax(loose, law.hysteresis - ca.fabs(law.upper - law.lower))
@@ -105,6 +104,11 @@ def _motion(dae: HybridDae, law: Friction) -> ca.SX:
     if law.rests is not None and law.share is not None:
         loose = ca.if_else(dae.m[law.rests], held_margin(dae, law), loose)
     return ca.if_else(mode == STUCK, stuck, loose)
+
+
+def _holds(law: Friction) -> ca.SX:
+    """The torque of a stuck law is within its limits, and holds it."""
+    return ca.fmin(stuck_margin(law), firm_margin(law)) if law.limitless else stuck_margin(law)
 
 
 def _by_torque(dae: HybridDae, law: Friction) -> ca.SX:
@@ -141,20 +145,23 @@ def next_mode(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> ca.
 
 
 def _moved(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
-    """The next mode of a law that its torque moves: by its speed, and near rest by its torque if stuck, by its rate if sliding."""
+    """The next mode of a law that its torque moves: by its speed, and near rest by its torque if stuck, by its rate if sliding.
+
+    A one-way law that no torque holds goes the way of its rate.
+    """
     mode, w = dae.m[law.index], law.w
     zone = ca.SX(1) if law.algebraic else ca.logic_or(ca.fabs(w) <= ZONE, _error(law, mode, jumped))
     still = ca.SX(1) if law.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
     sign = ca.if_else(w > 0, FORWARD, BACKWARD)
     loose = _sliding(mode, _slides_on(dae, law, slack))
-    return ca.if_else(mode == STUCK, ca.if_else(still, _stuck(law), sign), ca.if_else(zone, loose, sign))
+    stuck = ca.if_else(firm_margin(law) <= 0, ca.sign(law.rate), _stuck(law)) if law.limitless else _stuck(law)
+    return ca.if_else(mode == STUCK, ca.if_else(still, stuck, sign), ca.if_else(zone, loose, sign))
 
 
 def _stuck(law: Friction) -> ca.SX:
-    """The next mode of a stuck law at rest: by its torque; that of its rate where no torque holds it."""
+    """The next mode of a stuck law at rest: by its torque."""
     below, above = torque_margins(law)
-    held = ca.if_else(above <= 0, FORWARD, ca.if_else(below <= 0, BACKWARD, STUCK))
-    return ca.if_else(firm_margin(law) <= 0, ca.sign(law.rate), held) if law.limitless else held
+    return ca.if_else(above <= 0, FORWARD, ca.if_else(below <= 0, BACKWARD, STUCK))
 
 
 def _sliding(mode: ca.SX, slides: ca.SX) -> ca.SX:

@@ -47,7 +47,7 @@ def test_operating_points_of_the_power_split_balance() -> None:
 
 def test_the_planned_control_does_as_it_is_told() -> None:
     given = {"accelerator": 0.2, "brake": 0.0, "v": 10.0, "w": 200.0, "w_ring": 130.0, "soc": 0.6}
-    given |= {"w_best": 200.0, "tau_open": 100.0, "opening": 0.5}
+    given |= {"w_best": 200.0, "tau_open": 100.0, "opening": 0.5, "limit": 450.0}
     run = pt.simulate(
         PlannedPowerSplit(), 2.0, inputs={**given, "engine_on": ([0, 1, 1, 2], [0, 0, 1, 1]), "engine_power": 12e3}
     )
