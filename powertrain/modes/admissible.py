@@ -78,7 +78,7 @@ class Admissible:
         way = "forward" if mode > 0 else "backward"
         raise SimulationError(
             f"{law.name} ({law.where}) moves {way} at t = {self.memory.time[0]:.9g} s, where its torque has no limit: it cannot "
-            "slide that way. Choose initial values (or a reset) for which it is at rest or moves the other way."
+            "slide that way. Choose initial values, a reset or a prescribed motion with which it is at rest or moves the other way."
         )
 
     def _rests(self, k: int, law: Friction, refused: bool, side: int) -> None:
