@@ -76,7 +76,7 @@ def read_fuel_map(
     """
     sheet, columns = _columns(TextTable.read(path), FUEL_ROLES, {"speed": speed, "load": load, "fuel": fuel})
     points = _over_torque(Points.of(sheet, columns), columns[1].kind, displacement, strokes)
-    kind, advice = columns[2].kind, "; fill=True of read_fuel_map continues each speed in straight lines"
+    kind, advice = columns[2].kind, "; fill=True continues each speed in straight lines"
     if fill:
         points, kind = _flow(points, kind).filled(), "flow"
     name = sheet.headings[columns[2].place].name

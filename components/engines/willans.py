@@ -116,7 +116,7 @@ class WillansEngine(Engine):
     def equations(self) -> Equations:
         """The equations of every engine, with these laws."""
         if self.curve is not None:
-            _checked_curve(self.curve, f"{self._path}.curve")
+            _checked_curve(self.curve, f"{self._path}.curve", self._values["w_idle"])
         yield from self._run()
 
     def _motoring(self, w: Symbol) -> Symbol:
@@ -139,9 +139,19 @@ class WillansEngine(Engine):
         return firing * w / self.e + self.P_heat * limited(firing / self.tau_heat)
 
 
-def _checked_curve(curve: Map, where: str) -> None:
+def _checked_curve(curve: Map, where: str, w_idle: Any) -> None:
     said = ", ".join(f"{a.name} [{a.unit}]" for a in curve.axes)
     if [a.unit for a in curve.axes] != ["rad/s"]:
         raise ParameterError(f"{where} is over {said}; it must be over one speed in rad/s")
     if curve.unit != "N.m":
         raise ParameterError(f"{where} gives {curve.name} [{curve.unit}] over {said}; it must give a torque [N.m]")
+    if curve.values.min() < 0:
+        raise ParameterError(
+            f"{where} falls to {curve.values.min():g} N.m; the torque at full load must not be negative"
+        )
+    axis = curve.axes[0]
+    if axis.outside == "error" and isinstance(w_idle, float) and w_idle < axis.low - axis.slack:
+        raise ParameterError(
+            f'{where} begins at {axis.low:g} rad/s, above the idle speed w_idle = {w_idle:g} rad/s; with outside = "clip" its first '
+            "value holds below it"
+        )

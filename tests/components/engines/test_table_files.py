@@ -149,9 +149,7 @@ def test_speeds_with_torques_of_their_own(tmp_path: Path, values: str) -> None:
 
     unit = {"flow": "g/s", "specific": "g/kWh"}[values]
     text = f"speed [rpm], torque [N.m], fuel [{unit}]\n" + ragged(lambda n: 60 + n / 60, n, tau, linear)
-    with pytest.raises(
-        pt.ParameterError, match=r"no value at 900 rpm and torque 8\d.* N.m: .* fill=True of read_fuel_map"
-    ):
+    with pytest.raises(pt.ParameterError, match=r"no value at 900 rpm and torque 8\d.* N.m: .* fill=True continues"):
         read(tmp_path, text)
     torques = np.array([[16.0], [77.0], [129.0]])
     found = engine(read(tmp_path, text, fill=True)).fuel_flow(2600 * RPM, torques)
