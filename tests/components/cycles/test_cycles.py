@@ -143,6 +143,7 @@ def test_files(tmp_path: Path) -> None:
         "t,v\n0,0\n": "'t': a time needs a unit; write time_s or time [s]",
         "time_s,speed_knots\n0,0\n": "the unit 'knots' of a speed is not known; write speed_km_h",
         "time_s,speed_m_s,slopes\n0,0,0\n": "unknown column 'slopes'; columns are time_s",
+        "time_s,speed_m_s,height_m\n0,0,0\n": r"unknown column 'height_m'; .* heights .* RoadProfile\.from_heights",
         "speed_m_s\n0\n": "gives neither of time .* and distance .*; it must give one",
         "time_s,grade\n0,0\n": "gives no column of speed",
         "time_s,speed_m_s,stop_s\n0,0,0\n": "a cycle over time has no column for stops",
