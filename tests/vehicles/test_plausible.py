@@ -43,6 +43,12 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
         ),
         (ElectricCar(), {"battery.Q": 60}, ["battery holds 5.96 W.h when full"]),
         (
+            ElectricCar(),
+            {"battery.R": 60},
+            ["battery gives 661 W at most with battery.R = 60 Ohm"],
+        ),  # (96 x 4.15 V)^2/240 Ohm
+        (ElectricCar(), {"battery.R": "60 mOhm"}, []),
+        (
             ManualCar(),
             {"engine": MappedEngine.diesel()},
             ["clutch slips at full load: it holds 300 N.m, engine gives up to 318.4 N.m; clutch.fn_max = 318.4 N"],

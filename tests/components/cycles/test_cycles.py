@@ -133,6 +133,17 @@ def test_distance_cycle_has_constant_acceleration_between_rows() -> None:
             DriveCycle.from_distance("lap", [0, 50, 200], [5, 5, 5], grades=grades)
 
 
+def test_grades_and_stops_may_be_arrays() -> None:
+    rows = ((0.0, 0.0), (10.0, 5.0))
+    assert DriveCycle("hill", rows, grades=np.array([0.0, 0.1])) == DriveCycle("hill", rows, grades=(0.0, 0.1))  # type: ignore[arg-type]
+    slopes, waits = np.array([0.0, 0.1, 0.0]), np.array([2.0, 3.0])
+    lap = DriveCycle.from_distance("lap", [0, 50, 100], [0, 10, 0], waits, grades=slopes)  # type: ignore[arg-type]
+    assert lap == DriveCycle.from_distance("lap", [0, 50, 100], [0, 10, 0], [2.0, 3.0], grades=[0.0, 0.1, 0.0])
+    for wrong in 0.05, ("a", "b"), None:
+        with pytest.raises(pt.ParameterError, match=r"drive cycle hill: grades = .* is not a row of numbers"):
+            DriveCycle("hill", rows, grades=wrong)  # type: ignore[arg-type]
+
+
 def test_files(tmp_path: Path) -> None:
     file = tmp_path / "town.csv"
     file.write_text("# a town\ntime_s,speed_km_h\n0,0\n10,36\n20,0\n", encoding="utf-8")
