@@ -38,6 +38,8 @@ STORED = 0.2
 """Energy [kW.h] of the battery of a vehicle without engine."""
 WEAK = 0.1
 """Largest power of a battery over that of the machines it supplies."""
+BEYOND = 5.0
+"""Last speed or torque of a table of losses over the limit of its machine."""
 CRUISE, TURNS = 100 / 3.6, (900.0, 5500.0)
 """A speed [m/s], and speeds [rpm] that the engine of a car has there in top gear."""
 PEAK = 0.9, 1.1
@@ -66,6 +68,7 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
         *_speeds(vehicle, parts),
         *_stored(vehicle, parts),
         *_resistances(vehicle, parts),
+        *(text for path in parts.machines for text in _loss_map(path, value_at(vehicle, path))),
         *_clutches(vehicle, parts),
         *_synchronisers(vehicle, parts),
         *_overall_ratio(vehicle, parts),
@@ -173,6 +176,18 @@ def _resistances(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
             yield (
                 f"{path} gives {most:.3g} W at most with {path}.R = {R:g} Ohm, little for machines of {machines:.4g} W; a resistance in "
                 'milliohms is written as "60 mOhm"'
+            )
+
+
+def _loss_map(path: str, machine: Any) -> Iterator[str]:
+    """A table of losses far beyond the limits of its machine, of which a corner alone would be used."""
+    axes = machine.loss_map.axes if machine.loss_map is not None else ()
+    for axis, limit in zip(axes, ("w_max", "tau_max"), strict=False):
+        most = _number(machine, limit)
+        if most and axis.high > BEYOND * most:
+            yield (
+                f"{path}.loss_map reaches {axis.high:.4g} {axis.unit}, far beyond {path}.{limit} = {most:.4g} {axis.unit}; "
+                f"check the unit of its {axis.name}"
             )
 
 

@@ -14,6 +14,7 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.trials import CycleRun, drive_cycle
 from powertrain.trials.performance import Hill, performance, time_between
 from powertrain.trials.sankey import plot_energy_flow
+from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.split_path_car import SplitPathCar
 
 WLTC = DriveCycle.named("wltc")
@@ -179,3 +180,10 @@ def test_what_is_not_a_vehicle_is_refused_with_what_to_write() -> None:
         pt.ParameterError, match=r"'ManualCar' is not a vehicle; pt.vehicles.load\('ManualCar'\) makes one"
     ):
         performance("ManualCar")  # type: ignore[arg-type]
+
+
+def test_a_cycle_has_its_own_stop() -> None:
+    with pytest.raises(pt.ParameterError, match=r"drive_cycle: stop is that of the cycle; DriveCycle.part"):
+        drive_cycle(ElectricCar(), "udds", stop=300)
+    with pytest.raises(pt.ParameterError, match=r"parameters = 5: pass a dictionary"):
+        drive_cycle(ElectricCar(), "udds", parameters=5)  # type: ignore[arg-type]
