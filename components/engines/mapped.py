@@ -56,7 +56,7 @@ class MappedEngine(Engine):
         torque: str | Path,
         fuel: str | Path,
         *,
-        displacement: float | None = None,
+        displacement: float | str | None = None,
         fill: bool = False,
         outside: Literal["error", "clip"] = "clip",
         method: Literal["linear", "smooth"] = "linear",
@@ -71,8 +71,8 @@ class MappedEngine(Engine):
         ----------
         torque, fuel : path
             The files.
-        displacement : float, optional
-            Displacement of a four-stroke engine [m3], for loads that are given as mean effective pressures.
+        displacement : float or str, optional
+            Displacement of a four-stroke engine [m3], such as "1.6 l", for loads that are given as mean effective pressures.
         fill : bool
             Complete a fuel table whose speeds have torques of their own, see ``read_fuel_map``.
         outside : {"clip", "error"}

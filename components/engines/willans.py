@@ -8,7 +8,7 @@ from typing import Any, Self
 import casadi as ca
 
 from powertrain import Equations, Map, Parameter, ParameterError, Symbol, parameter
-from powertrain.components.engines.interfaces import Engine
+from powertrain.components.engines.interfaces import VOLUME, Engine
 from powertrain.components.limited import limited
 
 DISPLACEMENT = 1.6e-3
@@ -17,7 +17,6 @@ PROPORTIONAL = ("tau_0", "tau_2", "tau_max", "P_max", "tau_low", "J", "tau_start
 """Parameters in proportion to displacement, at equal mean effective pressures and speeds."""
 W_FRICTION = 400.0
 """Speed [rad/s] up to which ``p_2`` is the rise of the friction pressure."""
-VOLUME = parameter("m3", "Displacement", above=0, max=0.1)
 POWER = parameter("W", "Largest power", above=0)
 PRESSURE = parameter("Pa", "Mean effective pressure of friction", min=0)
 ROUNDED = 0.03
