@@ -142,6 +142,17 @@ def test_what_a_users_function_raises_is_an_error_of_its_case(processes: Executo
         np.testing.assert_array_equal(runs.table["w"], [1.0, 1.0, 1.0, np.nan])
 
 
+def test_parameters_with_units_are_numbers_in_the_table() -> None:
+    """2000 g.m2 are 2 kg.m2; a text that is no such quantity is the error of its case."""
+    values = ["2000 g.m2", 4.0, "4 kg.m2", "2 s"]
+    cases = [{"parameters": {"inertia.J": J}} for J in values]
+    runs = pt.sweep(SpinDown(), cases, stop=1.0, starts=STARTS, scalars={"w": last_speed}, on_error="keep")
+    assert runs.table["inertia.J"].tolist() == [2.0, 4.0, 4.0, "2 s"]
+    assert runs.table["w"][1] == runs.table["w"][2] != runs.table["w"][0]
+    assert list(runs.errors) == [3]
+    assert "different quantity" in str(runs.errors[3])
+
+
 def test_a_table_of_parameters_and_scalars() -> None:
     runs = pt.sweep(
         SpinDown(), [{"parameters": {"damper.d": d}, "stop": d} for d in (1.0, 2.0)], scalars={"w": last_speed}

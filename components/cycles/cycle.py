@@ -92,6 +92,13 @@ class DriveCycle:
             if v < 0:
                 raise ParameterError(f"drive cycle {self.name}: row {row} has {v:g} m/s; speeds must not be negative")
             before = t
+        self._check_grades()
+
+    def _check_grades(self) -> None:
+        try:
+            object.__setattr__(self, "grades", tuple(float(grade) for grade in self.grades))
+        except (TypeError, ValueError):
+            raise ParameterError(f"drive cycle {self.name}: grades = {self.grades!r} is not a row of numbers") from None
         if self.grades and len(self.grades) != len(self.table):
             raise ParameterError(
                 f"drive cycle {self.name}: {len(self.grades)} grades for {len(self.table)} rows; each row needs one"
@@ -204,7 +211,7 @@ class DriveCycle:
         s, v = np.asarray(distances, float), np.asarray(speeds, float)
         if s.shape != v.shape or s.ndim != 1:
             raise ParameterError(f"drive cycle {name}: {s.size} distances but {v.size} speeds")
-        halts = np.flatnonzero(v == 0)
+        halts, stops, grades = np.flatnonzero(v == 0), tuple(stops), tuple(grades)
         if stops and len(stops) != len(halts):
             raise ParameterError(
                 f"drive cycle {name}: {len(stops)} stops are given, but the speed is zero at {len(halts)} rows"

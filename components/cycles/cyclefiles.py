@@ -84,7 +84,10 @@ def _meaning(sheet: TextTable, heading: Heading) -> tuple[str, float]:
     named = words if heading.unit else words[:1]
     what = next((what for what, names in NAMES.items() if set(named) & set(names.split())), None)
     if what is None:
-        raise ParameterError(f"{sheet.path}: unknown column {str(heading)!r}; columns are {_all_shown()}")
+        raise ParameterError(
+            f"{sheet.path}: unknown column {str(heading)!r}; columns are {_all_shown()}; "
+            "heights become the road of a vehicle by RoadProfile.from_heights"
+        )
     said = heading.unit.lower().replace(" ", "").replace(".", "/") if heading.unit else "/".join(words[1:])
     if said not in UNITS[what]:
         problem = f"the unit {said!r} of a {what} is not known" if said else f"a {what} needs a unit"

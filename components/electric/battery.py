@@ -181,6 +181,12 @@ def _checked_voltage(ocv: Map, path: str) -> None:
             f"{path}.ocv gives {ocv.name} [{ocv.unit}] over {said}, {ocv.method}; "
             "it must give a voltage [V] over the state of charge [1], linear"
         )
+    axis = ocv.axes[0]
+    if axis.low < -axis.slack or axis.high > 1 + axis.slack:
+        raise ParameterError(
+            f"{path}.ocv is over a state of charge from {axis.low:g} to {axis.high:g}; it must lie within 0 and 1. "
+            "The heading of a column in percent is soc [%]"
+        )
     if ocv.values.min() <= 0:
         raise ParameterError(f"{path}.ocv falls to {ocv.values.min():g} V; it must stay above 0 V")
 

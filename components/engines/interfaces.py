@@ -33,6 +33,8 @@ from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import Flange
 from powertrain.components.thermal import HeatPort
 
+VOLUME = parameter("m3", "Displacement", above=0, max=0.1)
+"""Larger values are probably in litres."""
 SMALL = 1e-3
 """Smallest torque of combustion at full load [N.m]: at idle speed an engine may have none."""
 G_KWH, RPM = 3.6e9, 30 / math.pi

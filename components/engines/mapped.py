@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 
 from powertrain import Axis, Equations, Map, Parameter, ParameterError, Symbol, parameter, within
 from powertrain.components.engines.interfaces import Engine
-from powertrain.components.engines.tablechecks import RATES, SPECIFIC, check_efficiency, check_fuel, check_torque
+from powertrain.components.engines.tablechecks import (
+    RATES,
+    SPECIFIC,
+    check_efficiency,
+    check_fuel,
+    check_reach,
+    check_torque,
+)
 from powertrain.components.engines.tablefiles import read_fuel_map, read_torque_map
 from powertrain.components.limited import limited
 
@@ -49,7 +56,8 @@ class MappedEngine(Engine):
         torque: str | Path,
         fuel: str | Path,
         *,
-        displacement: float | None = None,
+        displacement: float | str | None = None,
+        fill: bool = False,
         outside: Literal["error", "clip"] = "clip",
         method: Literal["linear", "smooth"] = "linear",
         **parameters: Any,
@@ -57,14 +65,16 @@ class MappedEngine(Engine):
         """An engine from tables such as ``speed [rpm], throttle [%], torque [Nm]`` and ``speed [rpm], torque [Nm], BSFC [g/kWh]``.
 
         The columns are recognised by their names and units, in any order; see ``read_torque_map`` and ``read_fuel_map``, which also read
-        tables whose columns must be named or that do not fill a grid: ``MappedEngine(torque_map=..., fuel_map=...)`` accepts their results.
+        tables whose columns must be named: ``MappedEngine(torque_map=..., fuel_map=...)`` accepts their results.
 
         Parameters
         ----------
         torque, fuel : path
             The files.
-        displacement : float, optional
-            Displacement of a four-stroke engine [m3], for loads that are given as mean effective pressures.
+        displacement : float or str, optional
+            Displacement of a four-stroke engine [m3], such as "1.6 l", for loads that are given as mean effective pressures.
+        fill : bool
+            Complete a fuel table whose speeds have torques of their own, see ``read_fuel_map``.
         outside : {"clip", "error"}
             Beyond the speeds and torques of a table, its edge value is used and the steps are counted, or the simulation ends.
         method : {"linear", "smooth"}
@@ -78,7 +88,7 @@ class MappedEngine(Engine):
             For errors of these functions, with the file.
         """
         torque_map = read_torque_map(torque, outside=outside, method=method)
-        fuel_map = read_fuel_map(fuel, displacement=displacement, outside=outside, method=method)
+        fuel_map = read_fuel_map(fuel, displacement=displacement, fill=fill, outside=outside, method=method)
         return cls(torque_map=torque_map, fuel_map=fuel_map, **parameters)
 
     @classmethod
@@ -103,6 +113,7 @@ class MappedEngine(Engine):
         try:
             check_torque(self.torque_map)
             check_fuel(self.fuel_map)
+            check_reach(self.torque_map, self.fuel_map)
             if isinstance(heating_value := self._values["heating_value"], float):
                 check_efficiency(self.fuel_map, heating_value)
         except ParameterError as error:

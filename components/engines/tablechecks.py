@@ -16,7 +16,7 @@ ROUND = 1e-9
 
 
 def check_torque(table: Map) -> None:
-    """Torque over speed and throttle from 0 to 1, not above zero with closed throttle. Errors: ParameterError."""
+    """Torque over speed and throttle from 0 to 1: not above zero when closed, and larger when open. Errors: ParameterError."""
     _check(table, "torque", ("rad/s", "1"), {"N.m": 1.0})
     throttle = table.axes[1]
     if abs(throttle.low) > ROUND or abs(throttle.high - 1) > ROUND:
@@ -28,6 +28,13 @@ def check_torque(table: Map) -> None:
         w = table.axes[0].points[int(closed.argmax())]
         raise ParameterError(
             f"the torque table gives {closed.max():g} N.m with closed throttle at {w:g} rad/s; a motored engine must not drive"
+        )
+    opened = table.values[:, -1]
+    if (opened <= closed).any():
+        k = int((opened - closed).argmin())
+        raise ParameterError(
+            f"the torque table gives {opened[k]:g} N.m at full load and {closed[k]:g} N.m motored at {table.axes[0].points[k]:g} rad/s; "
+            "the torque at full load must be the larger one"
         )
 
 
@@ -41,6 +48,22 @@ def check_fuel(table: Map) -> None:
     if table.unit in SPECIFIC and table.axes[1].low <= 0:
         raise ParameterError(
             f"the fuel table has a specific consumption at {table.axes[1].low:g} N.m, where there is no power; start above zero"
+        )
+
+
+def check_reach(torque_map: Map, fuel_map: Map) -> None:
+    """The tables must have speeds and torques in common: others are mostly in another unit. Errors: ParameterError."""
+    speeds, fuel_speeds = torque_map.axes[0], fuel_map.axes[0]
+    if fuel_speeds.low >= speeds.high or fuel_speeds.high <= speeds.low:
+        raise ParameterError(
+            f"the fuel table has speeds from {fuel_speeds.low:g} to {fuel_speeds.high:g} rad/s, the torque table from {speeds.low:g} to "
+            f"{speeds.high:g} rad/s; check the unit of the speeds"
+        )
+    most, torques = float(torque_map.values.max()), fuel_map.axes[1]
+    if torques.low >= most:
+        raise ParameterError(
+            f"the fuel table has torques from {torques.low:g} to {torques.high:g} N.m, and the torque table none above {most:g} N.m; "
+            "check the unit of the torques"
         )
 
 
@@ -71,3 +94,7 @@ def _check(table: Map, what: str, axes: tuple[str, ...], units: Mapping[str, flo
         )
     if min(len(a.points) for a in table.axes) < 2:
         raise ParameterError(f"the {what} table needs at least two points on every axis")
+    if table.axes[0].low < 0:
+        raise ParameterError(
+            f"the {what} table has a speed of {table.axes[0].low:g} rad/s; speeds must not be negative"
+        )

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from powertrain import Axis, Map, ParameterError, TextTable
+from powertrain.components.engines.interfaces import VOLUME
 from powertrain.components.engines.tablechecks import check_fuel, check_torque
 from powertrain.components.engines.tablecolumns import Column, candidates, column
 from powertrain.components.engines.tablepoints import Points
@@ -19,8 +20,6 @@ FUEL_ROLES = {"speed": ("speed",), "load": ("torque", "bmep", "power"), "fuel": 
 TORQUE_ROLES = {"speed": ("speed",), "throttle": ("throttle",), "torque": ("torque",)}
 THROTTLES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Throttles of a table between two curves, as required for smooth interpolation."""
-LARGEST = 0.1
-"""Largest plausible displacement [m3]; larger values are probably in litres."""
 Outside = Literal["error", "clip"]
 Method = Literal["linear", "smooth"]
 
@@ -31,7 +30,7 @@ def read_fuel_map(
     speed: str | None = None,
     load: str | None = None,
     fuel: str | None = None,
-    displacement: float | None = None,
+    displacement: float | str | None = None,
     strokes: Literal[2, 4] = 4,
     fill: bool = False,
     outside: Outside = "clip",
@@ -51,8 +50,8 @@ def read_fuel_map(
         The file, see ``pt.TextTable``.
     speed, load, fuel : str, optional
         Names of columns that are not recognised: ``"Nmot"``, or ``"Nmot [rpm]"`` if the file gives no unit.
-    displacement : float, optional
-        Displacement of the engine [m3], required for loads as BMEP.
+    displacement : float or str, optional
+        Displacement of the engine [m3], such as "1.6 l", required for loads as BMEP.
     strokes : {4, 2}
         Strokes per cycle.
     fill : bool
@@ -76,7 +75,7 @@ def read_fuel_map(
     """
     sheet, columns = _columns(TextTable.read(path), FUEL_ROLES, {"speed": speed, "load": load, "fuel": fuel})
     points = _over_torque(Points.of(sheet, columns), columns[1].kind, displacement, strokes)
-    kind, advice = columns[2].kind, "; fill=True of read_fuel_map continues each speed in straight lines"
+    kind, advice = columns[2].kind, "; fill=True continues each speed in straight lines"
     if fill:
         points, kind = _flow(points, kind).filled(), "flow"
     name = sheet.headings[columns[2].place].name
@@ -149,19 +148,16 @@ def _columns(sheet: TextTable, roles: Roles, asked: Asked) -> tuple[TextTable, l
     return sheet, [column(sheet, role, kinds, asked[role]) for role, kinds in roles.items()]
 
 
-def _over_torque(points: Points, kind: str, displacement: float | None, strokes: int) -> Points:
+def _over_torque(points: Points, kind: str, displacement: float | str | None, strokes: int) -> Points:
     """The points over torque instead of mean effective pressure [Pa] or power [W]."""
     path = points.sheet.path
     if strokes not in (2, 4):
         raise ParameterError(f"strokes = {strokes!r}: choose 2 or 4")
     if kind == "bmep":
         if displacement is None:
-            raise ParameterError(f"{path}: the load is a mean effective pressure; pass displacement=... in m3")
-        if not isinstance(displacement, float | int) or not 0 < displacement < LARGEST:
-            raise ParameterError(
-                f"displacement = {displacement!r} m3 must be between 0 and {LARGEST} m3; 1 l is 1e-3 m3"
-            )
-        return replace(points, x=points.x * displacement / (math.pi * strokes))
+            raise ParameterError(f"{path}: the load is a mean effective pressure; pass displacement='1.6 l'")
+        V = VOLUME.check(displacement, "displacement")
+        return replace(points, x=points.x * V / (math.pi * strokes))
     if kind == "power":
         if points.w.min() <= 0:
             raise ParameterError(

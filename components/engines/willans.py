@@ -8,7 +8,7 @@ from typing import Any, Self
 import casadi as ca
 
 from powertrain import Equations, Map, Parameter, ParameterError, Symbol, parameter
-from powertrain.components.engines.interfaces import Engine
+from powertrain.components.engines.interfaces import VOLUME, Engine
 from powertrain.components.limited import limited
 
 DISPLACEMENT = 1.6e-3
@@ -17,7 +17,6 @@ PROPORTIONAL = ("tau_0", "tau_2", "tau_max", "P_max", "tau_low", "J", "tau_start
 """Parameters in proportion to displacement, at equal mean effective pressures and speeds."""
 W_FRICTION = 400.0
 """Speed [rad/s] up to which ``p_2`` is the rise of the friction pressure."""
-VOLUME = parameter("m3", "Displacement", above=0, max=0.1)
 POWER = parameter("W", "Largest power", above=0)
 PRESSURE = parameter("Pa", "Mean effective pressure of friction", min=0)
 ROUNDED = 0.03
@@ -116,7 +115,7 @@ class WillansEngine(Engine):
     def equations(self) -> Equations:
         """The equations of every engine, with these laws."""
         if self.curve is not None:
-            _checked_curve(self.curve, f"{self._path}.curve")
+            _checked_curve(self.curve, f"{self._path}.curve", self._values["w_idle"])
         yield from self._run()
 
     def _motoring(self, w: Symbol) -> Symbol:
@@ -139,9 +138,19 @@ class WillansEngine(Engine):
         return firing * w / self.e + self.P_heat * limited(firing / self.tau_heat)
 
 
-def _checked_curve(curve: Map, where: str) -> None:
+def _checked_curve(curve: Map, where: str, w_idle: Any) -> None:
     said = ", ".join(f"{a.name} [{a.unit}]" for a in curve.axes)
     if [a.unit for a in curve.axes] != ["rad/s"]:
         raise ParameterError(f"{where} is over {said}; it must be over one speed in rad/s")
     if curve.unit != "N.m":
         raise ParameterError(f"{where} gives {curve.name} [{curve.unit}] over {said}; it must give a torque [N.m]")
+    if curve.values.min() < 0:
+        raise ParameterError(
+            f"{where} falls to {curve.values.min():g} N.m; the torque at full load must not be negative"
+        )
+    axis = curve.axes[0]
+    if axis.outside == "error" and isinstance(w_idle, float) and w_idle < axis.low - axis.slack:
+        raise ParameterError(
+            f'{where} begins at {axis.low:g} rad/s, above the idle speed w_idle = {w_idle:g} rad/s; with outside = "clip" its first '
+            "value holds below it"
+        )

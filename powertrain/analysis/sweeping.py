@@ -6,7 +6,7 @@ import pickle
 import tempfile
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from inspect import signature
 from os import PathLike
 from pathlib import Path
@@ -99,7 +99,8 @@ def sweep(
         raise ParameterError(
             f"executor = {executor!r} is not an executor: pass one such as concurrent.futures.ProcessPoolExecutor(4)"
         )
-    plan = SweepPlan(_tasks(cases, options), dict(options), _job(plant, to, record, scalars, executor is not None))
+    tasks = [_without_units(plant, case) for case in _tasks(cases, options)]
+    plan = SweepPlan(tasks, dict(options), _job(plant, to, record, scalars, executor is not None))
     found = Collected.before(plan, failed_too=on_error == "keep")
     with closing(_run(plant, plan, found.missing(), executor)) as arriving, _shown(found, progress) as ended:
         try:
@@ -168,6 +169,18 @@ def _tasks(cases: Iterable[Mapping[str, Any]], options: Mapping[str, Any]) -> li
         if "stop" not in options and "stop" not in case:
             raise ParameterError(f"case {k}: stop (s) must be given, for all cases or for each")
     return listed
+
+
+def _without_units(plant: Plant[Any], case: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The case with its parameters as numbers, which the table shows; a text that is none stays, to fail in its own run."""
+    known, given = plant.compiled.parameters, case.get("parameters")
+    if not isinstance(given, Mapping):
+        return case
+    found = dict(given)
+    for name in [name for name, value in given.items() if isinstance(value, str) and name in known]:
+        with suppress(ParameterError):
+            found[name] = known[name].check(given[name], name)
+    return {**case, "parameters": found}
 
 
 _EXAMPLE = '{"parameters": {"J1.J": 2.0}}'

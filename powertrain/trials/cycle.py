@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.language import htmltext
+from powertrain.language.arguments import by_name
 from powertrain.language.component import children
 from powertrain.present import Bar, Watch
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
@@ -121,6 +122,7 @@ class CycleRun:
 
         nan if the vehicle did not move forward or consumed nothing. Source: 40 CFR 600.116-12 (the energy of a gallon).
         """
+        _check_share("charging", charging)
         gallons = self.litres_per_100km / LITRES * self.distance / 1e5
         gallons += max(self.electricity, 0.0) / charging / (GALLON_KWH * 1e3 * WH)
         return self.distance / METRES / gallons if gallons > 0 else math.nan
@@ -130,6 +132,7 @@ class CycleRun:
 
         nan if none is consumed or the vehicle did not move forward. The charge is that at a state of charge of 1.
         """
+        _check_share("usable", usable)
         if not (self.electricity > 0 and self.distance > STANDS):
             return math.nan
         whole = sum(float(value_at(self.plant.model, battery).full_energy()) for battery in self.anatomy.batteries)
@@ -274,6 +277,11 @@ class CycleRun:
         return float(self.parameters.get(name, self.plant.parameters[name]))
 
 
+def _check_share(name: str, value: float) -> None:
+    if not 0 < value <= 1:
+        raise pt.ParameterError(f"{name} = {value:g} must be above 0 and at most 1; 88 % is 0.88")
+
+
 def drive_cycle(
     vehicle: pt.Component | pt.Plant[Any],
     cycle: DriveCycle | str | PathLike[str] | None = None,
@@ -320,6 +328,10 @@ def drive_cycle(
     --------
     >>> drive_cycle(ManualCar(), "wltc", parameters={"body.m": 1400}).table  # doctest: +SKIP
     """
+    if taken := sorted({"stop", "start", "times"} & options.keys()):
+        raise pt.ParameterError(
+            f"drive_cycle: {taken[0]} is that of the cycle; DriveCycle.part(0, 505) is a part of one"
+        )
     if isinstance(vehicle, pt.Plant):
         if cycle is not None:
             raise pt.ParameterError(
@@ -331,7 +343,7 @@ def drive_cycle(
     driven: DriveCycle = value_at(plant.model, anatomy(plant.model).the("cycle")).cycle
     start, stop = float(driven.times[0]), float(driven.times[-1])
     times = np.linspace(start, stop, round((stop - start) * RATE) + 1)
-    given, message = dict(parameters or {}), ""
+    given, message = dict(by_name("parameters", parameters)), ""
     begun = checked_starts(plant, starts)
     watch = Bar(start, stop, so_far(plant, given)) if progress is True else progress
     try:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.control import SetPedals
+from powertrain.language.arguments import number
 from powertrain.trials.anatomy import anatomy
 from powertrain.trials.lost_gear import lost_gear
 from powertrain.trials.starting import checked_starts, empty
@@ -65,6 +66,7 @@ def _check_moving(result: pt.Result[Any]) -> None:
 
 def time_between(result: pt.Result[Any], low: float, high: float) -> float:
     """Time [s] from the speed ``low`` to ``high`` [m/s]; nan if the vehicle does not reach them."""
+    low, high = number("low", low, "m/s"), number("high", high, "m/s")
     t, v = result.time, _speed(result)
     if v.max() < high:
         return float("nan")

@@ -36,6 +36,10 @@ POWER = 5.0, 1000.0
 """Largest power over mass [W/kg]."""
 STORED = 0.2
 """Energy [kW.h] of the battery of a vehicle without engine."""
+WEAK = 0.1
+"""Largest power of a battery over that of the machines it supplies."""
+BEYOND = 5.0
+"""Last speed or torque of a table of losses over the limit of its machine."""
 CRUISE, TURNS = 100 / 3.6, (900.0, 5500.0)
 """A speed [m/s], and speeds [rpm] that the engine of a car has there in top gear."""
 PEAK = 0.9, 1.1
@@ -63,6 +67,8 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
         *(text for path in parts.engines for text in _limiter(vehicle, path)),
         *_speeds(vehicle, parts),
         *_stored(vehicle, parts),
+        *_resistances(vehicle, parts),
+        *(text for path in parts.machines for text in _loss_map(path, value_at(vehicle, path))),
         *_clutches(vehicle, parts),
         *_synchronisers(vehicle, parts),
         *_overall_ratio(vehicle, parts),
@@ -158,6 +164,31 @@ def _stored(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
         energy = value_at(vehicle, path).full_energy() / KWH
         if energy < STORED:
             yield f'{path} holds {1e3 * energy:.3g} W.h when full, little for a vehicle; {path}.Q is in A.s: write "60 A.h"'
+
+
+def _resistances(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
+    """Batteries that cannot give the power of their machines by far: at half the voltage, where it is largest."""
+    machines = sum(_number(value_at(vehicle, path), "P_max") or 0.0 for path in parts.machines)
+    for path in parts.batteries:
+        battery = value_at(vehicle, path)
+        R = _number(battery, "R")
+        if R and (most := float(battery.ocv.values.max()) ** 2 / (4 * R)) < WEAK * machines:
+            yield (
+                f"{path} gives {most:.3g} W at most with {path}.R = {R:g} Ohm, little for machines of {machines:.4g} W; a resistance in "
+                'milliohms is written as "60 mOhm"'
+            )
+
+
+def _loss_map(path: str, machine: Any) -> Iterator[str]:
+    """A table of losses far beyond the limits of its machine, of which a corner alone would be used."""
+    axes = machine.loss_map.axes if machine.loss_map is not None else ()
+    for axis, limit in zip(axes, ("w_max", "tau_max"), strict=False):
+        most = _number(machine, limit)
+        if most and axis.high > BEYOND * most:
+            yield (
+                f"{path}.loss_map reaches {axis.high:.4g} {axis.unit}, far beyond {path}.{limit} = {most:.4g} {axis.unit}; "
+                f"check the unit of its {axis.name}"
+            )
 
 
 def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:

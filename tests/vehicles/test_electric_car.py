@@ -44,6 +44,9 @@ def test_consumption_in_all_its_units(run: CycleRun) -> None:
     assert kilometres == pytest.approx(run.range() / 1e3)
     assert unit == "km"
     assert run.range(0.9) == pytest.approx(0.9 * full / joule * run.distance)
+    for share, function in (90, run.range), (88, run.mpg), (0, run.mpg):
+        with pytest.raises(pt.ParameterError, match=rf"= {share} must be above 0 and at most 1; 88 % is 0.88"):
+            function(share)
     # the stored energy's change is the integral of open-circuit voltage times current
     soc, i = run.result["battery.soc"], run.result["battery.i"]
     chemical = -np.trapezoid(np.asarray(ElectricCar().battery.ocv(soc)) * i, run.result.time)

@@ -22,6 +22,11 @@ POUNDS = {
 }
 
 
+def losses(tau: float, w: float) -> pt.Map:
+    axes = pt.Axis("speed", "rad/s", (0.0, w)), pt.Axis("torque", "N.m", (-tau, tau))
+    return pt.Map(axes, [[100.0, 100.0], [900.0, 900.0]], "W", "loss")
+
+
 @pytest.mark.parametrize("name", pt.vehicles.names())
 def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
     assert notes(pt.vehicles.load(name)) == ()
@@ -42,6 +47,23 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
             ["schedule.speeds: the last upshift at 75 m/s is unusual (up to 40 m/s)"],
         ),
         (ElectricCar(), {"battery.Q": 60}, ["battery holds 5.96 W.h when full"]),
+        (
+            ElectricCar(),
+            {"battery.R": 60},
+            ["battery gives 661 W at most with battery.R = 60 Ohm"],
+        ),  # (96 x 4.15 V)^2/240 Ohm
+        (ElectricCar(), {"battery.R": "60 mOhm"}, []),
+        (
+            ElectricCar(),
+            {"machine.loss_map": losses(250e3, 1300)},
+            ["machine.loss_map reaches 2.5e+05 N.m, far beyond"],
+        ),
+        (
+            ElectricCar(),
+            {"machine.loss_map": losses(320, 12000)},
+            ["machine.loss_map reaches 1.2e+04 rad/s, far beyond"],
+        ),
+        (ElectricCar(), {"machine.loss_map": losses(320, 1300)}, []),
         (
             ManualCar(),
             {"engine": MappedEngine.diesel()},

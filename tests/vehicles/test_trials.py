@@ -14,6 +14,7 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.trials import CycleRun, drive_cycle
 from powertrain.trials.performance import Hill, performance, time_between
 from powertrain.trials.sankey import plot_energy_flow
+from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.split_path_car import SplitPathCar
 
 WLTC = DriveCycle.named("wltc")
@@ -125,6 +126,8 @@ def test_acceleration_time_against_newton(start: pt.Result[Any]) -> None:
     inside = (v >= low) & (v <= high)
     assert time_between(start, low, high) == pytest.approx(float(np.trapezoid(1 / a[inside], v[inside])), abs=0.03)
     assert np.isnan(time_between(start, low, 100.0))
+    with pytest.raises(pt.ParameterError, match="high = '100 km/h' m/s is not a finite number"):
+        time_between(start, low, "100 km/h")  # type: ignore[arg-type]
     assert t[-1] == 20
 
 
@@ -177,3 +180,10 @@ def test_what_is_not_a_vehicle_is_refused_with_what_to_write() -> None:
         pt.ParameterError, match=r"'ManualCar' is not a vehicle; pt.vehicles.load\('ManualCar'\) makes one"
     ):
         performance("ManualCar")  # type: ignore[arg-type]
+
+
+def test_a_cycle_has_its_own_stop() -> None:
+    with pytest.raises(pt.ParameterError, match=r"drive_cycle: stop is that of the cycle; DriveCycle.part"):
+        drive_cycle(ElectricCar(), "udds", stop=300)
+    with pytest.raises(pt.ParameterError, match=r"parameters = 5: pass a dictionary"):
+        drive_cycle(ElectricCar(), "udds", parameters=5)  # type: ignore[arg-type]

@@ -133,6 +133,17 @@ def test_distance_cycle_has_constant_acceleration_between_rows() -> None:
             DriveCycle.from_distance("lap", [0, 50, 200], [5, 5, 5], grades=grades)
 
 
+def test_grades_and_stops_may_be_arrays() -> None:
+    rows = ((0.0, 0.0), (10.0, 5.0))
+    assert DriveCycle("hill", rows, grades=np.array([0.0, 0.1])) == DriveCycle("hill", rows, grades=(0.0, 0.1))  # type: ignore[arg-type]
+    slopes, waits = np.array([0.0, 0.1, 0.0]), np.array([2.0, 3.0])
+    lap = DriveCycle.from_distance("lap", [0, 50, 100], [0, 10, 0], waits, grades=slopes)  # type: ignore[arg-type]
+    assert lap == DriveCycle.from_distance("lap", [0, 50, 100], [0, 10, 0], [2.0, 3.0], grades=[0.0, 0.1, 0.0])
+    for wrong in 0.05, ("a", "b"), None:
+        with pytest.raises(pt.ParameterError, match=r"drive cycle hill: grades = .* is not a row of numbers"):
+            DriveCycle("hill", rows, grades=wrong)  # type: ignore[arg-type]
+
+
 def test_files(tmp_path: Path) -> None:
     file = tmp_path / "town.csv"
     file.write_text("# a town\ntime_s,speed_km_h\n0,0\n10,36\n20,0\n", encoding="utf-8")
@@ -143,6 +154,7 @@ def test_files(tmp_path: Path) -> None:
         "t,v\n0,0\n": "'t': a time needs a unit; write time_s or time [s]",
         "time_s,speed_knots\n0,0\n": "the unit 'knots' of a speed is not known; write speed_km_h",
         "time_s,speed_m_s,slopes\n0,0,0\n": "unknown column 'slopes'; columns are time_s",
+        "time_s,speed_m_s,height_m\n0,0,0\n": r"unknown column 'height_m'; .* heights .* RoadProfile\.from_heights",
         "speed_m_s\n0\n": "gives neither of time .* and distance .*; it must give one",
         "time_s,grade\n0,0\n": "gives no column of speed",
         "time_s,speed_m_s,stop_s\n0,0,0\n": "a cycle over time has no column for stops",

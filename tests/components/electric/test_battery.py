@@ -195,6 +195,11 @@ def test_cells() -> None:
         (pt.Map.curve([0, 1], [200, 210], x="charge", x_unit="A.s", unit="V"), r"over charge \[A.s\]"),
         (pt.Map.curve([0, 0.3, 0.6, 1], [200, 205, 206, 210], x="soc", unit="V", method="smooth"), "smooth; it must"),
         (pt.Map.curve([0, 1], [0, 210], x="soc", unit="V"), "battery.ocv falls to 0 V"),
+        (
+            pt.Map.curve([0, 100], [200, 210], x="soc", unit="V"),
+            r"battery.ocv .* from 0 to 100; .* percent is soc \[%\]",
+        ),
+        (pt.Map.curve([-0.1, 1], [200, 210], x="soc", unit="V"), r"from -0.1 to 1; it must lie within 0 and 1"),
     ],
 )
 def test_voltages_that_are_refused(ocv: pt.Map, said: str) -> None:

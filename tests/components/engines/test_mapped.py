@@ -238,6 +238,49 @@ def test_fuel_files_that_are_refused(tmp_path: Path, head: str, tau: list[float]
         MappedEngine.from_csv(torque, path)
 
 
+@pytest.mark.parametrize("full", [-20.0, -40.0])
+def test_full_load_must_be_above_the_motored_torque(tmp_path: Path, full: float) -> None:
+    """Else no throttle belongs to a torque: 0/0, or more throttle for less torque."""
+    _, fuel = written(tmp_path)
+    path = tmp_path / "torque.csv"
+    path.write_text(f"n [rad/s],full load [N.m],drag [N.m]\n0,90,-15\n300,{full},-20\n", encoding="utf-8")
+    with pytest.raises(pt.ParameterError, match=rf"torque.csv: .* {full:g} N.m at full load and -20 N.m .* 300 rad/s"):
+        MappedEngine.from_csv(path, fuel)
+
+
+@pytest.mark.parametrize(
+    ("speeds", "torques", "said"),
+    [
+        ([0.0, 300.0], [10e3, 110e3], r"torques from 10000 to 110000 N.m, .* none above 100 N.m; check the unit"),
+        ([1e3, 6e3], TAU, r"speeds from 1000 to 6000 rad/s, the torque table from 0 to 300 rad/s; check the unit"),
+        ([-100.0, 300.0], TAU, r"the fuel table has a speed of -100 rad/s; speeds must not be negative"),
+    ],
+)
+def test_fuel_table_beside_the_torque_table(
+    tmp_path: Path, speeds: list[float], torques: list[float], said: str
+) -> None:
+    """kN.m for N.m and rpm for rad/s leave no common point; without this check, the edge of the table would hold everywhere."""
+    torque, _ = written(tmp_path)
+    w, tau = (x.ravel() for x in np.meshgrid(speeds, torques, indexing="ij"))
+    path = table(tmp_path / "fuel.csv", "speed [rad/s],torque [N.m],fuel [g/kWh]", w, tau, 0 * w + 300)
+    with pytest.raises(pt.ParameterError, match=said):
+        pt.compile(MappedEngine.from_csv(torque, path))
+
+
+def test_from_csv_fills_a_table_up_to_full_load(tmp_path: Path) -> None:
+    """At 100 rad/s the flow rises by 1 g/s in 50 N.m, also beyond its last torque."""
+    torque, _ = written(tmp_path)
+    path = tmp_path / "own.csv"
+    path.write_text(
+        "speed [rad/s],torque [N.m],fuel [g/s]\n100,10,1\n100,60,2\n300,10,3\n300,110,9\n", encoding="utf-8"
+    )
+    with pytest.raises(pt.ParameterError, match=r"no value at .*; fill=True"):
+        MappedEngine.from_csv(torque, path)
+    engine = MappedEngine.from_csv(torque, path, fill=True)
+    assert float(engine.fuel_map(100, 110)) == pytest.approx(3)
+    assert float(engine.fuel_map(300, 60)) == pytest.approx(6)
+
+
 def test_tables_given_as_maps_are_checked_too() -> None:
     good = ENGINES["gasoline"][0]
     with pytest.raises(pt.ParameterError, match="MappedEngine: the torque table gives fuel rate"):

@@ -149,9 +149,7 @@ def test_speeds_with_torques_of_their_own(tmp_path: Path, values: str) -> None:
 
     unit = {"flow": "g/s", "specific": "g/kWh"}[values]
     text = f"speed [rpm], torque [N.m], fuel [{unit}]\n" + ragged(lambda n: 60 + n / 60, n, tau, linear)
-    with pytest.raises(
-        pt.ParameterError, match=r"no value at 900 rpm and torque 8\d.* N.m: .* fill=True of read_fuel_map"
-    ):
+    with pytest.raises(pt.ParameterError, match=r"no value at 900 rpm and torque 8\d.* N.m: .* fill=True continues"):
         read(tmp_path, text)
     torques = np.array([[16.0], [77.0], [129.0]])
     found = engine(read(tmp_path, text, fill=True)).fuel_flow(2600 * RPM, torques)
@@ -196,10 +194,10 @@ LONG = "speed [rpm],torque [N.m],fuel [g/s]\n"
         (LONG + "0,0,0\n", {"load": "BMEP"}, "load = 'BMEP': there is no such column; the columns are 'speed"),
         (LONG + "0,0,0\n", {"load": "torque [bar]"}, r"load = 'torque \[bar\]': the file gives 'torque \[N.m\]'"),
         (LONG + "0,0,0\n", {"load": "speed"}, r"no column is known to give the load \(a torque in N.m.*, or a bmep in bar"),
-        ("speed [rpm],bmep [bar],fuel [g/s]\n0,0,0\n", {}, "the load is a mean effective pressure; pass displacement=... in m3"),
-        ("speed [rpm],bmep [bar],fuel [g/s]\n0,0,0\n", {"displacement": 1.5}, "displacement = 1.5 m3 must be between 0 and 0.1 m3; 1 l"),
+        ("speed [rpm],bmep [bar],fuel [g/s]\n0,0,0\n", {}, "the load is a mean effective pressure; pass displacement='1.6 l'"),
+        ("speed [rpm],bmep [bar],fuel [g/s]\n0,0,0\n", {"displacement": 1.5}, r"displacement = 1.5 m3 is outside its range \(0, 0.1\] m3"),
         ("speed [rpm],power [kW],fuel [g/s]\n0,0,0\n", {}, "fuel.csv:2: the load is a power, which gives no torque at 0 rpm"),
-        ("speed [rpm],bmep [bar],fuel [g/s]\n0,0,0\n", {"displacement": "1.5 l"}, "displacement = '1.5 l' m3 must be between"),
+        ("speed [rpm],bmep [bar],fuel [g/s]\n0,0,0\n", {"displacement": "1.5"}, "displacement = '1.5' is a text without a unit"),
         (LONG + "0,0,0\n", {"speed": 3}, "3 is not a column heading; write it as a string"),
         ("1000,10,0.1\n1000,20,0.2\n", {"speed": "[rpm]"}, "fuel.csv:1: the first line must hold headings"),
         (LONG + "0,0,0\n", {"strokes": 3}, "strokes = 3: choose 2 or 4"),
@@ -244,7 +242,7 @@ def test_torque_in_every_layout(tmp_path: Path, text: str) -> None:
     assert table(2600 * RPM, 0.5) == pytest.approx(pull(2600, 25) + (pull(2600, 100) - pull(2600, 25)) / 3, rel=1e-9)
     (tmp_path / "fuel.csv").write_text(TEXTS["BMEP"][0], encoding="utf-8")
     if "pedal" not in text:
-        found = MappedEngine.from_csv(path, tmp_path / "fuel.csv", displacement=V)
+        found = MappedEngine.from_csv(path, tmp_path / "fuel.csv", displacement=f"{1e3 * V} l")
         assert float(found.fuel_flow(2600 * RPM, 85.0)) == pytest.approx(flow(2600, 85) / 1e3, rel=1e-9)
 
 

@@ -204,6 +204,21 @@ def test_curve_takes_the_place_of_the_data_sheet() -> None:
         pt.ParameterError, match=r"curve gives P \[kW\] over w \[rad/s\]; it must give a torque \[N.m\]"
     ):
         pt.compile(pt.replace(ENGINE, curve=power))
+    brake = pt.Map.curve([0, 700], [-100, -160], x="w", x_unit="rad/s", unit="N.m")
+    with pytest.raises(pt.ParameterError, match=r"curve falls to -160 N.m; .* must not be negative"):
+        pt.compile(pt.replace(ENGINE, curve=brake))
+
+
+def test_curve_that_begins_above_idle_speed() -> None:
+    """It ends with an advice, or its first value holds at 85 rad/s."""
+    late = pt.Map.curve([100, 700], [110, 160], x="w", x_unit="rad/s", unit="N.m")
+    with pytest.raises(
+        pt.ParameterError, match=r'curve begins at 100 rad/s, .* w_idle = 85 rad/s; .* outside = "clip"'
+    ):
+        pt.compile(pt.replace(ENGINE, curve=late))
+    pt.compile(pt.replace(ENGINE, {"curve": late, "w_idle": 100.0}))
+    held = pt.Map.curve([100, 700], [110, 160], x="w", x_unit="rad/s", unit="N.m", outside="clip")
+    assert pt.replace(ENGINE, curve=held).full_load(85.0) == pytest.approx(110)
 
 
 def test_numbers_and_arrays() -> None:
