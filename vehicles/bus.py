@@ -4,18 +4,23 @@ from __future__ import annotations
 
 from powertrain import Component, Equations, ParameterError, Symbol, connect, replace
 from powertrain.components.control import BlendedBraking
-from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
+from powertrain.components.electric import AccessoryLoad, BatteryCooling, ElectricMachine, PolarizedBattery
 from powertrain.components.evaluation import numbers
 from powertrain.components.thermal import HeatPort
 
 
 def one_bus(
-    vehicle: Component, battery: PolarizedBattery, accessories: AccessoryLoad, *machines: ElectricMachine
+    vehicle: Component,
+    battery: PolarizedBattery,
+    cooling: BatteryCooling,
+    accessories: AccessoryLoad,
+    *machines: ElectricMachine,
 ) -> Equations:
-    """``battery`` supplies the ``machines`` and the ``accessories``.
+    """``battery``, at the temperature that ``cooling`` gives it, supplies the ``machines`` and the ``accessories``.
 
     Errors: ParameterError if even the full battery cannot supply what they take while the vehicle stands.
     """
+    yield connect(battery.heat_port, cooling.battery)
     yield connect(battery.bus, *(machine.bus for machine in machines), accessories.bus)
     cells, R = battery.ocv.values.max(), float(replace(battery).R)
     most, rest = cells**2 / (4 * R), [_at_rest(machine) for machine in machines]

@@ -6,14 +6,29 @@ from powertrain import Equations, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, ElectricDriveControl, FixedGear, Pedals, PowerShiftSchedule, Shifting
 from powertrain.components.differentials import ChurningLoss, CrownGear
-from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery, cells_in_series
+from powertrain.components.electric import (
+    AccessoryLoad,
+    BatteryCooling,
+    ElectricMachine,
+    PolarizedBattery,
+    TemperedBattery,
+    cells_in_series,
+)
 from powertrain.components.rotational import IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable, SingleGear
 from powertrain.vehicles.bus import known_machine, one_bus
 from powertrain.vehicles.car import Car, check_gears
 
 BATTERY = PolarizedBattery(
-    ocv=cells_in_series(96), Q=150 * 3600, R=0.06, i_discharge=600, i_charge=400, soc_min=0.03, soc_max=0.98, band=0.02
+    ocv=cells_in_series(96),
+    Q=150 * 3600,
+    R=0.06,
+    i_discharge=600,
+    i_charge=400,
+    soc_min=0.03,
+    soc_max=0.98,
+    band=0.02,
+    B=2000,
 )
 """96 cells of 150 A.h in series: 54 kW.h."""
 
@@ -34,6 +49,7 @@ class ElectricCar(Car):
     control: ElectricDriveControl = ElectricDriveControl()
     schedule: Shifting = FixedGear()
     battery: PolarizedBattery = BATTERY
+    battery_cooling: BatteryCooling = TemperedBattery()
     accessories: AccessoryLoad = AccessoryLoad(P=300)
     machine: ElectricMachine = ElectricMachine(
         J=0.04, tau_max=310, P_max=150e3, w_max=1680, P_0=80, copper=0.045, iron=1.0, windage=4e-4
@@ -55,7 +71,7 @@ class ElectricCar(Car):
 
     def equations(self) -> Equations:
         """The bus, and the connection to the road."""
-        yield from one_bus(self, self.battery, self.accessories, self.machine)
+        yield from one_bus(self, self.battery, self.battery_cooling, self.accessories, self.machine)
         yield connect(self.machine.shaft, self.gearbox.flange_a)
         yield from self._to_the_road(self.gearbox.flange_b, self.control.friction)
         yield from self._signals()

@@ -8,7 +8,13 @@ from powertrain import Equations, Parameter, Symbol, connect, parameter
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, ElectricDriveControl, Pedals
 from powertrain.components.differentials import CrownGear
-from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery
+from powertrain.components.electric import (
+    AccessoryLoad,
+    BatteryCooling,
+    ElectricMachine,
+    PolarizedBattery,
+    TemperedBattery,
+)
 from powertrain.components.wheels import WheelBrake
 from powertrain.vehicles.bus import one_bus
 from powertrain.vehicles.car import Car
@@ -31,6 +37,7 @@ class ElectricFourWheelDriveCar(Car):
     driver: Pedals = Driver(k_a=2000 / 9000)
     control: ElectricDriveControl = ElectricDriveControl(F_most=7000)
     battery: PolarizedBattery = BATTERY
+    battery_cooling: BatteryCooling = TemperedBattery()
     accessories: AccessoryLoad = AccessoryLoad(P=300)
     front_machine: ElectricMachine = ElectricMachine(
         J=0.03, tau_max=180, P_max=90e3, w_max=1500, P_0=60, copper=0.06, iron=0.7, windage=3e-4
@@ -44,7 +51,9 @@ class ElectricFourWheelDriveCar(Car):
 
     def equations(self) -> Equations:
         """The bus, and each machine at its axle."""
-        yield from one_bus(self, self.battery, self.accessories, self.front_machine, self.rear_machine)
+        yield from one_bus(
+            self, self.battery, self.battery_cooling, self.accessories, self.front_machine, self.rear_machine
+        )
         yield from self._to_the_road(self.front_machine.shaft, self.control.friction, self.rear_machine.shaft)
         yield from self._signals()
 

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from powertrain import Equations, connect
 from powertrain.components.control import HybridSupervisor
-from powertrain.components.electric import AccessoryLoad, PolarizedBattery
+from powertrain.components.electric import AccessoryLoad, BatteryCooling, PolarizedBattery, TemperedBattery
 from powertrain.components.engines import Engine, EngineCooling, WarmEngine, WillansEngine, throttle_table
 from powertrain.vehicles.car import Car
 
@@ -16,7 +16,8 @@ class HybridCar(Car):
 
     stores: ClassVar[tuple[str, ...]] = ("battery",)
     engine: Engine = WillansEngine()
-    battery: PolarizedBattery = PolarizedBattery(R=0.2)
+    battery: PolarizedBattery = PolarizedBattery(R=0.2, B=2000)
+    battery_cooling: BatteryCooling = TemperedBattery()
     accessories: AccessoryLoad = AccessoryLoad(P=300)
     cooling: EngineCooling = WarmEngine()
 

@@ -31,7 +31,15 @@ MACHINES = {"P0": SMALL, "P1": CRANK, "P2": LARGE, "P3": LARGE, "P4": LARGE}
 ALWAYS = -1e9
 """Power demand that is always exceeded, so the engine runs."""
 PLUG_IN = PolarizedBattery(
-    ocv=cells_in_series(96), Q=37 * 3600, R=0.12, i_discharge=300, i_charge=150, soc_min=0.1, soc_max=0.98, band=0.03
+    ocv=cells_in_series(96),
+    Q=37 * 3600,
+    R=0.12,
+    i_discharge=300,
+    i_charge=150,
+    soc_min=0.1,
+    soc_max=0.98,
+    band=0.03,
+    B=2000,
 )
 """96 cells of 37 A.h in series: 13 kW.h."""
 
@@ -95,7 +103,7 @@ class ParallelHybrid(HybridCar):
         own = self.coupling.flange_b if self.position == "P4" else None
         if own is None:
             yield connect(self.coupling.flange_b, places[self.position])
-        yield from one_bus(self, self.battery, self.accessories, self.machine)
+        yield from one_bus(self, self.battery, self.battery_cooling, self.accessories, self.machine)
         yield from self._to_the_road(self.gearbox.flange_b, self.control.friction, own)
         yield from self._signals()
 

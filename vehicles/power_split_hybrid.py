@@ -45,7 +45,7 @@ class PowerSplitHybrid(HybridCar):
         yield connect(self.damper.flange_b, self.gear.carrier)
         yield connect(self.machine_1.shaft, self.gear.sun)
         yield connect(self.machine_2.shaft, self.gear.ring)
-        yield from one_bus(self, self.battery, self.accessories, self.machine_1, self.machine_2)
+        yield from one_bus(self, self.battery, self.battery_cooling, self.accessories, self.machine_1, self.machine_2)
         yield from self._to_the_road(self.gear.ring, self.control.friction)
         yield from self._signals()
 

@@ -43,7 +43,7 @@ class SeriesHybrid(HybridCar):
         """Engine to generator, the bus, machine to road."""
         yield connect(self.engine.crank, self.damper.flange_a)
         yield connect(self.damper.flange_b, self.generator.shaft)
-        yield from one_bus(self, self.battery, self.accessories, self.generator, self.machine)
+        yield from one_bus(self, self.battery, self.battery_cooling, self.accessories, self.generator, self.machine)
         yield connect(self.machine.shaft, self.gearbox.flange_a)
         yield from self._to_the_road(self.gearbox.flange_b, self.control.friction)
         yield from self._signals()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from powertrain.components.electric.battery import Battery, PolarizedBattery, cells_in_series
 from powertrain.components.electric.capacitor import Capacitor
+from powertrain.components.electric.cooling import BatteryCooling, PassiveBattery, TemperedBattery
 from powertrain.components.electric.interfaces import DCTerminal, VoltageSource
 from powertrain.components.electric.loads import AccessoryLoad, DCDCConverter
 from powertrain.components.electric.machine import ElectricMachine
@@ -11,11 +12,14 @@ from powertrain.components.electric.machine import ElectricMachine
 __all__ = [
     "AccessoryLoad",
     "Battery",
+    "BatteryCooling",
     "Capacitor",
     "DCDCConverter",
     "DCTerminal",
     "ElectricMachine",
+    "PassiveBattery",
     "PolarizedBattery",
+    "TemperedBattery",
     "VoltageSource",
     "cells_in_series",
 ]

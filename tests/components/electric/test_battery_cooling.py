@@ -1,0 +1,83 @@
+"""The temperature of a battery: warmed by its losses, and in a car on a cold day."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from electric_rigs import Current
+
+import powertrain as pt
+from powertrain.components.cycles import DriveCycle
+from powertrain.components.electric import Battery, BatteryCooling, PassiveBattery, TemperedBattery
+from powertrain.trials import drive_cycle, driveline_map
+from powertrain.trials.anatomy import value_at
+from powertrain.trials.operating import on_rolling_road
+from powertrain.vehicles import ElectricCar, ElectricFourWheelDriveCar, ParallelHybrid, PowerSplitHybrid, SeriesHybrid
+
+COLD = 263.15
+
+
+class Discharged(pt.Component):
+    """A battery that gives 100 A."""
+
+    battery: Battery = Battery(R=0.2, Q=1e6)
+    cooling: BatteryCooling = PassiveBattery(C=1e5, G=20.0, T_air=COLD)
+    draw: Current = Current(i=100.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.battery.heat_port, self.cooling.battery)
+        yield pt.connect(self.battery.bus, self.draw.bus)
+
+
+def test_warms_up_exponentially() -> None:
+    """2 kW of losses over 20 W/K are 100 K in the end, with a time constant of 5,000 s."""
+    run = pt.simulate(Discharged(), 3000.0, rtol=1e-9)
+    np.testing.assert_allclose(run["cooling.T"], COLD + 100 * (1 - np.exp(-run.time / 5000)), rtol=1e-8)
+    warm = pt.simulate(Discharged(), 10.0, starts={"cooling.T": "20 degC"})
+    assert warm["cooling.T"][0] == 293.15
+
+
+def test_a_constant_temperature() -> None:
+    """A cold resistance is larger by exp(B (1/T - 1/293.15 K))."""
+    cold = Discharged(battery=Battery(R=0.2, Q=1e6, B=2000.0), cooling=TemperedBattery(T=COLD))
+    run = pt.simulate(cold, 10.0)
+    assert run["battery.heat_port.T"][-1] == COLD
+    expected = 0.2 * math.exp(2000 * (1 / COLD - 1 / 293.15)) * 100**2
+    assert run["battery.lossPower"][-1] == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", [ElectricCar, ElectricFourWheelDriveCar])
+def test_cars_on_a_cold_day(kind: type[pt.Component]) -> None:
+    """The losses of the battery rise with its resistance, 2.18 times that at 20 degC, as all of it acts at once."""
+    drive = DriveCycle.named("udds").part(0, 60)
+    days = TemperedBattery(), TemperedBattery(T=COLD), PassiveBattery(T_air=COLD)
+    lost = []
+    for cooling in days:
+        run = drive_cycle(pt.replace(kind(), {"battery_cooling": cooling, "battery.ohmic": 0.99}), drive)
+        assert run.audit.closure < 1e-6
+        lost.append(float(run.audit.components["lost"]["battery"]))
+    assert lost[1] == pytest.approx(2.18 * lost[0], rel=0.05)
+    assert lost[1] * 0.99 < lost[2] < lost[1]
+
+
+@pytest.mark.parametrize("kind", [ParallelHybrid, SeriesHybrid, PowerSplitHybrid])
+def test_hybrids_on_a_cold_day(kind: type[pt.Component]) -> None:
+    car = pt.replace(kind(), {"battery_cooling": PassiveBattery(C=1e3, T_air=COLD)})
+    run = drive_cycle(car, DriveCycle.named("udds").part(0, 40))
+    T, lost = run.result["battery.heat_port.T"], run.result["battery.lossPower"]
+    assert T[0] == COLD
+    assert T[-1] > COLD + 0.5
+    heat = np.trapezoid(lost - 10 * (T - COLD), run.result.time)
+    assert T[-1] - COLD == pytest.approx(heat / 1e3, rel=1e-2)
+
+
+def test_operating_points_have_the_temperature_of_the_air() -> None:
+    """In a map a battery of its own would settle at the temperature of hours at every point."""
+    car = ElectricCar(battery_cooling=PassiveBattery(T_air=COLD))
+    held = value_at(on_rolling_road(car), "battery_cooling")
+    assert isinstance(held, TemperedBattery)
+    assert float(held.T) == COLD
+    found = driveline_map(car, [10.0], [0.3])
+    assert int(found.status.values.item()) == 0
