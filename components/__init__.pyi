@@ -114,12 +114,12 @@ from powertrain.components.electric import AccessoryLoad as AccessoryLoad
 from powertrain.components.electric import Battery as Battery
 from powertrain.components.electric import BatteryCooling as BatteryCooling
 from powertrain.components.electric import Capacitor as Capacitor
+from powertrain.components.electric import ConditionedBattery as ConditionedBattery
 from powertrain.components.electric import DCDCConverter as DCDCConverter
 from powertrain.components.electric import DCTerminal as DCTerminal
 from powertrain.components.electric import ElectricMachine as ElectricMachine
-from powertrain.components.electric import PassiveBattery as PassiveBattery
+from powertrain.components.electric import PassivelyCooledBattery as PassivelyCooledBattery
 from powertrain.components.electric import PolarizedBattery as PolarizedBattery
-from powertrain.components.electric import TemperedBattery as TemperedBattery
 from powertrain.components.electric import VoltageSource as VoltageSource
 from powertrain.components.engines import AccessoryDrive as AccessoryDrive
 from powertrain.components.engines import AccessoryPump as AccessoryPump

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import signal
 import threading
 from collections.abc import Iterator, Sequence
@@ -83,6 +84,14 @@ def test_drivelines(data: st.DataObject) -> None:
 @settings(WAYS, max_examples=12)
 def test_careless_drivelines(data: st.DataObject) -> None:
     simulates_or_is_refused(drawn(data, 8, careless=True))
+
+
+@pytest.mark.parametrize("seed", [5000693, 5000836, 5001047])
+def test_one_way_laws_that_hold_in_the_end(seed: int) -> None:
+    """For an instant, or in modes that are tried, one yields by its compliance until a law with a limit slips."""
+    rng = random.Random(seed)
+    model = driveline(lambda choices: choices[rng.randrange(len(choices))], rng.randint(2, 30), rng.random() < 0.5)
+    assert isinstance(attempt(model), Balance)
 
 
 @pytest.mark.slow

@@ -9,9 +9,9 @@ from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.electric import (
     AccessoryLoad,
     BatteryCooling,
+    ConditionedBattery,
     ElectricMachine,
     PolarizedBattery,
-    TemperedBattery,
     cells_in_series,
 )
 from powertrain.components.rotational import IdealGear
@@ -49,7 +49,7 @@ class ElectricCar(Car):
     control: ElectricDriveControl = ElectricDriveControl()
     schedule: Shifting = FixedGear()
     battery: PolarizedBattery = BATTERY
-    battery_cooling: BatteryCooling = TemperedBattery()
+    battery_cooling: BatteryCooling = ConditionedBattery()
     accessories: AccessoryLoad = AccessoryLoad(P=300)
     machine: ElectricMachine = ElectricMachine(
         J=0.04, tau_max=310, P_max=150e3, w_max=1680, P_0=80, copper=0.045, iron=1.0, windage=4e-4

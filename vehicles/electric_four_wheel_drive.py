@@ -11,9 +11,9 @@ from powertrain.components.differentials import CrownGear
 from powertrain.components.electric import (
     AccessoryLoad,
     BatteryCooling,
+    ConditionedBattery,
     ElectricMachine,
     PolarizedBattery,
-    TemperedBattery,
 )
 from powertrain.components.wheels import WheelBrake
 from powertrain.vehicles.bus import one_bus
@@ -37,7 +37,7 @@ class ElectricFourWheelDriveCar(Car):
     driver: Pedals = Driver(k_a=2000 / 9000)
     control: ElectricDriveControl = ElectricDriveControl(F_most=7000)
     battery: PolarizedBattery = BATTERY
-    battery_cooling: BatteryCooling = TemperedBattery()
+    battery_cooling: BatteryCooling = ConditionedBattery()
     accessories: AccessoryLoad = AccessoryLoad(P=300)
     front_machine: ElectricMachine = ElectricMachine(
         J=0.03, tau_max=180, P_max=90e3, w_max=1500, P_0=60, copper=0.06, iron=0.7, windage=3e-4

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from powertrain import Equations, connect
 from powertrain.components.control import HybridSupervisor
-from powertrain.components.electric import AccessoryLoad, BatteryCooling, PolarizedBattery, TemperedBattery
+from powertrain.components.electric import AccessoryLoad, BatteryCooling, ConditionedBattery, PolarizedBattery
 from powertrain.components.engines import Engine, EngineCooling, WarmEngine, WillansEngine, throttle_table
 from powertrain.vehicles.car import Car
 
@@ -17,7 +17,7 @@ class HybridCar(Car):
     stores: ClassVar[tuple[str, ...]] = ("battery",)
     engine: Engine = WillansEngine()
     battery: PolarizedBattery = PolarizedBattery(R=0.2, B=2000)
-    battery_cooling: BatteryCooling = TemperedBattery()
+    battery_cooling: BatteryCooling = ConditionedBattery()
     accessories: AccessoryLoad = AccessoryLoad(P=300)
     cooling: EngineCooling = WarmEngine()
 

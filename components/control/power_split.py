@@ -61,21 +61,22 @@ class PowerSplit(HybridSupervisor, BlendedBraking):
     def _split(self, running: Symbol, demand: Symbol) -> Equations:
         """Pedals, power, engine, machines; the engine runs (1) or not (0) and gives the power ``demand``."""
         v, w, w_ring = self.v.value, self.w.value, self.w_ring.value
-        asked, accepted = self.tau_full * self.accelerator.value, self.charge_power.value
-        yield self.power.value == self._within(demand, asked * w_ring + accepted)
+        wanted, accepted = self.tau_full * self.accelerator.value, self.charge_power.value
+        asked = wanted * w_ring
+        yield self.power.value == self._within(demand, asked + accepted)
         yield self.w_ref == ca.fmin(self.w_best.value, (self.w_sun + self.ratio * w_ring) / (1 + self.ratio))
         firing = running * limited(w / self.w_fire) * limited(2 - (w - self.w_ref) / OVER)
         torque = firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.torque.value == torque
         left = accepted - torque * w
         carrier = (1 + self.ratio) * ca.fmax(w, self.w_fire)
-        slowing = ca.fmin(self.tau_held, ca.fmax(left + asked * w_ring, 0) / carrier)
+        slowing = ca.fmin(self.tau_held, ca.fmax(left + asked, 0) / carrier)
         held = running * limited(self.k_w * (self.w_ref - w), -slowing, self.tau_held)
         yield from self._recover(v, w_ring, left + ca.fmin(held, 0) * carrier)
         direct = self.ratio * (torque / (1 + self.ratio) - held)
         yield self.throttle.value == firing * self.opening.value
         yield self.tau_1.value == held - torque / (1 + self.ratio)
-        yield self.tau_2.value == ca.fmin(asked - direct, self._most(w_ring)) - self._braking(v, w_ring)
+        yield self.tau_2.value == ca.fmin(wanted - direct, self._most(w_ring)) - self._braking(v, w_ring)
         yield self.friction.value == self.brake.value - self.regenerated / self.F_brake
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from powertrain.components.electric.battery import Battery, PolarizedBattery, cells_in_series
 from powertrain.components.electric.capacitor import Capacitor
-from powertrain.components.electric.cooling import BatteryCooling, PassiveBattery, TemperedBattery
+from powertrain.components.electric.cooling import BatteryCooling, ConditionedBattery, PassivelyCooledBattery
 from powertrain.components.electric.interfaces import DCTerminal, VoltageSource
 from powertrain.components.electric.loads import AccessoryLoad, DCDCConverter
 from powertrain.components.electric.machine import ElectricMachine
@@ -14,12 +14,12 @@ __all__ = [
     "Battery",
     "BatteryCooling",
     "Capacitor",
+    "ConditionedBattery",
     "DCDCConverter",
     "DCTerminal",
     "ElectricMachine",
-    "PassiveBattery",
+    "PassivelyCooledBattery",
     "PolarizedBattery",
-    "TemperedBattery",
     "VoltageSource",
     "cells_in_series",
 ]

@@ -12,7 +12,7 @@ class BatteryCooling(Component):
     battery: HeatPort = port(HeatPort)
 
 
-class TemperedBattery(BatteryCooling):
+class ConditionedBattery(BatteryCooling):
     """A battery at a constant temperature, whatever its losses: battery.T = T."""
 
     T: Parameter = parameter("K", "Temperature", default=293.15, above=200, max=350)
@@ -22,7 +22,7 @@ class TemperedBattery(BatteryCooling):
         yield self.battery.T == self.T
 
 
-class PassiveBattery(BatteryCooling):
+class PassivelyCooledBattery(BatteryCooling):
     """A battery that is warmed by its losses and cooled by the air around it.
 
     C der(T) = battery.Q_flow - G (T - T_air),  battery.T = T

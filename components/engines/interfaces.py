@@ -34,7 +34,7 @@ from powertrain.components.rotational.interfaces import Flange
 from powertrain.components.thermal import HeatPort
 
 VOLUME = parameter("m3", "Displacement", above=0, max=0.1)
-"""Larger values are probably in litres."""
+"""A displacement in SI units: more than 0.1 m3 was probably meant in litres."""
 SMALL = 1e-3
 """Smallest torque of combustion at full load [N.m]: at idle speed an engine may have none."""
 G_KWH, RPM = 3.6e9, 30 / math.pi

@@ -15,7 +15,7 @@ import math
 import casadi as ca
 
 from powertrain.dae.hybrid import Barrier, Friction, HybridDae
-from powertrain.dae.tolerances import CREEP, EPS, FAINT, INTEGRATED, NO_WIDTH, SWIFT, YIELDING, ZONE
+from powertrain.dae.tolerances import CREEP, EPS, INTEGRATED, NO_WIDTH, SWIFT, YIELDING, ZONE
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
@@ -50,9 +50,14 @@ def stuck_margin(law: Friction) -> ca.SX:
     return ca.fmin(*torque_margins(law))
 
 
-def firm_margin(law: Friction) -> ca.SX:
-    """A law without a torque limit is held by its torque, unless others prescribe its motion: then no torque holds it."""
-    return YIELDING * ca.fabs(law.torque) + FAINT * law.hysteresis - ca.fabs(law.rate) / law.reach
+def rest_margin(dae: HybridDae, law: Friction) -> ca.SX:
+    """A stuck law without a torque limit is at rest, unless others prescribe its motion: then nothing but its compliance gives way.
+
+    No mode follows, and the run ends. While laws with a limit hold the motion, its compliance gives way as well; they slip, as its torque
+    rises, long before this speed is reached.
+    """
+    yields = ca.fabs(law.rate) > YIELDING * law.reach * ca.fabs(law.torque)
+    return ca.if_else(ca.logic_and(dae.m[law.index] == STUCK, yields), INTEGRATED - ca.fabs(law.w), 1.0)
 
 
 def speed_margin(law: Friction, mode: ca.SX | float, known: ca.SX | float) -> ca.SX:
@@ -89,13 +94,15 @@ def watched(dae: HybridDae, law: Friction) -> list[tuple[ca.SX, ca.SX | float]]:
     found: list[tuple[ca.SX, ca.SX | float]] = [(_motion(dae, law), known)]
     if law.may_free and ca.depends_on(law.upper - law.lower, ca.vertcat(dae.t, dae.x, dae.z)):
         found.append((_free(dae, law), EPS))
+    if law.limitless and not law.prescribed:
+        found.append((rest_margin(dae, law), EPS))
     return found
 
 
 def _motion(dae: HybridDae, law: Friction) -> ca.SX:
     """Sliding: the speed keeps its sign. Stuck: the torque stays within its limits, or a prescribed speed stays zero."""
     mode, known = dae.m[law.index], speed_tolerance(dae, law)
-    stuck = 2 * known - ca.fabs(law.w) if law.prescribed else _holds(law)
+    stuck = 2 * known - ca.fabs(law.w) if law.prescribed else stuck_margin(law)
     loose = speed_margin(law, mode, known)
     if law.algebraic:  # if the bounds coincide, the direction of sliding makes no difference
         loose = ca.fmax(loose, law.hysteresis - ca.fabs(law.upper - law.lower))
@@ -104,11 +111,6 @@ def _motion(dae: HybridDae, law: Friction) -> ca.SX:
     if law.rests is not None and law.share is not None:
         loose = ca.if_else(dae.m[law.rests], held_margin(dae, law), loose)
     return ca.if_else(mode == STUCK, stuck, loose)
-
-
-def _holds(law: Friction) -> ca.SX:
-    """The torque of a stuck law is within its limits, and holds it."""
-    return ca.fmin(stuck_margin(law), firm_margin(law)) if law.limitless else stuck_margin(law)
 
 
 def _by_torque(dae: HybridDae, law: Friction) -> ca.SX:
@@ -145,17 +147,13 @@ def next_mode(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> ca.
 
 
 def _moved(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
-    """The next mode of a law that its torque moves: by its speed, and near rest by its torque if stuck, by its rate if sliding.
-
-    A one-way law that no torque holds goes the way of its rate.
-    """
+    """The next mode of a law that its torque moves: by its speed, and near rest by its torque if stuck, by its rate if sliding."""
     mode, w = dae.m[law.index], law.w
     zone = ca.SX(1) if law.algebraic else ca.logic_or(ca.fabs(w) <= ZONE, _error(law, mode, jumped))
     still = ca.SX(1) if law.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
     sign = ca.if_else(w > 0, FORWARD, BACKWARD)
     loose = _sliding(mode, _slides_on(dae, law, slack))
-    stuck = ca.if_else(firm_margin(law) <= 0, ca.sign(law.rate), _stuck(law)) if law.limitless else _stuck(law)
-    return ca.if_else(mode == STUCK, ca.if_else(still, stuck, sign), ca.if_else(zone, loose, sign))
+    return ca.if_else(mode == STUCK, ca.if_else(still, _stuck(law), sign), ca.if_else(zone, loose, sign))
 
 
 def _stuck(law: Friction) -> ca.SX:

@@ -49,10 +49,8 @@ ROUND_OFF = 1e-15
 CREEP = 1e-11
 """A law at rest moves if its rate exceeds this share of its torque times its mobility: a thousandth of the compliance, far above creep."""
 YIELDING = 1e-9
-"""A law without a torque limit is not held by its torque if its rate exceeds this share of the torque times its mobility: where others
-prescribe its motion, nothing but its compliance gives way, and this share is half of that."""
-FAINT = 1e-3
-"""The share of the uncertainty of a torque below which such a rate is nothing but round-off."""
+"""A law without a torque limit yields if its rate exceeds this share of its torque times its mobility: a fifth of what its compliance
+gives way to a motion that others prescribe."""
 NO_WIDTH = 1e-10
 """Limits of a law that differ by less than this (N.m, N) are equal: it transmits nothing, or always the same torque."""
 CROSSED = 1e-6

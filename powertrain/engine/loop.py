@@ -299,6 +299,7 @@ class Run:
         elif not located and not jumps and self._turns():
             return
         left = memory.y[self.side].copy()
+        engine.admissible.check_rest(self.side)
         engine.rest[self.side].call()
         self.side = 1 - self.side
         resolver.resolve(self.side)

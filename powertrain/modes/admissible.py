@@ -7,6 +7,7 @@ from typing import NoReturn
 
 import casadi as ca
 
+from powertrain.dae.friction import rest_margin
 from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.dae.tolerances import NO_WIDTH, OVERLAP, ZONE
 from powertrain.errors import SimulationError
@@ -28,6 +29,7 @@ class Admissible:
         self._noted: set[int] = set()
         self._self_locking = SelfLocking(dae, memory)
         self._one_way = [(k, law, mode) for k, law in enumerate(dae.frictions) for mode in law.limitless]
+        self._limitless = [law for law in dae.frictions if law.limitless and not law.prescribed]
         changing = ca.vertcat(dae.t, dae.x, dae.z, dae.m)
         self._prescribed = [
             (k, law, law.acts or not ca.depends_on(law.w, changing))
@@ -50,6 +52,21 @@ class Admissible:
         for k, law, refused in self._prescribed:
             if held[law.index] == 0:
                 self._rests(k, law, refused, side)
+
+    def check_rest(self, side: int) -> None:
+        """Reject a motion that others prescribe against a stuck law without a torque limit, at the end of a step."""
+        if not self._limitless:
+            return
+        (found,) = self._rest(*self.memory.instant(side))
+        for law, (margin, speed) in zip(self._limitless, found.tolist(), strict=True):
+            if margin <= 0:
+                self._refuse(law, speed)
+
+    @cached_property
+    def _rest(self) -> Evaluated:
+        dae = self.dae
+        rows = ca.densify(ca.vertcat(*[ca.horzcat(rest_margin(dae, law), law.w) for law in self._limitless]))
+        return Evaluated(ca.Function("powertrain_rest_margins", [dae.t, dae.x, dae.z, dae.m, dae.p], [rows]))
 
     def check_speeds(self, side: int) -> None:
         """Reject speeds that no mode allows."""

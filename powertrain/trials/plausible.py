@@ -167,7 +167,7 @@ def _stored(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
 
 
 def _resistances(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
-    """Batteries that cannot give the power of their machines by far: at half the voltage, where it is largest."""
+    """Batteries whose largest power, that at half the voltage, is far below that of their machines."""
     machines = sum(_number(value_at(vehicle, path), "P_max") or 0.0 for path in parts.machines)
     for path in parts.batteries:
         battery = value_at(vehicle, path)

@@ -116,7 +116,7 @@ def looped(ratio: float, exact: bool, amplitude: float) -> pt.Component:
 
 @pytest.mark.parametrize("ratio", [1.0, 1 - 1e-9, 1 - 1e-6])
 @pytest.mark.parametrize("exact", [True, False])
-@pytest.mark.parametrize(("amplitude", "least", "most"), [(3.0, 0.0, 1e-9), (-3.0, 0.25, 0.26)])
+@pytest.mark.parametrize(("amplitude", "least", "most"), [(3.0, 0.0, 1e-5), (-3.0, 0.25, 0.26)])
 def test_a_prescribed_motion_against_a_freewheel(
     ratio: float, exact: bool, amplitude: float, least: float, most: float
 ) -> None:
@@ -128,6 +128,18 @@ def test_a_prescribed_motion_against_a_freewheel(
     found = re.search(r"backward at t = (\S+) s", str(caught.value))
     assert found is not None
     assert least <= float(found[1]) <= most
+
+
+@pytest.mark.parametrize("limit", [0.6, 60.0, 60e3])
+def test_a_prescribed_motion_against_a_freewheel_and_a_brake(limit: float) -> None:
+    """The freewheel turns the brake, which slips from the start on."""
+    source = blocks.Sine(amplitude=3.0, f=2.0), rot.Speed(exact=True)
+    parts = rot.Inertia(J=1.0), rot.Freewheel(), rot.Inertia(J=1.0), rot.Brake(fn_max=limit, mue_pos=((0.0, 1.0),))
+    joints = "0.y=1.w_ref 1.flange=2.flange_a 2.flange_b=3.flange_a 3.flange_b=4.flange_a 4.flange_b=5.flange_a 6.y=5.f_normalized"
+    result = pt.simulate(joined(*source, *parts, blocks.Constant(k=1.0), joints=joints), 0.12, rtol=1e-9)
+    assert (result["parts[3].mode"] == 0).all()
+    np.testing.assert_allclose(result["parts[4].w"], 3 * np.sin(4 * np.pi * result.time), atol=1e-6)
+    np.testing.assert_allclose(result["parts[5].tau"][1:], limit, rtol=1e-9)
 
 
 @pytest.mark.parametrize("ratio", [0.9, 0.999, 0.99999])

@@ -10,7 +10,7 @@ from electric_rigs import Current
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
-from powertrain.components.electric import Battery, BatteryCooling, PassiveBattery, TemperedBattery
+from powertrain.components.electric import Battery, BatteryCooling, ConditionedBattery, PassivelyCooledBattery
 from powertrain.trials import drive_cycle, driveline_map
 from powertrain.trials.anatomy import value_at
 from powertrain.trials.operating import on_rolling_road
@@ -23,7 +23,7 @@ class Discharged(pt.Component):
     """A battery that gives 100 A."""
 
     battery: Battery = Battery(R=0.2, Q=1e6)
-    cooling: BatteryCooling = PassiveBattery(C=1e5, G=20.0, T_air=COLD)
+    cooling: BatteryCooling = PassivelyCooledBattery(C=1e5, G=20.0, T_air=COLD)
     draw: Current = Current(i=100.0)
 
     def equations(self) -> pt.Equations:
@@ -41,7 +41,7 @@ def test_warms_up_exponentially() -> None:
 
 def test_a_constant_temperature() -> None:
     """A cold resistance is larger by exp(B (1/T - 1/293.15 K))."""
-    cold = Discharged(battery=Battery(R=0.2, Q=1e6, B=2000.0), cooling=TemperedBattery(T=COLD))
+    cold = Discharged(battery=Battery(R=0.2, Q=1e6, B=2000.0), cooling=ConditionedBattery(T=COLD))
     run = pt.simulate(cold, 10.0)
     assert run["battery.heat_port.T"][-1] == COLD
     expected = 0.2 * math.exp(2000 * (1 / COLD - 1 / 293.15)) * 100**2
@@ -52,7 +52,7 @@ def test_a_constant_temperature() -> None:
 def test_cars_on_a_cold_day(kind: type[pt.Component]) -> None:
     """The losses of the battery rise with its resistance, 2.18 times that at 20 degC, as all of it acts at once."""
     drive = DriveCycle.named("udds").part(0, 60)
-    days = TemperedBattery(), TemperedBattery(T=COLD), PassiveBattery(T_air=COLD)
+    days = ConditionedBattery(), ConditionedBattery(T=COLD), PassivelyCooledBattery(T_air=COLD)
     lost = []
     for cooling in days:
         run = drive_cycle(pt.replace(kind(), {"battery_cooling": cooling, "battery.ohmic": 0.99}), drive)
@@ -64,7 +64,7 @@ def test_cars_on_a_cold_day(kind: type[pt.Component]) -> None:
 
 @pytest.mark.parametrize("kind", [ParallelHybrid, SeriesHybrid, PowerSplitHybrid])
 def test_hybrids_on_a_cold_day(kind: type[pt.Component]) -> None:
-    car = pt.replace(kind(), {"battery_cooling": PassiveBattery(C=1e3, T_air=COLD)})
+    car = pt.replace(kind(), {"battery_cooling": PassivelyCooledBattery(C=1e3, T_air=COLD)})
     run = drive_cycle(car, DriveCycle.named("udds").part(0, 40))
     T, lost = run.result["battery.heat_port.T"], run.result["battery.lossPower"]
     assert T[0] == COLD
@@ -75,9 +75,9 @@ def test_hybrids_on_a_cold_day(kind: type[pt.Component]) -> None:
 
 def test_operating_points_have_the_temperature_of_the_air() -> None:
     """In a map a battery of its own would settle at the temperature of hours at every point."""
-    car = ElectricCar(battery_cooling=PassiveBattery(T_air=COLD))
+    car = ElectricCar(battery_cooling=PassivelyCooledBattery(T_air=COLD))
     held = value_at(on_rolling_road(car), "battery_cooling")
-    assert isinstance(held, TemperedBattery)
+    assert isinstance(held, ConditionedBattery)
     assert float(held.T) == COLD
     found = driveline_map(car, [10.0], [0.3])
     assert int(found.status.values.item()) == 0
