@@ -19,9 +19,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, count
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import casadi as ca
+import numpy as np
+from numpy.linalg import matrix_rank
 
 from powertrain.compiler.alias import Reduced, quote
 from powertrain.compiler.cancellation import terms
@@ -40,6 +42,8 @@ COMPLIANCE = 1e-8
 """eps: creep of a stuck law relative to its own G_ii. Its square is round-off; round-off over eps is the accuracy of shared torques."""
 IMPLICIT_COMPLIANCE = 1e-11
 """eps of laws that are nonlinear in the torques: they are solved with pivoting, and without the second step."""
+_DEPENDENT = 1e-12
+"""Singular values of G below this count as zero, with each law's own effect scaled to 1: round-off, while inertias may differ by 1e10."""
 _ROUND_OFF = 1e-13
 """What remains of terms that cancel counts as zero below this share of them."""
 
@@ -179,7 +183,8 @@ def set_apart(laws: Sequence[LawTorque], tau: Sequence[Symbol], motion: Motion) 
     """The laws, with a mark on those that others cannot hold for any parameters: their rows of G are independent of the others.
 
     Such a law moves a state that no other law moves, apart from laws already marked. Laws that are independent only for most parameters
-    (clutches behind two gears whose ratios may be equal) are not marked; slopes that may become zero therefore do not count.
+    (clutches behind two gears whose ratios may be equal) are not marked; slopes that may become zero therefore do not count. Nor is a law
+    marked if a source ties its state to those of others (a freewheel between a prescribed speed and a brake).
     """
     if not laws or not motion.x.numel():
         return list(laws)
@@ -188,7 +193,21 @@ def set_apart(laws: Sequence[LawTorque], tau: Sequence[Symbol], motion: Motion) 
     left = set(range(len(laws)))
     while found := {i for i in left if own[i].difference(*(moved[k] for k in left - {i}))}:
         left -= found
+    if len(left) < len(laws):
+        left |= _replaceable(laws, tau)
     return [replace(t, apart=i not in left) for i, t in enumerate(laws)]
+
+
+def _replaceable(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> set[int]:
+    """The laws whose columns of G are combinations of the others, for parameters without special values; all if that is not known."""
+    slopes = _generic(ca.jacobian(column([t.rate for t in laws]), column(list(tau))))
+    if not np.isfinite(slopes).all():
+        return set(range(len(laws)))
+    sizes = np.sqrt(np.abs(np.diag(slopes)))
+    sizes[sizes == 0.0] = 1.0
+    scaled = slopes / np.outer(sizes, sizes)
+    rank = matrix_rank(scaled, _DEPENDENT)
+    return {i for i in range(len(laws)) if matrix_rank(np.delete(scaled, i, axis=1), _DEPENDENT) == rank}
 
 
 def _moved(t: LawTorque, motion: Motion) -> set[int]:
@@ -395,7 +414,11 @@ def _coefficients(rows: list[Symbol], tau: list[Symbol]) -> list[tuple[Row, Symb
 
 def cancels(slope: Symbol) -> bool:
     """Whether the terms of an expression cancel each other whatever the values."""
-    inside = free_symbols(slope)
+    return bool(_generic(ca.fabs(slope) <= _ROUND_OFF * terms(slope)).item())
+
+
+def _generic(expression: Symbol) -> np.ndarray[Any, Any]:
+    """An expression for parameters and states without special values."""
+    inside = free_symbols(expression)
     numbers = ca.DM([generic(s) for s in inside]) if inside else ca.DM(0, 1)
-    off = ca.fabs(slope) <= _ROUND_OFF * terms(slope)
-    return bool(float(ca.Function("powertrain_cancels", [column(inside)], [off])(numbers)))
+    return np.asarray(ca.Function("powertrain_generic", [column(inside)], [ca.densify(expression)])(numbers).full())

@@ -9,6 +9,8 @@ import casadi as ca
 import numpy as np
 import pytest
 from mechanisms import mechanism, random_starts
+from scipy.integrate import quad
+from scipy.optimize import brentq
 
 import powertrain as pt
 from powertrain.components import rotational as rot
@@ -388,3 +390,44 @@ def test_meshes_at_rest_share_a_load_as_they_share_the_opposite_one() -> None:
     for i in range(2):
         one, other = (result.at(t, f"clutches[{i}].tau") for t in (times, times + 0.5))
         np.testing.assert_allclose(other, -np.asarray(one), rtol=1e-6)
+
+
+class Driven(pt.Component):
+    """A shaft whose speed follows a sine drives a braked one through a freewheel."""
+
+    speed: rot.Speed
+    sine: Sine = Sine(amplitude=5.0, f=1.0)
+    front: rot.Inertia = rot.Inertia(J=1.0)
+    freewheel: rot.Freewheel = rot.Freewheel()
+    back: rot.Inertia = rot.Inertia(J=0.5)
+    brake: rot.Brake = brake(1.5)
+    pressure: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.sine.y, self.speed.w_ref)
+        yield pt.connect(self.speed.flange, self.front.flange_a)
+        yield pt.connect(self.front.flange_b, self.freewheel.flange_a)
+        yield pt.connect(self.freewheel.flange_b, self.back.flange_a)
+        yield pt.connect(self.back.flange_b, self.brake.flange_a)
+        yield pt.connect(self.pressure.y, self.brake.f_normalized)
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_a_freewheel_and_a_brake_may_hold_one_motion_if_a_source_ties_theirs(exact: bool) -> None:
+    """T w' = 5 sin(2 pi t) - w drives 0.5 kg.m2 against 1.5 N.m, until w' < -3 rad/s2. With a filter it ended at 0 s by a rate of nan."""
+    turns, lag = 2 * np.pi, 0.0 if exact else 1 / (2 * np.pi * 50)
+
+    def rate(t: float) -> float:
+        fading = np.exp(-t / lag) if lag else 0.0
+        return float(
+            5 * turns * (np.cos(turns * t) + turns * lag * np.sin(turns * t) - fading) / (1 + (turns * lag) ** 2)
+        )
+
+    free = brentq(lambda t: rate(t) + 3, 0.2, 0.4)
+    result = pt.simulate(Driven(speed=rot.Speed(exact=exact)), 1.0)
+    for t in (0.05, 0.1, 0.2):
+        assert -result.at(t, "freewheel.tau") == pytest.approx(0.5 * rate(t) + 1.5, rel=1e-4)
+    top = quad(rate, 0, free)[0]
+    for t in (0.4, 0.6, 0.9):
+        assert result.at(t, "freewheel.tau") == pytest.approx(0.0, abs=1e-9)
+        assert result.at(t, "back.w") == pytest.approx(top - 3 * (t - free), rel=1e-5)
