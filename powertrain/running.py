@@ -110,7 +110,14 @@ class Running(Generic[M]):
         try:
             options = {name: self._options[name] for name in ("rtol", "atol", "max_step")}
             found = engine.resume(
-                state.x, self._p, m, state.z, start=state.t, stop=state.t + dt, jumped=bool(inputs), **options
+                state.x,
+                self._p,
+                state.m,
+                state.z,
+                start=state.t,
+                stop=state.t + dt,
+                held=m if inputs else None,
+                **options,
             )
         except SimulationError as error:
             error.result = None

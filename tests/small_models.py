@@ -98,3 +98,15 @@ class Gate(pt.Component):
 
 
 __all__ = ["STARTS", "Ball", "CoupledClutches", "Engaging", "Gate", "Relay"]
+
+
+class Belt(pt.Component):
+    """1 kg on a belt whose speed is given; the friction is 2 N."""
+
+    u: pt.Input = pt.signal_input("m/s", "speed of the belt")
+    v: pt.Variable = pt.variable("m/s", "speed", start=0.0)
+    f: pt.Variable = pt.variable("N", "friction force")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.v) == self.f
+        yield pt.friction(self.u.value - self.v, self.f, -2.0, 2.0, name="belt")

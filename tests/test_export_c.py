@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from cases import few
-from small_models import STARTS, Ball, CoupledClutches, Engaging, Gate, Relay
+from small_models import STARTS, Ball, Belt, CoupledClutches, Engaging, Gate, Relay
 
 import powertrain as pt
 from powertrain.components.blocks import Constant, Ramp
@@ -102,6 +102,7 @@ CASES: dict[str, tuple[Callable[[], pt.Component], float, dict[str, Any]]] = {
     "implicit": (Loaded, 20.0, {}),
     "stiff": (Stiff, 1.0, {}),
     "held by others": (Held, 1.2, {}),
+    "belt that jumps": (Belt, 2.0, {"inputs": {"u": ([0, 0.3, 0.3, 1.0, 1.0], [0, 0, 1, 1, -0.5])}}),
     "inputs": (
         Engaging,
         2.0,

@@ -41,7 +41,7 @@ def watched(dae: HybridDae, law: Contact) -> list[tuple[ca.SX, ca.SX | float]]:
 
 
 def next_mode(dae: HybridDae, law: Contact, jumped: ca.SX) -> ca.SX:
-    """A closed contact opens if its force would pull, or if a reset has moved one of its sides away."""
+    """A closed contact opens if its force would pull, or if a jump takes one of its sides away."""
     pressed = ca.logic_and(pressure_margin(law) > 0, ca.logic_not(_taken_away(law, jumped)))
     return ca.if_else(dae.m[law.index] > 0.5, pressed, _comes_to_rest(law))
 
@@ -60,7 +60,8 @@ def _comes_to_rest(law: Contact) -> ca.SX:
 
 
 def _taken_away(law: Contact, jumped: ca.SX) -> ca.SX:
-    return ca.logic_and(jumped > 0, law.gap > INTEGRATED)
+    """Whether a jump has moved the sides of a closed contact apart, or throws them apart."""
+    return ca.logic_and(jumped > 0, ca.logic_or(law.gap > INTEGRATED, law.speed > INTEGRATED))
 
 
 def steady_margins(law: Contact, moved: bool) -> dict[float, ca.SX]:

@@ -271,13 +271,17 @@ class Run:
                 raise SimulationError(guard_message(self.dae, self.memory, self.side, law, self.t))
 
     def _pass(self, located: bool) -> None:
-        """An event at which nothing may jump that something with inertia follows."""
-        continuity = self.engine.continuity
+        """An event at which nothing may jump that something with inertia follows, and no sides of a contact into each other."""
+        continuity, overlaps = self.engine.continuity, self.engine.overlaps
         if continuity is not None:
             continuity.before(self.side)
+        if overlaps is not None:
+            overlaps.before(self.t, self.side)
         self._event(located)
         if continuity is not None:
             continuity.check(self.side, bool(self.engine.resolver.extra))
+        if overlaps is not None:
+            overlaps.check(self.t, self.side)
         if self.engine.zeno is not None and self.engine.resolver.extra and self.recorder.instants:
             self.engine.zeno.check(self.recorder.instants[-1])
 
@@ -300,8 +304,8 @@ class Run:
             return
         left = memory.y[self.side].copy()
         engine.admissible.check_rest(self.side)
-        engine.rest[self.side].call()
-        self.side = 1 - self.side
+        self._rest(held_left)
+        memory.jumped[0] = float(jumps)
         resolver.resolve(self.side)
         engine.admissible.check(self.side)
         held = m.copy()
@@ -318,6 +322,13 @@ class Run:
         self._restart()
         right = memory.y[self.side].copy()
         self._keep(Instant(t, left, right, held_left, held, tuple(resolver.extra), resolver.impulses))
+
+    def _rest(self, held: Array) -> None:
+        """What has been stuck, with the held values before the event, is at rest."""
+        now = self.memory.m.copy()
+        self.memory.m[:] = held
+        self.engine.rest[self.side].call()
+        self.side, self.memory.m[:] = 1 - self.side, now
 
     def _keep(self, instant: Instant) -> None:
         """Record an event. SimulationError if its laws chatter."""

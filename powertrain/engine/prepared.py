@@ -14,6 +14,7 @@ from powertrain.dae.switch import timed
 from powertrain.engine.catalogue import catalogue
 from powertrain.engine.continuity import Continuity
 from powertrain.engine.location import Locator
+from powertrain.engine.overlaps import Overlaps, jumping_gaps
 from powertrain.engine.schedules import Schedules, just_after
 from powertrain.engine.waves import Waves
 from powertrain.engine.zeno import Zeno, resetting
@@ -82,6 +83,8 @@ class Prepared:
         self._ready = False
         self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None
+        jumping = jumping_gaps(dae)
+        self.overlaps = Overlaps(dae, self.memory, jumping) if jumping else None
         self.zeno = Zeno(dae, self.memory) if resetting(dae) else None
 
     def stepper(self, name: str, numeric: bool = False) -> Calls:

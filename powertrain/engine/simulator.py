@@ -80,20 +80,26 @@ class Simulator(Prepared):
         rtol: float,
         atol: float,
         max_step: float,
-        jumped: bool,
+        held: ArrayLike | None,
     ) -> Trajectory:
-        """Continue from the end of another run; ``jumped``: time signals have changed since. Raises SimulationError."""
+        """Continue from the end of another run, with its held values ``m``; ``held``: the new ones, if inputs have changed since.
+
+        Raises SimulationError.
+        """
         self._load(start, x, z, m, p, rtol, atol)
         self.memory.m[: self.sizes[2]] = vector("m", m, self.sizes[2])
-        if jumped:
-            self.memory.jumped[0] = 0.0
+        if held is not None:
+            self.rest[0].call()
+            self.memory.y[0][:] = self.memory.y[1]
+            self.memory.m[: self.sizes[2]] = vector("held", held, self.sizes[2])
+            self.memory.jumped[0] = 1.0
             self.memory.fire.fill(0.0)
             try:
                 self.resolver.resolve(0)
                 self.admissible.check(0)
             except (NotConsistent, SimulationError) as error:
                 raise SimulationError(f"at t = {start:.9g} s {error}") from None
-        return Run(self, start, stop, rtol, max_step, None, self._in_c).execute(resumed=not jumped)
+        return Run(self, start, stop, rtol, max_step, None, self._in_c).execute(resumed=held is None)
 
     def resolve(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> tuple[Array, Array, Array]:
         """The modes of all laws at one instant, from the guess ``m``: consistent (x, z, m). Raises InitializationError."""

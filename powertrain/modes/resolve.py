@@ -129,7 +129,7 @@ class ModeResolver:
             if key in seen:
                 return None
             seen.add(key)
-            memory.m[:] = memory.held
+            memory.m[:], memory.jumped[0] = memory.held, flags[6]
         return None
 
     @cached_property
@@ -226,7 +226,7 @@ class ModeResolver:
             others = [i for i in np.flatnonzero(m != memory.held).tolist() if i not in problem.laws.index]
             if held and not self._pieces.isdisjoint(others):
                 break
-            m[others] = memory.held[others]
+            m[others], memory.jumped[0] = memory.held[others], self._flags[6]
         return None, ray
 
     def _jam(self, side: int, laws: set[int], pieces: int) -> NoReturn:

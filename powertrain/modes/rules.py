@@ -9,6 +9,7 @@ import casadi as ca
 
 from powertrain.dae import contact, friction, switch, when
 from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.tolerances import JUMP
 from powertrain.modes.selflocking import inverted
 
 
@@ -17,7 +18,7 @@ class Pass:
     """The next held values and what must follow.
 
     ``flags``: number of entries that change; whens with a rising edge; barriers that are struck; sum of all torques; laws at a limit newly
-    held at rest by others; and a value above zero if a law slides with its limits in the wrong order.
+    held at rest by others; a value above zero if a law slides with its limits in the wrong order; and 1 if motions of laws jump.
     """
 
     held: ca.SX
@@ -61,5 +62,18 @@ def _flags(dae: HybridDae, held: Sequence[ca.SX], edges: Sequence[ca.SX], closin
     changes = ca.sum1(ca.vertcat(*held) != dae.m) if held else ca.SX(0)
     torques = sum((law.torque for law in dae.frictions), ca.SX(0))
     idle = sum((friction.idles(dae, law) for law in dae.frictions if law.rests is not None), ca.SX(0))
-    flags = ca.vertcat(changes, sum(edges, ca.SX(0)), sum(closing, ca.SX(0)), torques, idle, inverted(dae))
-    return ca.densify(flags)
+    flags = [changes, sum(edges, ca.SX(0)), sum(closing, ca.SX(0)), torques, idle, inverted(dae), _jumps(dae, held)]
+    return ca.densify(ca.vertcat(*flags))
+
+
+def _jumps(dae: HybridDae, held: Sequence[ca.SX]) -> ca.SX:
+    """Whether the new held values, other than modes of laws, make the speed of a law or a gap jump: a belt that a signal starts."""
+    modes = {i for law in dae.frictions for i in (law.index, law.rests)} | {law.index for law in dae.contacts}
+    others = [i for i in range(len(held)) if i not in modes]
+    motions = ca.vertcat(*(law.w for law in dae.frictions), *(e for law in dae.contacts for e in (law.gap, law.speed)))
+    places = [dae.m[i] for i in others]
+    if not places or not motions.numel() or not ca.depends_on(motions, ca.vertcat(*places)):
+        return ca.SX(0)
+    after = ca.substitute(motions, ca.vertcat(*places), ca.vertcat(*(held[i] for i in others)))
+    excess = ca.fabs(after - motions) - JUMP * (1 + ca.fabs(motions) + ca.fabs(after))
+    return ca.SX(ca.mmax(ca.densify(excess)) > 0)

@@ -177,7 +177,7 @@ static int newton(pt_model *a, double slack)
         if (a->hosted && (a->flags[1] || a->flags[2])) return PT_ASK;
         if (a->flags[1]) return apply_resets(a);
         clear(a->fire, a->n->timed);
-        a->jumped[0] = 0;
+        a->jumped[0] = a->flags[6];
         if (!a->flags[0]) return 1;
         copy(a->seen + pass * m, a->m, m);
         for (int i = 0; i < pass; i++)
@@ -299,10 +299,10 @@ static int refresh(pt_model *a)
     return isfinite(a->first[1]) ? PT_OK : PT_RATES;
 }
 
-/* What has been stuck is at rest, but for what a long step leaves. */
+/* What has been stuck, with the held values before the event, is at rest, but for what a long step leaves. */
 static void hold(pt_model *a)
 {
-    const double *given[] = {a->time, a->y[a->side], a->m, a->p};
+    const double *given[] = {a->time, a->y[a->side], a->before, a->p};
     double *wanted[] = {a->y[1 - a->side]};
     CALL(a, a->f->rest, given, wanted);
     a->side = 1 - a->side;
@@ -686,6 +686,7 @@ static int event(pt_model *a, int found)
     else if (!found && !jumps && turns(a)) return PT_OK;
     if (a->every_mode) return ask(a, crossed);
     hold(a);
+    a->jumped[0] = jumps;
     int status = resolve(a);
     if (a->hosted && (status || a->flags[5] > 0)) return ask(a, crossed);
     if (status) return status;
@@ -702,7 +703,11 @@ int pt_begin(pt_model *a)
     int status = PT_OK;
     a->time[0] = a->t;
     if (a->changed) {
-        a->jumped[0] = 0;
+        if (a->begun) {
+            copy(a->before, a->held_left, a->n->m);
+            hold(a);
+        }
+        a->jumped[0] = 1;
         clear(a->fire, a->n->timed);
         status = resolve(a);
     }

@@ -12,7 +12,7 @@ typedef struct {
     pt_model model;
     double y[2][PT_Y], slope[2][PT_Y], m[PT_M], p[PT_P];
     double time[2], tolerance[2], info[PT_INFO + 4], dense[5 * PT_Y], outside[PT_O], fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
-    double held[PT_M], flags[6], edges[PT_W], closing[PT_B], fire[PT_T], jumped[2], first[2], corners[2], instants[PT_T];
+    double held[PT_M], flags[7], edges[PT_W], closing[PT_B], fire[PT_T], jumped[2], first[2], corners[2], instants[PT_T];
     double nearer[PT_Y], resets[PT_R], open, mobility[PT_F * PT_F], rate[PT_F], terms[PT_F], size[PT_F], calm[PT_RESTS + 1];
     double seen[PT_PASSES * PT_M], held_left[PT_M], before[PT_M], left[PT_Y], lows[PT_G];
     const double *arg[PT_ARG];

@@ -113,7 +113,7 @@ class Memory:
         self.g = zeros(indicators)
         self.worst = zeros(1)
         self.held = zeros(held)
-        self.flags = zeros(6)
+        self.flags = zeros(7)
         self.edges = zeros(len(dae.whens))
         self.closing = zeros(len(dae.barriers))
         self.fire = zeros(timed)

@@ -1,0 +1,123 @@
+"""What jumps leaves stuck laws and closed contacts: by a signal, a switch, a reset or a new input."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from small_models import Belt
+
+import powertrain as pt
+from powertrain.components.blocks import Step
+
+
+class Switched(pt.Component):
+    belt: Belt = Belt()
+    step: Step = Step(height=1.0, startTime=0.3)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.step.y, self.belt.u)
+
+
+class Reset(pt.Component):
+    belt: Belt = Belt()
+    d: pt.Variable = pt.discrete("m/s", "speed of the belt", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.belt.u.value == self.d
+        yield pt.when(pt.time > 0.3, pt.reinit(self.d, 1.0))
+
+
+@pytest.mark.parametrize("compile", [False, True])
+@pytest.mark.parametrize("model", [Switched(), Reset()])
+def test_a_load_slips_on_a_belt_that_starts_at_once(model: pt.Component, compile: bool) -> None:
+    """2 N take 0.5 s for 1 m/s. It had the speed of a belt that a switch starts at once, by a force without limit."""
+    result = pt.simulate(model, 1.0, compile=compile)
+    times = np.array([0.2, 0.4, 0.6, 0.9])
+    np.testing.assert_allclose(result.at(times, "belt.v"), [0.0, 0.2, 0.6, 1.0], atol=1e-9)
+
+
+def pulled(times: list[float], speeds: list[float], end: float) -> float:
+    """The speed of the load at ``end``: from jump to jump it goes to the speed of the belt with 2 m/s2, and stays there."""
+    v = 0.0
+    for (start, stop), u in zip(pairwise([*times, end]), speeds, strict=True):
+        v += float(np.clip(u - v, -2.0 * (stop - start), 2.0 * (stop - start)))
+    return v
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_belt_of_many_speeds(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    times, speeds = [0.0, *np.sort(rng.uniform(0.05, 2.0, 6))], rng.normal(0.0, 1.0, 7)
+    stairs = np.repeat(times, 2)[1:], np.repeat(speeds, 2)[:-1]
+    plant = pt.compile(Belt())
+    expected = pulled(times, list(speeds), 2.1)
+    assert plant.simulate(2.1, inputs={"u": stairs})["v"][-1] == pytest.approx(expected, abs=1e-8)
+    run = plant.start()
+    for (start, stop), u in zip(pairwise([*times, 2.1]), speeds, strict=True):
+        run.step(stop - start, u=u)
+    assert run["v"] == pytest.approx(expected, abs=1e-8)
+
+
+class Floor(pt.Component):
+    """1 kg on a floor whose height is given, or which is thrown up from it at 0.3 s."""
+
+    h: pt.Input = pt.signal_input("m", "height of the floor")
+    throw: pt.Parameter = pt.parameter("m/s", "speed after the throw", default=0.0)
+    x: pt.Variable = pt.variable("m", "height", start=0.0)
+    v: pt.Variable = pt.variable("m/s", "speed", start=0.0)
+    f: pt.Variable = pt.variable("N", "force of the floor")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.v
+        yield pt.der(self.v) == self.f - 10.0
+        yield pt.unilateral(self.x - self.h.value, self.f, name="floor")
+        yield pt.when(pt.time > 0.3, pt.reinit(self.v, self.throw))
+
+
+def floor(height: float) -> tuple[list[float], list[float]]:
+    return [0.0, 0.3, 0.3, 1.0], [0.0, 0.0, height, height]
+
+
+def test_a_floor_that_drops_leaves_the_body_in_the_air() -> None:
+    """It falls 0.2 m in 0.2 s. It hung in the air, on a contact that stayed closed."""
+    result = pt.simulate(Floor(), 1.0, inputs={"h": floor(-0.2)})
+    assert result.at(0.4, "x") == pytest.approx(-0.05)
+    assert result["x"][-1] == pytest.approx(-0.2)
+    assert [round(e.time, 6) for e in result.events if e.name == "floor" and e.kind == "contact"] == [0.3, 0.5]
+
+
+def test_a_body_that_is_thrown_up_comes_down_again() -> None:
+    """2 m/s up from the floor it lies on: 0.2 m high after 0.2 s. It rose for ever, on a contact that stayed closed."""
+    result = pt.simulate(Floor(), 1.0, parameters={"throw": 2.0}, inputs={"h": 0.0})
+    assert result.at(0.5, "x") == pytest.approx(0.2)
+    assert result["x"][-1] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("compile", [False, True])
+def test_a_floor_that_jumps_into_a_body_is_refused(compile: bool) -> None:
+    """The body went on inside the floor."""
+    with pytest.raises(pt.SimulationError, match=r"at t = 0\.3 s .* sides of floor .* from 0 to -0\.2, but may not"):
+        pt.simulate(Floor(), 1.0, inputs={"h": floor(0.2)}, compile=compile)
+
+
+class Sunk(pt.Component):
+    """A body that falls, and that a reset puts below the floor."""
+
+    x: pt.Variable = pt.variable("m", "height", start=1.0)
+    v: pt.Variable = pt.variable("m/s", "speed", start=0.0)
+    f: pt.Variable = pt.variable("N", "force of the floor")
+    to: pt.Parameter = pt.parameter("m", "height after the reset", default=-0.1)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.v
+        yield pt.der(self.v) == self.f - 1.0
+        yield pt.unilateral(self.x, self.f, name="floor")
+        yield pt.when(pt.time > 0.5, pt.reinit(self.x, self.to))
+
+
+def test_a_reset_into_a_floor_is_refused() -> None:
+    with pytest.raises(pt.SimulationError, match=r"gap changes from 0\.875 to -0\.1, but may not"):
+        pt.simulate(Sunk(), 1.0)
+    assert pt.simulate(Sunk(), 1.0, parameters={"to": 0.0})["x"][-1] == pytest.approx(0.0, abs=1e-9)
