@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -58,6 +59,30 @@ def test_a_belt_of_many_speeds(seed: int) -> None:
     for (start, stop), u in zip(pairwise([*times, 2.1]), speeds, strict=True):
         run.step(stop - start, u=u)
     assert run["v"] == pytest.approx(expected, abs=1e-8)
+
+
+class Overrunning(pt.Component):
+    """1 kg on a belt that may only push it forward; 0.1 N hold it back."""
+
+    u: pt.Input = pt.signal_input("m/s", "speed of the belt")
+    v: pt.Variable = pt.variable("m/s", "speed", start=0.0)
+    f: pt.Variable = pt.variable("N", "force of the belt")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.v) == self.f - 0.1
+        yield pt.friction(self.v - self.u.value, -self.f, -math.inf, 0.0, name="belt")
+
+
+def test_a_freewheel_overruns_a_belt_that_stops_and_is_not_thrown_forward() -> None:
+    """It went backward with the belt at once, and forward by an impulse of which nothing was said."""
+    plant = pt.compile(Overrunning())
+
+    def end(speed: float) -> float:
+        return float(plant.simulate(1.0, inputs={"u": ([0.0, 0.5, 0.5, 1.0], [0.0, 0.0, speed, speed])})["v"][-1])
+
+    assert end(-1.0) == pytest.approx(-0.05)
+    with pytest.raises(pt.SimulationError, match=r"belt .* moves backward at t = 0\.5 s, where its torque has no limit"):
+        end(1.0)
 
 
 class Floor(pt.Component):
