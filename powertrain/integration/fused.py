@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -16,7 +16,7 @@ from powertrain.integration import dopri5, rodas5p
 from powertrain.integration.step import StepResult, on_polynomial, slope_of_polynomial
 from powertrain.integration.step_control import allowances, verdict
 from powertrain.modes.indicators import indicators
-from powertrain.modes.projection import at_rest
+from powertrain.modes.projection import at_rest, closed
 from powertrain.modes.rules import mode_pass
 from powertrain.numerics.buffers import CHECKS, PREFIX
 from powertrain.numerics.hoisting import hoisted
@@ -129,10 +129,28 @@ def taken_step(model: Common, method: str, slope: ca.SX) -> tuple[StepResult, ca
     if method == "dopri5":
         taken = dopri5.step(model.rates, t, h, model.y, slope)
         defect = model.rates(t + h / 2, on_polynomial(taken.dense, 0.5)) - slope_of_polynomial(taken.dense, 0.5) / h
-        return taken, MIDWAY * h * defect
+        return _closed(model, taken), MIDWAY * h * defect
     jacobian, time_slope = model.partials(t, model.y)
     rows = list(range(n)) + [n + row for row in model.rows or ()]
-    return rodas5p.step(model.rates, jacobian, time_slope, n, t, h, model.y, slope, rows), None
+    return _closed(model, rodas5p.step(model.rates, jacobian, time_slope, n, t, h, model.y, slope, rows)), None
+
+
+def _closed(model: Common, taken: StepResult) -> StepResult:
+    """The step with closed contacts closed at its end."""
+    function, n = closing(model.dae), model.dae.x.numel()
+    if function is None:
+        return taken
+    t, y = model.time[0] + model.time[1], taken.end
+    (x,) = function.call([t, y[:n, :], y[n:, :], model.m, model.p])
+    return replace(taken, end=ca.vertcat(x, y[n:, :]))
+
+
+def closing(dae: HybridDae) -> ca.Function | None:
+    """(t, x, z, m, p) -> the states with closed contacts closed; None if they remain so by integration."""
+    states = closed(dae)
+    if states is None:
+        return None
+    return ca.Function(PREFIX + "closed", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(states)])
 
 
 def error_norm(model: Common, taken: StepResult, defect: ca.SX | None) -> ca.SX:

@@ -8,7 +8,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from powertrain.integration import rodas5p
-from powertrain.integration.fused import Common
+from powertrain.integration.fused import Common, closing
 from powertrain.integration.step_control import allowances, verdict
 from powertrain.numerics.buffers import CHECKS, PREFIX, Array, Bound, Memory, zeros
 
@@ -30,6 +30,7 @@ class SparseStep:
         self._checks = model.indicators > 0
         self._nominal = model.dae.sizes
         self._allowed = allowances(model.dae.x.numel(), model.dae.z.numel())
+        self._close: Bound | None = None
         self._bind(model)
 
     def _bind(self, model: Common) -> None:
@@ -59,6 +60,11 @@ class SparseStep:
         columns, rows = np.array(pattern.get_col(), dtype=np.int64), np.array(pattern.row(), dtype=np.int64)
         self._diagonal = np.flatnonzero((rows == columns) & (rows < self._states))
         self._pattern = (rows, np.array(pattern.colind()))
+        closes = closing(dae)
+        if closes is not None:
+            x = closes(now, model.y[: self._states], model.y[self._states :], dae.m, dae.p)
+            projected = ca.Function(PREFIX + "closing", inputs, [ca.vertcat(x, model.y[self._states :])])
+            self._close = Bound(projected, arrays, [self._to])
 
     def call(self) -> None:
         """Step from ``memory.time``; results as for the fused step functions."""
@@ -88,6 +94,10 @@ class SparseStep:
             stages[i] = solve(right)
         end = self._point[:n] + stages[7]
         self._to[:n] = end
+        if self._close is not None:
+            self._now[0], self._point[:n] = t + h, end
+            self._close.call()
+            end = self._to[:n]
         self._describe(t, h, y, end, stages)
 
     def _describe(self, t: float, h: float, y: Array, end: Array, stages: Array) -> None:

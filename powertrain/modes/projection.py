@@ -1,19 +1,26 @@
-"""Sets the speeds of stuck laws exactly to zero, by the smallest correction of the states that torques move.
+"""Sets the speeds of stuck laws, and gaps and speeds of closed contacts, to zero, by the smallest correction of the states.
 
 With the speeds w(x) of the stuck laws and W = dw/dx, the correction of least norm is -W'λ with W W'λ = w. A second correction removes
 what rounding and nonlinear speeds leave.
+
+A closed contact is integrated with the acceleration of its gap at zero, so that errors of a nonlinear gap grow with the square of time. A
+projection after each step keeps the order of the method (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section VII.2).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TypeAlias
 
 import casadi as ca
 
 from powertrain.compiler.cancellation import terms
-from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.hybrid import Contact, HybridDae
 from powertrain.language.symbols import column
 
+Held: TypeAlias = tuple[ca.SX, ca.SX]
+"""Whether a speed or gap is held at zero, and that speed or gap."""
 _DEPENDENT = 1e-13
 """A row of W is dependent if elimination leaves less than this share of the square of its terms: others hold its motion already, or it is
 round-off, as where a clutch connects two shafts that gears tie to one speed.
@@ -22,9 +29,41 @@ round-off, as where a clutch connects two shafts that gears tie to one speed.
 
 def at_rest(dae: HybridDae) -> ca.SX:
     """The states with the speeds of all stuck laws set to zero."""
-    x = [dae.x[i] for i in range(dae.x.numel())]
-    place = {state.element_hash(): i for i, state in enumerate(x)}
-    free, coupled = _moved(dae), []
+    return _at_rest(dae, dae.x, [])
+
+
+def closed(dae: HybridDae) -> ca.SX | None:
+    """The states with gaps and speeds of closed contacts set to zero, and speeds of stuck laws.
+
+    None if all gaps are linear in the states: integration keeps these at zero.
+    """
+    if not any(map(partial(_drifts, dae), dae.contacts)):
+        return None
+    held = [dae.m[law.index] > 0.5 for law in dae.contacts]
+    gaps = list(zip(held, (law.gap for law in dae.contacts), strict=True))
+    speeds = list(zip(held, (law.speed for law in dae.contacts), strict=True))
+    return _at_rest(dae, _projected(dae, dae.x, _positions(dae), gaps), speeds)
+
+
+def _drifts(dae: HybridDae, law: Contact) -> bool:
+    """Whether the gap of a closed contact has the errors of the integration."""
+    slopes = ca.jacobian(law.gap, dae.x)
+    return ca.depends_on(law.gap, ca.vertcat(dae.t, dae.z)) or ca.depends_on(slopes, dae.x)
+
+
+def _positions(dae: HybridDae) -> ca.SX:
+    """1 for the states that follow from speeds which torques move."""
+    moved = _moved(dae)
+    speeds = [dae.x[j] for j, moves in enumerate(moved) if float(moves)]
+    following = set(ca.jacobian_sparsity(dae.xdot, ca.vertcat(*speeds)).row())
+    return column([ca.SX(j in following and not float(moves)) for j, moves in enumerate(moved)])
+
+
+def _at_rest(dae: HybridDae, start: ca.SX, speeds: Sequence[Held]) -> ca.SX:
+    """The states ``start`` with the speeds of all stuck laws set to zero, and these ``speeds``."""
+    x, coupled = [start[i] for i in range(dae.x.numel())], list(speeds)
+    place = {dae.x[i].element_hash(): i for i in range(dae.x.numel())}
+    free = _moved(dae)
     for law in dae.frictions:
         if law.algebraic or law.prescribed:
             continue
@@ -46,7 +85,7 @@ def _moved(dae: HybridDae) -> list[ca.SX]:
     return [ca.SX(j in moved) for j in range(n)]
 
 
-def _projected(dae: HybridDae, x: ca.SX, free: ca.SX, laws: list[tuple[ca.SX, ca.SX]]) -> ca.SX:
+def _projected(dae: HybridDae, x: ca.SX, free: ca.SX, laws: Sequence[Held]) -> ca.SX:
     """The states with the speeds of the stuck laws among these set to zero; states that are not ``free`` stay."""
     stuck, speeds = column([held for held, _ in laws]), column([w for _, w in laws])
     inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]

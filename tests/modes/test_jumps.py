@@ -81,7 +81,9 @@ def test_a_freewheel_overruns_a_belt_that_stops_and_is_not_thrown_forward() -> N
         return float(plant.simulate(1.0, inputs={"u": ([0.0, 0.5, 0.5, 1.0], [0.0, 0.0, speed, speed])})["v"][-1])
 
     assert end(-1.0) == pytest.approx(-0.05)
-    with pytest.raises(pt.SimulationError, match=r"belt .* moves backward at t = 0\.5 s, where its torque has no limit"):
+    with pytest.raises(
+        pt.SimulationError, match=r"belt .* moves backward at t = 0\.5 s, where its torque has no limit"
+    ):
         end(1.0)
 
 
