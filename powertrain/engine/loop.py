@@ -272,16 +272,9 @@ class Run:
 
     def _pass(self, located: bool) -> None:
         """An event at which nothing may jump that something with inertia follows, and no sides of a contact into each other."""
-        continuity, overlaps = self.engine.continuity, self.engine.overlaps
-        if continuity is not None:
-            continuity.before(self.side)
-        if overlaps is not None:
-            overlaps.before(self.t, self.side)
+        self.engine.keep_left(self.t, self.side)
         self._event(located)
-        if continuity is not None:
-            continuity.check(self.side, bool(self.engine.resolver.extra))
-        if overlaps is not None:
-            overlaps.check(self.t, self.side)
+        self.engine.check_jumps(self.t, self.side)
         if self.engine.zeno is not None and self.engine.resolver.extra and self.recorder.instants:
             self.engine.zeno.check(self.recorder.instants[-1])
 

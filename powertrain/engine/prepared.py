@@ -297,6 +297,20 @@ class Prepared:
         self._conditions = [(law, ca.Function("powertrain_when", inputs, [law.g])) for law in laws]
         self._ready = True
 
+    def keep_left(self, t: float, side: int) -> None:
+        """Keep what may not jump at an event, as it is before it."""
+        if self.continuity is not None:
+            self.continuity.before(side)
+        if self.overlaps is not None:
+            self.overlaps.before(t, side)
+
+    def check_jumps(self, t: float, side: int) -> None:
+        """SimulationError if something has jumped that may not."""
+        if self.continuity is not None:
+            self.continuity.check(side, bool(self.resolver.extra))
+        if self.overlaps is not None:
+            self.overlaps.check(t, side)
+
     def _called(self, model: steps.Common) -> dict[str, ca.Function]:
         """The functions that both loops call besides steps, by name."""
         functions = {"fresh": steps.fresh(model), "rest": steps.rest(model)}

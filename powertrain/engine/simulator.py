@@ -89,17 +89,24 @@ class Simulator(Prepared):
         self._load(start, x, z, m, p, rtol, atol)
         self.memory.m[: self.sizes[2]] = vector("m", m, self.sizes[2])
         if held is not None:
-            self.rest[0].call()
-            self.memory.y[0][:] = self.memory.y[1]
-            self.memory.m[: self.sizes[2]] = vector("held", held, self.sizes[2])
-            self.memory.jumped[0] = 1.0
-            self.memory.fire.fill(0.0)
             try:
-                self.resolver.resolve(0)
-                self.admissible.check(0)
+                self._jump(start, vector("held", held, self.sizes[2]))
             except (NotConsistent, SimulationError) as error:
-                raise SimulationError(f"at t = {start:.9g} s {error}") from None
+                said = str(error).removeprefix(f"at t = {start:.9g} s ")
+                raise SimulationError(f"at t = {start:.9g} s {said}") from None
         return Run(self, start, stop, rtol, max_step, None, self._in_c).execute(resumed=held is None)
+
+    def _jump(self, t: float, held: Array) -> None:
+        """Give inputs other values. SimulationError if what may not jump follows them."""
+        memory = self.memory
+        self.rest[0].call()
+        memory.y[0][:] = memory.y[1]
+        self.keep_left(t, 0)
+        memory.m[: held.size], memory.jumped[0] = held, 1.0
+        memory.fire.fill(0.0)
+        self.resolver.resolve(0)
+        self.admissible.check(0)
+        self.check_jumps(t, 0)
 
     def resolve(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> tuple[Array, Array, Array]:
         """The modes of all laws at one instant, from the guess ``m``: consistent (x, z, m). Raises InitializationError."""

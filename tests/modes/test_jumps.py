@@ -10,6 +10,7 @@ import pytest
 from small_models import Belt
 
 import powertrain as pt
+from powertrain.components import rotational as rot
 from powertrain.components.blocks import Step
 
 
@@ -127,6 +128,33 @@ def test_a_floor_that_jumps_into_a_body_is_refused(compile: bool) -> None:
     """The body went on inside the floor."""
     with pytest.raises(pt.SimulationError, match=r"at t = 0\.3 s .* sides of floor .* from 0 to -0\.2, but may not"):
         pt.simulate(Floor(), 1.0, inputs={"h": floor(0.2)}, compile=compile)
+
+
+def test_an_input_that_jumps_into_a_body_is_refused() -> None:
+    run = pt.compile(Floor()).start()
+    run.step(0.1, h=0.0)
+    with pytest.raises(pt.SimulationError, match=r"at t = 0\.1 s .* sides of floor .* from 0 to -0\.2, but may not"):
+        run.step(0.1, h=0.2)
+
+
+class Exact(pt.Component):
+    """A shaft whose speed is an input."""
+
+    w: pt.Input = pt.signal_input("rad/s", "speed")
+    speed: rot.Speed = rot.Speed(exact=True)
+    shaft: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.w, self.speed.w_ref)
+        yield pt.connect(self.speed.flange, self.shaft.flange_a)
+
+
+def test_an_input_that_jumps_with_an_inertia_on_it_is_refused() -> None:
+    """The impulse was lost in silence."""
+    run = pt.compile(Exact()).start()
+    run.step(0.1, w=0.0)
+    with pytest.raises(pt.SimulationError, match=r"at t = 0\.1 s w makes .* jump by 1 rad/s"):
+        run.step(0.1, w=1.0)
 
 
 class Sunk(pt.Component):
