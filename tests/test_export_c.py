@@ -242,6 +242,20 @@ def test_inputs_set_from_c_are_those_of_a_run_in_hand(tmp_path: Path) -> None:
         assert found == pytest.approx(run.state.x, rel=1e-9, abs=1e-10)
 
 
+def test_an_input_set_from_c_makes_a_load_slip(tmp_path: Path) -> None:
+    """2 m/s2 for 0.1 s; the load had the speed of its belt at once."""
+    import ctypes
+
+    library = pt.compile(Belt()).export_c(tmp_path, inputs={"u": 0.0}).library
+    memory = np.zeros(library.pt_size() // 8 + 1)
+    one = ctypes.c_void_p(memory.ctypes.data)
+    library.pt_start(one)
+    for stop, u in ((0.1, 0.0), (0.2, 1.0)):
+        library.pt_set_input(one, 0, ctypes.c_double(u))
+        assert library.pt_run(one, ctypes.c_double(stop)) == 0
+    assert library.pt_unknowns(one)[0] == pytest.approx(0.2)
+
+
 class Doubled(pt.Component):
     """A value that two laws reset at 0.5 s."""
 
