@@ -1,17 +1,16 @@
-"""Sets the speeds of stuck laws, and gaps and speeds of closed contacts, to zero, by the smallest correction of the states.
+"""Sets the speeds of stuck laws and the gaps of closed contacts exactly to zero, by the smallest correction of the states.
 
 With the speeds w(x) of the stuck laws and W = dw/dx, the correction of least norm is -W'λ with W W'λ = w. A second correction removes
 what rounding and nonlinear speeds leave.
 
-A closed contact is integrated with the acceleration of its gap at zero, so that errors of a nonlinear gap grow with the square of time. A
-projection after each step keeps the order of the method (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section VII.2).
+Where the gap of a closed contact is a nonlinear function of the states, errors of the integration add up. A projection after each step
+keeps the order of the method (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section VII.2).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TypeAlias
 
 import casadi as ca
 
@@ -19,8 +18,6 @@ from powertrain.compiler.cancellation import terms
 from powertrain.dae.hybrid import Contact, HybridDae
 from powertrain.language.symbols import column
 
-Held: TypeAlias = tuple[ca.SX, ca.SX]
-"""Whether a speed or gap is held at zero, and that speed or gap."""
 _DEPENDENT = 1e-13
 """A row of W is dependent if elimination leaves less than this share of the square of its terms: others hold its motion already, or it is
 round-off, as where a clutch connects two shafts that gears tie to one speed.
@@ -29,20 +26,27 @@ round-off, as where a clutch connects two shafts that gears tie to one speed.
 
 def at_rest(dae: HybridDae) -> ca.SX:
     """The states with the speeds of all stuck laws set to zero."""
-    return _at_rest(dae, dae.x, [])
+    x = [dae.x[i] for i in range(dae.x.numel())]
+    place = {state.element_hash(): i for i, state in enumerate(x)}
+    free, coupled = _moved(dae), []
+    for law in dae.frictions:
+        if law.algebraic or law.prescribed:
+            continue
+        stuck = dae.m[law.index] == 0
+        i = place.get(law.w.element_hash()) if law.w.is_symbolic() else None
+        if i is None:
+            coupled.append((stuck, law.w))
+        else:
+            x[i], free[i] = ca.if_else(stuck, 0.0, x[i]), ca.if_else(stuck, 0.0, free[i])
+    return _projected(dae, column(x), column(free), coupled) if coupled else column(x)
 
 
 def closed(dae: HybridDae) -> ca.SX | None:
-    """The states with gaps and speeds of closed contacts set to zero, and speeds of stuck laws.
-
-    None if all gaps are linear in the states: integration keeps these at zero.
-    """
+    """The states with the gaps of closed contacts set to zero; None if these are linear in the states: they remain so by integration."""
     if not any(map(partial(_drifts, dae), dae.contacts)):
         return None
-    held = [dae.m[law.index] > 0.5 for law in dae.contacts]
-    gaps = list(zip(held, (law.gap for law in dae.contacts), strict=True))
-    speeds = list(zip(held, (law.speed for law in dae.contacts), strict=True))
-    return _at_rest(dae, _projected(dae, dae.x, _positions(dae), gaps), speeds)
+    gaps = [(dae.m[law.index] > 0.5, law.gap) for law in dae.contacts]
+    return _projected(dae, dae.x, _positions(dae), gaps)
 
 
 def _drifts(dae: HybridDae, law: Contact) -> bool:
@@ -59,23 +63,6 @@ def _positions(dae: HybridDae) -> ca.SX:
     return column([ca.SX(j in following and not float(moves)) for j, moves in enumerate(moved)])
 
 
-def _at_rest(dae: HybridDae, start: ca.SX, speeds: Sequence[Held]) -> ca.SX:
-    """The states ``start`` with the speeds of all stuck laws set to zero, and these ``speeds``."""
-    x, coupled = [start[i] for i in range(dae.x.numel())], list(speeds)
-    place = {dae.x[i].element_hash(): i for i in range(dae.x.numel())}
-    free = _moved(dae)
-    for law in dae.frictions:
-        if law.algebraic or law.prescribed:
-            continue
-        stuck = dae.m[law.index] == 0
-        i = place.get(law.w.element_hash()) if law.w.is_symbolic() else None
-        if i is None:
-            coupled.append((stuck, law.w))
-        else:
-            x[i], free[i] = ca.if_else(stuck, 0.0, x[i]), ca.if_else(stuck, 0.0, free[i])
-    return _projected(dae, column(x), column(free), coupled) if coupled else column(x)
-
-
 def _moved(dae: HybridDae) -> list[ca.SX]:
     """1 for the states that torques move, else 0: it is shafts that bring a mesh to rest, and not a change of the ratio of a variator."""
     n = dae.x.numel()
@@ -85,8 +72,8 @@ def _moved(dae: HybridDae) -> list[ca.SX]:
     return [ca.SX(j in moved) for j in range(n)]
 
 
-def _projected(dae: HybridDae, x: ca.SX, free: ca.SX, laws: Sequence[Held]) -> ca.SX:
-    """The states with the speeds of the stuck laws among these set to zero; states that are not ``free`` stay."""
+def _projected(dae: HybridDae, x: ca.SX, free: ca.SX, laws: list[tuple[ca.SX, ca.SX]]) -> ca.SX:
+    """The states with the speeds (or gaps) of the laws that hold among these set to zero; states that are not ``free`` stay."""
     stuck, speeds = column([held for held, _ in laws]), column([w for _, w in laws])
     inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
     values = ca.Function("speeds", inputs, [speeds, ca.jacobian(speeds, dae.x)])

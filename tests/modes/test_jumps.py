@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -136,11 +137,25 @@ def test_a_body_that_is_thrown_up_comes_down_again() -> None:
     assert result["x"][-1] == pytest.approx(0.0, abs=1e-9)
 
 
+class Raised(pt.Component):
+    """A body on a floor that a switch raises."""
+
+    x: pt.Variable = pt.variable("m", "height", start=0.0)
+    v: pt.Variable = pt.variable("m/s", "speed", start=0.0)
+    f: pt.Variable = pt.variable("N", "force of the floor")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.v
+        yield pt.der(self.v) == self.f - 10.0
+        yield pt.unilateral(self.x - pt.switch(pt.time >= 0.3, 0.2, 0.0), self.f, name="floor")
+
+
 @pytest.mark.parametrize("compile", [False, True])
-def test_a_floor_that_jumps_into_a_body_is_refused(compile: bool) -> None:
+@pytest.mark.parametrize(("model", "inputs"), [(Floor(), {"h": floor(0.2)}), (Raised(), {})])
+def test_a_floor_that_jumps_into_a_body_is_refused(model: pt.Component, inputs: Any, compile: bool) -> None:
     """The body went on inside the floor."""
     with pytest.raises(pt.SimulationError, match=r"at t = 0\.3 s .* sides of floor .* from 0 to -0\.2, but may not"):
-        pt.simulate(Floor(), 1.0, inputs={"h": floor(0.2)}, compile=compile)
+        pt.simulate(model, 1.0, inputs=inputs, compile=compile)
 
 
 def test_an_input_that_jumps_into_a_body_is_refused() -> None:
