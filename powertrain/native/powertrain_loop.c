@@ -177,12 +177,13 @@ static int newton(pt_model *a, double slack)
         if (a->hosted && (a->flags[1] || a->flags[2])) return PT_ASK;
         if (a->flags[1]) return apply_resets(a);
         clear(a->fire, a->n->timed);
-        a->jumped[0] = a->flags[6];
+        a->jumped[0] = 0;
         if (!a->flags[0]) return 1;
         copy(a->seen + pass * m, a->m, m);
         for (int i = 0; i < pass; i++)
             if (same(a->seen + i * m, a->m, m)) return PT_MODES;
         copy(a->m, a->held, m);
+        a->jumped[0] = a->flags[6];
     }
     return PT_MODES;
 }
