@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain import Map, ParameterError, arguments_checked
+from powertrain import Map, ParameterError, arguments_checked, parameter
 from powertrain.components.cycles.cyclefiles import one_of, read_columns
 
 CYCLES = {
@@ -44,6 +44,8 @@ CHANGE = 1.0
 """Distance [m] after a halt over which the slope of the road changes, if the cycle changes its grade during the halt."""
 STEEPEST = 1.0
 """Largest grade of a row, in both directions: steeper than any road, and exceeded by percentages passed as fractions."""
+TIME = parameter("s", "time in the cycle")
+"""Start and end of a part of a cycle."""
 
 
 @dataclass(frozen=True)
@@ -281,9 +283,10 @@ class DriveCycle:
         points = _road(places[first], grades[first], grades[last])
         return Map.curve(points[:, 0], points[:, 1], x="s", x_unit="m", name="grade", outside="clip")
 
-    def part(self, start: float, stop: float) -> DriveCycle:
+    def part(self, start: float | str, stop: float | str) -> DriveCycle:
         """The part between two times [s], starting at zero again. Errors: ParameterError for times outside the cycle."""
         first, last = self.table[0][0], self.table[-1][0]
+        start, stop = (TIME.check(t, f"drive cycle {self.name}: part: {n}") for n, t in (("start", start), ("stop", stop)))
         if not first <= start < stop <= last:
             raise ParameterError(
                 f"drive cycle {self.name} has no part from {start:g} s to {stop:g} s; it goes from {first:g} s to {last:g} s"

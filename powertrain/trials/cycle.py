@@ -38,6 +38,8 @@ LITRES, METRES, GALLON_KWH, WH = 3.785411784, 1609.344, 33.705, 3600.0
 """A US gallon [l], a mile [m], the energy of a gallon of gasoline [kW.h], a watt hour [J]."""
 TOLD = 100.0
 """Distance [m] above which the consumption so far is displayed."""
+SHARE = pt.parameter("1", "a share: 88 % is 0.88", above=0, max=1)
+"""Efficiency of a charger, usable share of a charge."""
 Array = NDArray[np.float64]
 
 
@@ -117,22 +119,24 @@ class CycleRun:
             power = power + read[f"{wheel}.hub.tau"] * read[f"{wheel}.w"] - read[f"{wheel}.f"] * read[f"{wheel}.v"]
         return float(np.trapezoid(np.maximum(power, 0.0), read.time))
 
-    def mpg(self, charging: float = 1.0) -> float:
+    def mpg(self, charging: float | str = 1.0) -> float:
         """Miles per US gallon; electric energy counts as gasoline of 33.705 kW.h per gallon, via a charger of this efficiency.
 
         nan if the vehicle did not move forward or consumed nothing. Source: 40 CFR 600.116-12 (the energy of a gallon).
+        Errors: ParameterError for an efficiency that is not above 0 and at most 1.
         """
-        _check_share("charging", charging)
+        charging = SHARE.check(charging, "charging")
         gallons = self.litres_per_100km / LITRES * self.distance / 1e5
         gallons += max(self.electricity, 0.0) / charging / (GALLON_KWH * 1e3 * WH)
         return self.distance / METRES / gallons if gallons > 0 else math.nan
 
-    def range(self, usable: float = 1.0) -> float:
+    def range(self, usable: float | str = 1.0) -> float:
         """Distance [m] that the vehicle can drive on its batteries at this consumption; ``usable`` is the usable share of the charge.
 
         nan if none is consumed or the vehicle did not move forward. The charge is that at a state of charge of 1.
+        Errors: ParameterError for a share that is not above 0 and at most 1.
         """
-        _check_share("usable", usable)
+        usable = SHARE.check(usable, "usable")
         if not (self.electricity > 0 and self.distance > STANDS):
             return math.nan
         whole = sum(float(value_at(self.plant.model, battery).full_energy()) for battery in self.anatomy.batteries)
@@ -275,11 +279,6 @@ class CycleRun:
 
     def _of(self, name: str) -> float:
         return float(self.parameters.get(name, self.plant.parameters[name]))
-
-
-def _check_share(name: str, value: float) -> None:
-    if not 0 < value <= 1:
-        raise pt.ParameterError(f"{name} = {value:g} must be above 0 and at most 1; 88 % is 0.88")
 
 
 def drive_cycle(

@@ -230,6 +230,15 @@ def test_a_part_lies_within_its_cycle(start: float, stop: float) -> None:
         DriveCycle.named("hwfet").part(start, stop)
 
 
+def test_times_of_a_part_as_texts() -> None:
+    cycle = DriveCycle.named("hwfet")
+    assert cycle.part(60, "2 min") == cycle.part(60, 120)
+    with pytest.raises(pt.ParameterError, match="hwfet: part: start = 'a' is not a number"):
+        cycle.part("a", 3)
+    with pytest.raises(pt.ParameterError, match="hwfet: part: stop = '3' is a text without a unit; write 3"):
+        cycle.part(0, "3")
+
+
 def test_signal_shows_the_cycle_and_what_comes() -> None:
     ramp = DriveCycle("ramp", ((0, 0), (10, 0), (20, 20), (30, 20)))
     result = pt.simulate(CycleSpeed(cycle=ramp, preview=2.0), stop=30, times=np.linspace(0, 30, 301))
