@@ -87,6 +87,7 @@ class MappedEngine(Engine):
         ParameterError
             For errors of these functions, with the file.
         """
+        cls._check_names(parameters, "displacement", "fill", "outside", "method")
         torque_map = read_torque_map(torque, outside=outside, method=method)
         fuel_map = read_fuel_map(fuel, displacement=displacement, fill=fill, outside=outside, method=method)
         return cls(torque_map=torque_map, fuel_map=fuel_map, **parameters)
