@@ -286,7 +286,9 @@ class DriveCycle:
     def part(self, start: float | str, stop: float | str) -> DriveCycle:
         """The part between two times [s], starting at zero again. Errors: ParameterError for times outside the cycle."""
         first, last = self.table[0][0], self.table[-1][0]
-        start, stop = (TIME.check(t, f"drive cycle {self.name}: part: {n}") for n, t in (("start", start), ("stop", stop)))
+        start, stop = (
+            TIME.check(t, f"drive cycle {self.name}: part: {n}") for n, t in (("start", start), ("stop", stop))
+        )
         if not first <= start < stop <= last:
             raise ParameterError(
                 f"drive cycle {self.name} has no part from {start:g} s to {stop:g} s; it goes from {first:g} s to {last:g} s"

@@ -40,6 +40,8 @@ WEAK = 0.1
 """Largest power of a battery over that of the machines it supplies."""
 BEYOND = 5.0
 """Last speed or torque of a table of losses over the limit of its machine."""
+LOST = 0.001
+"""Loss of a machine at its largest torque and power, relative to that power; machines and their inverters lose more."""
 CRUISE, TURNS = 100 / 3.6, (900.0, 5500.0)
 """A speed [m/s], and speeds [rpm] that the engine of a car has there in top gear."""
 PEAK = 0.9, 1.1
@@ -68,7 +70,7 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
         *_speeds(vehicle, parts),
         *_stored(vehicle, parts),
         *_resistances(vehicle, parts),
-        *(text for path in parts.machines for text in _loss_map(path, value_at(vehicle, path))),
+        *(text for path in parts.machines for text in _losses(path, value_at(vehicle, path))),
         *_clutches(vehicle, parts),
         *_synchronisers(vehicle, parts),
         *_overall_ratio(vehicle, parts),
@@ -179,7 +181,12 @@ def _resistances(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
             )
 
 
-def _loss_map(path: str, machine: Any) -> Iterator[str]:
+def _losses(path: str, machine: Any) -> Iterator[str]:
+    """Tables of losses in other units."""
+    yield from list(_far_table(path, machine)) or _small_loss(path, machine)
+
+
+def _far_table(path: str, machine: Any) -> Iterator[str]:
     """A table of losses far beyond the limits of its machine, of which a corner alone would be used."""
     axes = machine.loss_map.axes if machine.loss_map is not None else ()
     for axis, limit in zip(axes, ("w_max", "tau_max"), strict=False):
@@ -189,6 +196,22 @@ def _loss_map(path: str, machine: Any) -> Iterator[str]:
                 f"{path}.loss_map reaches {axis.high:.4g} {axis.unit}, far beyond {path}.{limit} = {most:.4g} {axis.unit}; "
                 f"check the unit of its {axis.name}"
             )
+
+
+def _small_loss(path: str, machine: Any) -> Iterator[str]:
+    """A table of losses in kilowatts: next to nothing is lost at the largest torque and power."""
+    P_max, tau_max, table = _number(machine, "P_max"), _number(machine, "tau_max"), machine.loss_map
+    if not (P_max and tau_max) or table is None or table.unit != "W" or len(table.axes) != 2:
+        return
+    w, tau = (
+        float(np.clip(x, axis.low, axis.high)) for x, axis in zip((P_max / tau_max, tau_max), table.axes, strict=True)
+    )
+    loss = float(table(w, tau))
+    if loss < LOST * P_max:
+        yield (
+            f"{path}.loss_map gives {loss:.3g} W at {w:.4g} rad/s and {tau:.4g} N.m, less than {LOST:.1%} of {path}.P_max = {P_max:.4g} W; "
+            "losses are in W: the column of a file in kilowatts is headed loss [kW]"
+        )
 
 
 def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:

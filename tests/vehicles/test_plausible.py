@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -22,9 +23,9 @@ POUNDS = {
 }
 
 
-def losses(tau: float, w: float) -> pt.Map:
+def losses(tau: float, w: float, kW: float = 1.0) -> pt.Map:
     axes = pt.Axis("speed", "rad/s", (0.0, w)), pt.Axis("torque", "N.m", (-tau, tau))
-    return pt.Map(axes, [[100.0, 100.0], [900.0, 900.0]], "W", "loss")
+    return pt.Map(axes, np.array([[100.0, 100.0], [900.0, 900.0]]) / kW, "W", "loss")
 
 
 @pytest.mark.parametrize("name", pt.vehicles.names())
@@ -64,6 +65,11 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
             ["machine.loss_map reaches 1.2e+04 rad/s, far beyond"],
         ),
         (ElectricCar(), {"machine.loss_map": losses(320, 1300)}, []),
+        (
+            ElectricCar(),
+            {"machine.loss_map": losses(320, 1300, kW=1e3)},  # in kW by mistake
+            ["machine.loss_map gives 0.398 W at 483.9 rad/s and 310 N.m, less than 0.1% of machine.P_max = 1.5e+05 W"],
+        ),
         (
             ManualCar(),
             {"engine": MappedEngine.diesel()},
