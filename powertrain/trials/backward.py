@@ -135,7 +135,7 @@ def _climb(vehicle: Any, cycle: DriveCycle) -> Array:
     step = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2 * np.diff(cycle.times)
     parts = anatomy(vehicle)
     body, road = value_at(vehicle, parts.the("body")), value_at(vehicle, parts.the("road"))
-    slope = np.asarray((cycle.slope() if cycle.grades else road.profile)(np.cumsum(step) - step / 2))
+    slope = np.asarray((cycle.slope() if cycle.has_road else road.profile)(np.cumsum(step) - step / 2))
     return np.asarray(float(body.m) * float(body.g) * slope / np.sqrt(1 + slope**2))
 
 

@@ -292,7 +292,7 @@ def drive_cycle(
 ) -> CycleRun:
     """Drive a vehicle over a cycle.
 
-    The grades of a cycle become the road of the vehicle. If the vehicle cannot follow a cycle, it drives as well as it can. If the
+    Grades or heights of a cycle become the road of the vehicle. If the vehicle cannot follow a cycle, it drives as well as it can. If the
     simulation ends early, the run so far is kept and ``message`` gives the reason; it also reports an engine that stands although it is on,
     a vehicle that did not move, and a gear that was not engaged.
 
@@ -377,15 +377,15 @@ def so_far(plant: pt.Plant[Any], parameters: Mapping[str, float] | None = None) 
 
 
 def on_cycle(vehicle: pt.Component, cycle: DriveCycle | str | PathLike[str] | None) -> pt.Component:
-    """The vehicle on a cycle, by default its own. Grades of the cycle become its road; those of the earlier cycle are removed."""
+    """The vehicle on a cycle, by default its own. The road of the cycle becomes its own; that of the earlier cycle is removed."""
     parts = anatomy(vehicle)
     path = parts.the("cycle")
     own: DriveCycle = value_at(vehicle, path).cycle
     driven = own if cycle is None else DriveCycle.of(cycle)
     if driven is not own:
         vehicle = pt.replace(vehicle, {f"{path}.cycle": driven})
-    if not (driven.grades or own.grades):
+    if not (driven.has_road or own.has_road):
         return vehicle
     profile = f"{parts.the('road')}.profile"
-    is_own = driven.grades or value_at(vehicle, parts.the("road")).profile == own.slope()
+    is_own = driven.has_road or value_at(vehicle, parts.the("road")).profile == own.slope()
     return pt.replace(vehicle, {profile: driven.slope()}) if is_own else vehicle

@@ -51,10 +51,11 @@ def test_every_vehicle_goes_through_a_file(name: str) -> None:
     [
         ManualCar(engine=MappedEngine.gasoline(), road=RoadProfile.from_heights([0, 1000, 2000], [0, 10, 5])),
         pt.replace(ManualCar(), {"cycle.cycle": HILL, "gearbox": ManualGearbox.of_ratios(3.5, 2.0, 1.2)}),
+        pt.replace(ManualCar(), {"cycle.cycle": DriveCycle("hill", HILL.table, heights=(7.0, 9.0, 8.5))}),
         pt.replace(ElectricCar.two_speed(), {"battery.ocv": cells_in_series(108)}),
         pt.replace(load("mazda-mazda3-manual"), engine=WillansEngine()),
     ],
-    ids=["maps", "cycle and gears", "voltage", "without a curve"],
+    ids=["maps", "cycle and gears", "cycle with heights", "voltage", "without a curve"],
 )
 def test_what_is_not_plain_goes_through_a_file(car: Any) -> None:
     assert read_again(car) == car
