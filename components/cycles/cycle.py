@@ -134,8 +134,8 @@ class DriveCycle:
         if (steep := np.abs(rises) > math.sin(math.atan(STEEPEST)) * steps).any():
             k = int(np.argmax(steep))
             raise ParameterError(
-                f"drive cycle {self.name}: the height changes by {rises[k]:.3g} m from {places[k]:.4g} m to {places[k + 1]:.4g} m of the way; "
-                f"no road is steeper than {STEEPEST:.0%}. Heights from a satellite receiver scatter: smooth them first"
+                f"drive cycle {self.name}: the height changes by {rises[k]:.3g} m from {places[k]:.4g} m to {places[k + 1]:.4g} m of the "
+                f"way; no road is steeper than {STEEPEST:.0%}. Heights from a satellite receiver scatter: smooth them first"
             )
 
     def __repr__(self) -> str:
@@ -334,23 +334,22 @@ class DriveCycle:
     def part(self, start: float | str, stop: float | str) -> DriveCycle:
         """The part between two times [s], starting at zero again. Errors: ParameterError for times outside the cycle."""
         first, last = self.table[0][0], self.table[-1][0]
-        start, stop = (
-            TIME.check(t, f"drive cycle {self.name}: part: {n}") for n, t in (("start", start), ("stop", stop))
-        )
-        if not first <= start < stop <= last:
+        begin: float = TIME.check(start, f"drive cycle {self.name}: part: start")
+        end: float = TIME.check(stop, f"drive cycle {self.name}: part: stop")
+        if not first <= begin < end <= last:
             raise ParameterError(
-                f"drive cycle {self.name} has no part from {start:g} s to {stop:g} s; it goes from {first:g} s to {last:g} s"
+                f"drive cycle {self.name} has no part from {begin:g} s to {end:g} s; it goes from {first:g} s to {last:g} s"
             )
-        if start == first == 0.0 and stop == last:
+        if begin == first == 0.0 and end == last:
             return self
-        times = np.array([start, *(t for t, _ in self.table if start < t < stop), stop])
+        times = np.array([begin, *(t for t, _ in self.table if begin < t < end), end])
         speeds = np.interp(times, self.times, self.speeds)
         grades = np.interp(times, self.times, self.grades).tolist() if self.grades else ()
         row = np.searchsorted(self.times, times, side="right") - 1
         places = self._places[row] + (self.speeds[row] + speeds) / 2 * (times - self.times[row])
         heights = np.interp(places, *self._points()).tolist() if self.heights else ()
-        rows = tuple(zip((times - start).tolist(), speeds.tolist(), strict=True))
-        return DriveCycle(f"{self.name} {start:g}-{stop:g} s", rows, self.source, tuple(grades), tuple(heights))
+        rows = tuple(zip((times - begin).tolist(), speeds.tolist(), strict=True))
+        return DriveCycle(f"{self.name} {begin:g}-{end:g} s", rows, self.source, tuple(grades), tuple(heights))
 
 
 def _road(places: NDArray[np.float64], before: NDArray[np.float64], behind: NDArray[np.float64]) -> NDArray[np.float64]:

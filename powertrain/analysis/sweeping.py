@@ -175,7 +175,7 @@ def _tasks(cases: Iterable[Mapping[str, Any]], options: Mapping[str, Any]) -> li
 def _without_units(plant: Plant[Any], case: Mapping[str, Any]) -> Mapping[str, Any]:
     """The case with its parameters and starts as numbers, which the table shows; a text that is none stays, to fail in its own run."""
     known = plant.compiled.parameters
-    readers: dict[str, Callable[[str, str], float]] = {
+    readers: dict[str, Callable[[str, Any], float]] = {
         "parameters": lambda name, text: known[name].check(text, name),
         "starts": lambda name, text: start_values(plant.compiled, {name: text})[name],
     }

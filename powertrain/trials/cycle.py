@@ -125,9 +125,9 @@ class CycleRun:
         nan if the vehicle did not move forward or consumed nothing. Source: 40 CFR 600.116-12 (the energy of a gallon).
         Errors: ParameterError for an efficiency that is not above 0 and at most 1.
         """
-        charging = SHARE.check(charging, "charging")
+        efficiency: float = SHARE.check(charging, "charging")
         gallons = self.litres_per_100km / LITRES * self.distance / 1e5
-        gallons += max(self.electricity, 0.0) / charging / (GALLON_KWH * 1e3 * WH)
+        gallons += max(self.electricity, 0.0) / efficiency / (GALLON_KWH * 1e3 * WH)
         return self.distance / METRES / gallons if gallons > 0 else math.nan
 
     def range(self, usable: float | str = 1.0) -> float:
@@ -136,11 +136,11 @@ class CycleRun:
         nan if none is consumed or the vehicle did not move forward. The charge is that at a state of charge of 1.
         Errors: ParameterError for a share that is not above 0 and at most 1.
         """
-        usable = SHARE.check(usable, "usable")
+        share: float = SHARE.check(usable, "usable")
         if not (self.electricity > 0 and self.distance > STANDS):
             return math.nan
         whole = sum(float(value_at(self.plant.model, battery).full_energy()) for battery in self.anatomy.batteries)
-        return usable * whole / self.electricity * self.distance
+        return share * whole / self.electricity * self.distance
 
     @property
     def efficiency(self) -> float:

@@ -113,7 +113,7 @@ def test_heights_of_a_recorded_drive_are_its_road(tmp_path: Path) -> None:
 
 def test_heights_over_distance() -> None:
     cycle = DriveCycle.from_distance("lap", [0, 50, 200], [0, 10, 0], stops=[3, 5], heights=[7, 9, 8])
-    assert cycle.heights == (7, 7, 9, 8, 8)
+    assert list(cycle.heights) == [7, 7, 9, 8, 8]
     with pytest.raises(pt.ParameterError, match="2 heights for 3 distances; each distance needs one"):
         DriveCycle.from_distance("lap", [0, 50, 200], [0, 10, 0], heights=[7, 9])
 
