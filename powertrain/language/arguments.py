@@ -70,6 +70,12 @@ def flag(what: str, value: Any, allowed: str = "True or False") -> bool:
     return bool(value)
 
 
+def of_kind(what: str, value: object, kind: type, said: str) -> None:
+    """ParameterError for a value of another class; ``said``: what the function ``what`` takes."""
+    if not isinstance(value, kind):
+        raise ParameterError(f"{what}() takes {said}, not {short(value)}")
+
+
 def text(what: str, value: Any) -> str:
     """A text."""
     if not isinstance(value, str):

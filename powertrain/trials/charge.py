@@ -14,6 +14,7 @@ import pandas as pd
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.errors import suggestion
+from powertrain.language.arguments import of_kind
 from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.cycle import CycleRun, drive_cycle, on_cycle
 
@@ -65,6 +66,7 @@ def beyond_correction(run: CycleRun, *stores: str) -> str:
 
 def _gained(run: CycleRun, *stores: str) -> float:
     """Energy [J] that the stores gained. Errors: ParameterError for a store that the vehicle does not have."""
+    of_kind("charge_corrected", run, CycleRun, "a run of drive_cycle()")
     table = run.audit.components["stored"]
     for store in stores:
         if store not in table.index:
@@ -252,6 +254,7 @@ def electric_share(run: CycleRun) -> float:
 
     Errors: ParameterError for a vehicle without an engine.
     """
+    of_kind("electric_share", run, CycleRun, "a run of drive_cycle()")
     if not run.anatomy.engines:
         raise pt.ParameterError(f"electric_share needs a vehicle with an engine; {run.anatomy.vehicle} has none")
     t, v = run.result.time, run.speed

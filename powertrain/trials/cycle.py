@@ -342,7 +342,9 @@ def drive_cycle(
     driven: DriveCycle = value_at(plant.model, anatomy(plant.model).the("cycle")).cycle
     start, stop = float(driven.times[0]), float(driven.times[-1])
     times = np.linspace(start, stop, round((stop - start) * RATE) + 1)
-    given, message = dict(by_name("parameters", parameters)), ""
+    asked = by_name("parameters", parameters)
+    values = dict(zip(plant.parameters, plant.parameter_vector(asked).tolist(), strict=True))
+    given, message = {name: values[name] for name in asked}, ""
     begun = checked_starts(plant, starts)
     watch = Bar(start, stop, so_far(plant, given)) if progress is True else progress
     try:

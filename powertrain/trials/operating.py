@@ -34,6 +34,7 @@ def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Comp
     of an axle turn together, so losses of tyres and differentials are not included.
     Errors: ParameterError for a vehicle with discrete variables that are not ``held``, such as the engaged gear.
     """
+    anatomy(vehicle)  # what is not a vehicle is rejected as everywhere
     _refuse_memory(vehicle, held)
     parts = {name: getattr(vehicle, name) for name in vehicle._fields}
     vehicle = pt.replace(vehicle, {name: part for name, old in parts.items() if (part := _steady(old)) is not old})

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import powertrain as pt
-from powertrain.components.body import Body, CoastDownBody, DrivenAxle, LumpedAxle
+from powertrain.components.body import CoastDownBody, DrivenAxle, LumpedAxle
 from powertrain.components.control import SpeedSchedule
 from powertrain.components.rotational import Clutch
 from powertrain.components.transmissions import (
@@ -18,7 +18,7 @@ from powertrain.components.transmissions import (
     StartingGearbox,
     SynchronisedGearbox,
 )
-from powertrain.components.wheels import Wheel, WheelBrake
+from powertrain.components.wheels import WheelBrake
 from powertrain.language.component import children
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
 from powertrain.vehicles.wheels import wheels_of
@@ -28,8 +28,12 @@ USUAL: dict[str, tuple[float, float, str]] = {
     "m": (200.0, 60e3, "it is the mass in kg"),
     "A": (0.4, 12.0, "it is the frontal area"),
     "Cd": (0.1, 1.2, "it is the drag coefficient"),
+    "w_idle": (30.0, 200.0, 'it is the idle speed, written in rpm as "800 rpm"'),
+    "heating_value": (10e6, 130e6, 'it is the heating value of the fuel, written as "43 MJ/kg"'),
+    "fuel_density": (50.0, 1200.0, 'it is the density of the fuel, written as "0.745 kg/l"'),
+    "co2_per_fuel": (0.0, 4.0, "it is the mass of carbon dioxide per mass of fuel"),
 }
-"""Usual values of wheels and bodies of road vehicles, in the unit of the parameter, with its description."""
+"""Usual values of wheels, bodies and engines of road vehicles, in the unit of the parameter, with its description."""
 ROLLING = 0.003, 0.04
 """Usual road load near standstill, relative to the weight: rolling resistance of tyres and drag of bearings and brakes."""
 POWER = 5.0, 1000.0
@@ -62,7 +66,7 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
     parts = anatomy(vehicle)
     bodies = [(path, value_at(vehicle, path)) for name, path in parts.one if name == "body"]
     return (
-        *_unusual([*wheels_of(vehicle), *bodies]),
+        *_unusual([*wheels_of(vehicle), *bodies, *((path, value_at(vehicle, path)) for path in parts.engines)]),
         *(text for path, body in bodies if isinstance(body, CoastDownBody) for text in _road_load(path, body)),
         *(text for path, body in bodies for text in _power(vehicle, parts, path, body)),
         *(text for path, body in bodies for text in _brakes(vehicle, path, body)),
@@ -82,7 +86,7 @@ def _number(part: pt.Component, name: str) -> float | None:
     return float(value) if isinstance(value, (int, float)) else None
 
 
-def _unusual(parts: list[tuple[str, Wheel | Body]]) -> Iterator[str]:
+def _unusual(parts: list[tuple[str, Any]]) -> Iterator[str]:
     for path, part in parts:
         for name, (low, high, what) in USUAL.items():
             value, spec = _number(part, name), part._fields.get(name)
