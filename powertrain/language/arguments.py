@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import wraps
 from numbers import Integral, Number
+from pathlib import Path
 from reprlib import repr as short
 from typing import Any, TypeVar
 
@@ -149,6 +151,18 @@ def path(what: str, value: Any) -> str:
     if not isinstance(found, str) or not found or "\0" in found:
         raise ParameterError(f"{what} = {short(value)} is not the path of a file")
     return found
+
+
+@contextmanager
+def writing(file: str | os.PathLike[str]) -> Iterator[None]:
+    """Around what writes a file: ParameterError where there is no such folder, and where the file cannot be written."""
+    folder = Path(file).parent
+    if not folder.is_dir():
+        raise ParameterError(f"{os.fspath(file)} cannot be written: there is no folder {folder}")
+    try:
+        yield
+    except OSError as error:
+        raise ParameterError(f"{os.fspath(file)} cannot be written: {error.strerror}") from None
 
 
 def options_checked(function: F) -> F:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import powertrain as pt
-from powertrain.language.arguments import row
+from powertrain.language.arguments import by_name, row
 from powertrain.trials.anatomy import anatomy
 from powertrain.trials.gears import held_gears, in_gear, is_geared, numbers
 from powertrain.trials.operating import mapped_model, operating_map
@@ -69,6 +69,7 @@ def driveline_map(
     import xarray as xr
 
     anatomy(vehicle)  # what is not a vehicle is rejected as everywhere
+    held = by_name("held", held)
     speeds, accelerators = row("speeds", speeds), row("accelerators", accelerators)
     if (speeds < 0).any() or not (speeds > 0).any():
         raise pt.ParameterError(
