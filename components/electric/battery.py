@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from numbers import Real
 from typing import Literal
 
 import casadi as ca
@@ -40,7 +41,7 @@ def cells_in_series(cells: int) -> Map:
 
     Errors: ParameterError for a number of cells that is not a whole number from 1 on.
     """
-    if cells < 1 or cells % 1:
+    if not isinstance(cells, Real) or cells < 1 or cells % 1:
         raise ParameterError(f"cells_in_series: {cells!r} cells; give a whole number, such as 96 for 350 V")
     volts = [cells * volt for _, volt in CELL]
     return Map.curve([s for s, _ in CELL], volts, x="state of charge", unit="V", name="open-circuit voltage")

@@ -13,6 +13,7 @@ from powertrain.components.control import SetPedals
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials import (
     CycleRun,
+    backward,
     charge_corrected,
     drive_cycle,
     driveline_map,
@@ -25,7 +26,9 @@ from powertrain.trials import (
 from powertrain.trials.performance import Hill, performance, time_between
 from powertrain.trials.sankey import plot_energy_flow
 from powertrain.vehicles.electric_car import ElectricCar
+from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.split_path_car import SplitPathCar
+from powertrain.vehicles.variator_car import VariatorCar
 
 WLTC = DriveCycle.named("wltc")
 
@@ -229,6 +232,16 @@ def test_parameters_of_a_run_are_numbers(electric: CycleRun) -> None:
             r"shifts\(\) takes the result of a simulation, run.result of a drive cycle, not CycleRun",
         ),
         (lambda run: charge_corrected(run.result), r"charge_corrected\(\) takes a run of drive_cycle\(\), not Result"),
+        (lambda run: charge_corrected(run, path=90), r"path = 90 is outside its range \(0, 1\]"),
+        (lambda run: VariatorCar(w_least=1200), r"with w_least = 1200 rad/s, engine.w_limit = 680 rad/s"),
+        (
+            lambda run: driveline_map(ElectricCar(), [5], [0.3], held="charging"),  # type: ignore[arg-type]
+            "held = 'charging': pass a dictionary",
+        ),
+        (
+            lambda run: backward(ManualCar(), run.cycle, [1, 2]),  # type: ignore[arg-type]
+            r"backward\(\) takes a map of driveline_map\(\), not \[1, 2\]",
+        ),
         (
             lambda run: electric_share("run"),  # type: ignore[arg-type]
             r"electric_share\(\) takes a run of drive_cycle\(\), not 'run'",
