@@ -21,7 +21,7 @@ from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import ParameterError
 from powertrain.events import EventTable
 from powertrain.language import htmltext
-from powertrain.language.arguments import array, number
+from powertrain.language.arguments import array, number, writing
 from powertrain.language.component import Component
 from powertrain.language.connectors import Signal
 from powertrain.language.quantities import converted
@@ -340,12 +340,14 @@ class Result(Generic[M]):
     def save(self, path: str | PathLike[str], *names: str) -> None:
         """Write ``to_xarray(*names)`` to a netCDF file (.nc), which ``load`` reads, or ``to_dataframe(*names)`` to a .csv file.
 
-        netCDF requires ``powertrain[netcdf]``. ParameterError for other file name extensions.
+        netCDF requires ``powertrain[netcdf]``. ParameterError for other file name extensions, and for a file that cannot be written.
         """
-        if export.suffix(path) == ".csv":
-            self.to_dataframe(*names).to_csv(path)
-        else:
-            export.save(self.to_xarray(*names), path)
+        is_csv = export.suffix(path) == ".csv"
+        with writing(path):
+            if is_csv:
+                self.to_dataframe(*names).to_csv(path)
+            else:
+                export.save(self.to_xarray(*names), path)
 
     def netcdf(self, *names: str, **attributes: str) -> bytes:
         """The content of a classic netCDF file of ``to_xarray(*names)``, with additional attributes."""

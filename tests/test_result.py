@@ -339,6 +339,15 @@ def test_the_ending_of_a_file_says_its_format(result: Result[Drive], tmp_path: P
     assert [path.name for path in tmp_path.iterdir()] == ["run.CSV"]
 
 
+@pytest.mark.parametrize("name", ["run.csv", "run.nc"])
+def test_files_that_cannot_be_written_are_named(result: Result[Drive], tmp_path: Path, name: str) -> None:
+    with pytest.raises(pt.ParameterError, match=f"{name} cannot be written: there is no folder {tmp_path}/absent"):
+        result.save(tmp_path / "absent" / name)
+    (tmp_path / name).mkdir()
+    with pytest.raises(pt.ParameterError, match=f"{name} cannot be written"):
+        result.save(tmp_path / name)
+
+
 def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     (tmp_path / "text.nc").write_text("no netCDF")
     for name in "text.nc", "none.nc":

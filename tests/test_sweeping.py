@@ -153,6 +153,14 @@ def test_parameters_with_units_are_numbers_in_the_table() -> None:
     assert "different quantity" in str(runs.errors[3])
 
 
+def test_starts_with_units_are_numbers_in_the_table() -> None:
+    """60 rpm are 2 pi rad/s; a text that is no such quantity is the error of its case."""
+    cases = [{"starts": {"inertia.w": w}} for w in ("60 rpm", 10.0, "2 kg")]
+    runs = pt.sweep(SpinDown(), cases, stop=1.0, scalars={"w": last_speed}, on_error="keep")
+    assert runs.table["starts.inertia.w"].tolist() == [pytest.approx(2 * np.pi), 10.0, "2 kg"]
+    assert "different quantity" in str(runs.errors[2])
+
+
 def test_a_table_of_parameters_and_scalars() -> None:
     runs = pt.sweep(
         SpinDown(), [{"parameters": {"damper.d": d}, "stop": d} for d in (1.0, 2.0)], scalars={"w": last_speed}

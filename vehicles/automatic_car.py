@@ -42,13 +42,20 @@ class AutomaticCar(GearedCar):
     @classmethod
     @arguments_checked
     def with_gearset(
-        cls, gearbox: Automatic, *, w_up: float = 150.0, w_full: float = 560.0, ratio: float = 3.2, **parts: Any
+        cls,
+        gearbox: Automatic,
+        *,
+        w_up: float | str = 150.0,
+        w_full: float | str = 560.0,
+        ratio: float = 3.2,
+        **parts: Any,
     ) -> Self:
         """The car with an automatic gearset, a final drive of ``ratio``, and matching shift speeds.
 
         With the accelerator released it shifts up where the next gear gives the input the speed ``w_up`` [rad/s], with the accelerator
-        fully pressed at up to ``w_full``.
+        fully pressed at up to ``w_full``. Speeds with another unit, such as "1500 rpm", are converted.
         """
+        cls._check_names(parts, "w_up", "w_full", "ratio")
         axle = LumpedAxle(final_drive=CrownGear(ratio=ratio, eta_ab=0.97, eta_ba=0.97))
         ratios = [gearbox.scheme.ratio(gear.name) for gear in gearbox.scheme.forward]
         radius = float(axle.wheels.radius)

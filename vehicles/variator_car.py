@@ -52,6 +52,10 @@ class VariatorCar(Car):
     front: Axle = LumpedAxle(final_drive=IdealGear(ratio=5.4))
     body: Body = VehicleBody(m=1300, A=2.1)
 
+    def check(self) -> Equations:
+        """The line begins below the rev limiter."""
+        yield self.w_least < self.engine.w_limit
+
     def equations(self) -> Equations:
         """Engine to road."""
         yield connect(self.engine.crank, self.accessories.flange, self.start.flange_a)

@@ -124,6 +124,7 @@ class SpeedSchedule(Shifting, Switching):
         Errors: ParameterError for fewer than two ratios, for ratios that do not decrease, for values that are not positive, and for a
         ``w_full`` that is exceeded with the accelerator released.
         """
+        cls._check_names(options, "radius", "w_up", "w_full", "down")
         where = f"{cls.__name__}.for_gears"
         ratios = gear_ratios(where, [ratios])
         if len(ratios) < 2 or any(one <= other for one, other in pairwise(ratios)):

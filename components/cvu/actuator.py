@@ -27,6 +27,10 @@ class Actuator(Component):
     demand: Input = signal_input("1", "Demanded ratio")
     ratio: Output = signal_output("1", "Ratio, for the variable unit")
 
+    def check(self) -> Equations:
+        """The range must not be empty."""
+        yield self.ratio_min <= self.ratio_max
+
 
 class IdealActuator(Actuator):
     """Follows the demanded ratio without delay, for operating points.

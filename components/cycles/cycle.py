@@ -13,7 +13,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain import Map, ParameterError, arguments_checked
+from powertrain import Map, ParameterError, arguments_checked, parameter
+from powertrain.components.body import RoadProfile
 from powertrain.components.cycles.cyclefiles import one_of, read_columns
 
 CYCLES = {
@@ -44,6 +45,8 @@ CHANGE = 1.0
 """Distance [m] after a halt over which the slope of the road changes, if the cycle changes its grade during the halt."""
 STEEPEST = 1.0
 """Largest grade of a row, in both directions: steeper than any road, and exceeded by percentages passed as fractions."""
+TIME = parameter("s", "time in the cycle")
+"""Start and end of a part of a cycle."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,8 @@ class DriveCycle:
     """Speed over time: rows (time in s, speed in m/s) with linear interpolation; times increase; neither may be negative.
 
     ``named`` returns a legislated cycle, ``from_csv`` reads a file, ``from_distance`` takes speeds over distance. ``grades`` (optional)
-    are the slopes tan(alpha) of the road at the rows; ``slope()`` is that road. Errors: ParameterError for invalid rows.
+    are the slopes tan(alpha) of the road at the rows, or ``heights`` its heights [m]; ``slope()`` is that road.
+    Errors: ParameterError for invalid rows.
 
     >>> wltc = DriveCycle.named("wltc")
     >>> round(wltc.duration), round(wltc.distance / 1e3, 2), round(wltc.top_speed * 3.6, 1)
@@ -62,6 +66,7 @@ class DriveCycle:
     table: tuple[tuple[float, float], ...]
     source: str = ""
     grades: tuple[float, ...] = ()
+    heights: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Raise ParameterError with the invalid row."""
@@ -92,24 +97,45 @@ class DriveCycle:
             if v < 0:
                 raise ParameterError(f"drive cycle {self.name}: row {row} has {v:g} m/s; speeds must not be negative")
             before = t
+        for one in ("grade", "height"):
+            self._check_road(f"{one}s", one)
+        if self.grades and self.heights:
+            raise ParameterError(f"drive cycle {self.name}: it has grades and heights of the road; give one of them")
         self._check_grades()
+        self._check_heights()
+
+    def _check_road(self, name: str, one: str) -> None:
+        given = getattr(self, name)
+        try:
+            numbers = tuple(float(number) for number in given)
+        except (TypeError, ValueError):
+            raise ParameterError(f"drive cycle {self.name}: {name} = {given!r} is not a row of numbers") from None
+        if numbers and len(numbers) != len(self.table):
+            raise ParameterError(
+                f"drive cycle {self.name}: {len(numbers)} {name} for {len(self.table)} rows; each row needs one"
+            )
+        if bad := [row for row, number in enumerate(numbers, 1) if not math.isfinite(number)]:
+            raise ParameterError(f"drive cycle {self.name}: the {one} of row {bad[0]} is not finite")
+        object.__setattr__(self, name, numbers)
 
     def _check_grades(self) -> None:
-        try:
-            object.__setattr__(self, "grades", tuple(float(grade) for grade in self.grades))
-        except (TypeError, ValueError):
-            raise ParameterError(f"drive cycle {self.name}: grades = {self.grades!r} is not a row of numbers") from None
-        if self.grades and len(self.grades) != len(self.table):
-            raise ParameterError(
-                f"drive cycle {self.name}: {len(self.grades)} grades for {len(self.table)} rows; each row needs one"
-            )
-        if bad := [row for row, grade in enumerate(self.grades, 1) if not math.isfinite(grade)]:
-            raise ParameterError(f"drive cycle {self.name}: the grade of row {bad[0]} is not finite")
         if steep := [row for row, grade in enumerate(self.grades, 1) if abs(grade) > STEEPEST]:
             grade = self.grades[steep[0] - 1]
             raise ParameterError(
                 f"drive cycle {self.name}: the grade of row {steep[0]} is {grade:g}, {grade:.0%}; no road is steeper than {STEEPEST:.0%}. "
                 "Grades are the tangent of the slope, 0.06 for 6 %; the column of a file in percent is grade_percent"
+            )
+
+    def _check_heights(self) -> None:
+        if not self.heights:
+            return
+        places, heights = self._points()
+        steps, rises = np.diff(places), np.diff(heights)
+        if (steep := np.abs(rises) > math.sin(math.atan(STEEPEST)) * steps).any():
+            k = int(np.argmax(steep))
+            raise ParameterError(
+                f"drive cycle {self.name}: the height changes by {rises[k]:.3g} m from {places[k]:.4g} m to {places[k + 1]:.4g} m of the "
+                f"way; no road is steeper than {STEEPEST:.0%}. Heights from a satellite receiver scatter: smooth them first"
             )
 
     def __repr__(self) -> str:
@@ -153,26 +179,27 @@ class DriveCycle:
         """Read a file with a header, over time or over distance; lines with # are comments.
 
         Its columns are ``time_s`` or ``distance_m``; ``speed_km_h``, ``speed_m_s`` or ``speed_mph``; and optionally ``grade`` (tan of the
-        slope) or ``grade_percent``, and ``stop_s``, the time that a cycle over distance waits at a row. Units may stand in brackets,
-        ``speed [km/h]``, and columns be separated as in ``pt.TextTable``. The headings of FASTSim's cycles are known, too.
+        slope), ``grade_percent`` or ``height_m``, and ``stop_s``, the time that a cycle over distance waits at a row. Units may stand in
+        brackets, ``speed [km/h]``, and columns be separated as in ``pt.TextTable``. The headings of FASTSim's cycles are known, too.
 
         Errors: ParameterError for a file that cannot be read, for other columns, and for an entry that is not a number, with its line.
         """
         path = Path(path)
         columns = read_columns(path)
         at, speeds = one_of(columns, ("time", "distance"), path), columns[one_of(columns, ("speed",), path)]
-        grades, waits = tuple(columns.get("grade", ())), columns.get("stop", ())
+        road = {"grades": tuple(columns.get("grade", ())), "heights": tuple(columns.get("height", ()))}
+        waits = columns.get("stop", ())
         if at == "time":
             if waits:
                 raise ParameterError(f"{path}: a cycle over time has no column for stops; give them as rows at 0 m/s")
-            return cls(path.stem, tuple(zip(columns[at], speeds, strict=True)), str(path), grades)
+            return cls(path.stem, tuple(zip(columns[at], speeds, strict=True)), str(path), **road)
         for row, (t, v) in enumerate(zip(waits, speeds, strict=False), 1):
             if t != 0 and v != 0:
                 raise ParameterError(
                     f"{path}: row {row} has a stop_s of {t:g} s at {v:g} m/s; a vehicle waits at 0 m/s"
                 )
         stops = [t for t, v in zip(waits, speeds, strict=False) if v == 0]
-        return cls.from_distance(path.stem, columns[at], speeds, stops, str(path), grades)
+        return cls.from_distance(path.stem, columns[at], speeds, stops, str(path), **road)
 
     @classmethod
     @arguments_checked
@@ -184,6 +211,7 @@ class DriveCycle:
         stops: Sequence[float] = (),
         source: str = "",
         grades: Sequence[float] = (),
+        heights: Sequence[float] = (),
     ) -> Self:
         """A cycle over distance; between two places the acceleration is constant: dt = 2 ds/(v_1 + v_2).
 
@@ -201,17 +229,20 @@ class DriveCycle:
             Source of the data.
         grades : sequence of float
             Slopes there, tan(alpha) [1]; level by default.
+        heights : sequence of float
+            Heights there [m], instead of grades.
 
         Raises
         ------
         ParameterError
-            If two neighbouring speeds are zero, because no distance would be covered; for a negative stop, and if the number of stops
-            or grades does not match the rows.
+            If two neighbouring speeds are zero, because no distance would be covered; for a negative stop, and if the number of stops,
+            grades or heights does not match the rows.
         """
         s, v = np.asarray(distances, float), np.asarray(speeds, float)
         if s.shape != v.shape or s.ndim != 1:
             raise ParameterError(f"drive cycle {name}: {s.size} distances but {v.size} speeds")
-        halts, stops, grades = np.flatnonzero(v == 0), tuple(stops), tuple(grades)
+        halts, stops = np.flatnonzero(v == 0), tuple(stops)
+        road = {"grades": tuple(grades), "heights": tuple(heights)}
         if stops and len(stops) != len(halts):
             raise ParameterError(
                 f"drive cycle {name}: {len(stops)} stops are given, but the speed is zero at {len(halts)} rows"
@@ -219,18 +250,18 @@ class DriveCycle:
         for t in stops:
             if not (math.isfinite(t) and t >= 0):
                 raise ParameterError(f"drive cycle {name}: a stop of {t:g} s; the time must be finite and not negative")
-        if grades and len(grades) != len(s):
-            raise ParameterError(
-                f"drive cycle {name}: {len(grades)} grades for {len(s)} distances; each distance needs one"
-            )
+        for what, given in road.items():
+            if given and len(given) != len(s):
+                raise ParameterError(
+                    f"drive cycle {name}: {len(given)} {what} for {len(s)} distances; each distance needs one"
+                )
         for i in range(len(s) - 1):
             if not s[i + 1] > s[i] or v[i] + v[i + 1] <= 0:
                 raise ParameterError(
                     f"drive cycle {name}: from {s[i]:g} m at {v[i]:g} m/s to {s[i + 1]:g} m at {v[i + 1]:g} m/s cannot be driven forward"
                 )
         waits = dict(zip(halts.tolist(), stops, strict=False))
-        rows, t = [], 0.0
-        slopes: list[float] = []
+        rows, places, t = [], list[int](), 0.0
         for i, speed in enumerate(v.tolist()):
             if i:
                 t += 2 * float(s[i] - s[i - 1]) / float(v[i] + v[i - 1])
@@ -238,8 +269,9 @@ class DriveCycle:
             if waits.get(i, 0) > 0:
                 t += waits[i]
                 rows.append((t, speed))
-            slopes += [grades[i]] * (len(rows) - len(slopes)) if grades else []
-        return cls(name, tuple(rows), source, tuple(slopes))
+            places += [i] * (len(rows) - len(places))
+        at_rows = {what: tuple(given[i] for i in places) for what, given in road.items() if given}
+        return cls(name, tuple(rows), source, **at_rows)
 
     @property
     def times(self) -> NDArray[np.float64]:
@@ -267,13 +299,15 @@ class DriveCycle:
         return max(row[1] for row in self.table)
 
     def slope(self) -> Map:
-        """The slope tan(alpha) of the road over the distance [m], linear between rows; level if the cycle has no grades.
+        """The slope tan(alpha) of the road over the distance [m]; level if the cycle has neither grades nor heights.
 
-        If the grade changes while the vehicle stands, the road has the first grade up to that place, and the last one from 1 m
-        after it on.
+        Grades are linear between rows. If the grade changes while the vehicle stands, the road has the first grade up to that place, and
+        the last one from 1 m after it on. Heights become a road by ``RoadProfile.from_heights``; of those at the same place the first
+        counts.
         """
-        v, steps = self.speeds, np.diff(self.times)
-        places = np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2 * steps)])
+        if self.heights and self.distance > 0:
+            return RoadProfile.from_heights(*self._points()).profile
+        places = self._places
         moved = np.diff(places) > 0
         if not self.grades or not moved.any():
             return Map.constant(self.grades[0] if self.grades else 0.0, x="s", x_unit="m", name="grade")
@@ -281,20 +315,41 @@ class DriveCycle:
         points = _road(places[first], grades[first], grades[last])
         return Map.curve(points[:, 0], points[:, 1], x="s", x_unit="m", name="grade", outside="clip")
 
-    def part(self, start: float, stop: float) -> DriveCycle:
+    @property
+    def has_road(self) -> bool:
+        """Whether it has grades or heights, so that its road replaces that of a vehicle."""
+        return bool(self.grades or self.heights)
+
+    @property
+    def _places(self) -> NDArray[np.float64]:
+        """Distances [m] at the rows."""
+        v = self.speeds
+        return np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2 * np.diff(self.times))])
+
+    def _points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Places [m] that differ, and the heights there [m]."""
+        moved = np.diff(self._places, prepend=-1.0) > 0
+        return self._places[moved], np.array(self.heights)[moved]
+
+    def part(self, start: float | str, stop: float | str) -> DriveCycle:
         """The part between two times [s], starting at zero again. Errors: ParameterError for times outside the cycle."""
         first, last = self.table[0][0], self.table[-1][0]
-        if not first <= start < stop <= last:
+        begin: float = TIME.check(start, f"drive cycle {self.name}: part: start")
+        end: float = TIME.check(stop, f"drive cycle {self.name}: part: stop")
+        if not first <= begin < end <= last:
             raise ParameterError(
-                f"drive cycle {self.name} has no part from {start:g} s to {stop:g} s; it goes from {first:g} s to {last:g} s"
+                f"drive cycle {self.name} has no part from {begin:g} s to {end:g} s; it goes from {first:g} s to {last:g} s"
             )
-        if start == first == 0.0 and stop == last:
+        if begin == first == 0.0 and end == last:
             return self
-        times = [start, *(t for t, _ in self.table if start < t < stop), stop]
-        speeds = np.interp(times, self.times, self.speeds).tolist()
+        times = np.array([begin, *(t for t, _ in self.table if begin < t < end), end])
+        speeds = np.interp(times, self.times, self.speeds)
         grades = np.interp(times, self.times, self.grades).tolist() if self.grades else ()
-        rows = tuple((t - start, v) for t, v in zip(times, speeds, strict=True))
-        return DriveCycle(f"{self.name} {start:g}-{stop:g} s", rows, self.source, tuple(grades))
+        row = np.searchsorted(self.times, times, side="right") - 1
+        places = self._places[row] + (self.speeds[row] + speeds) / 2 * (times - self.times[row])
+        heights = np.interp(places, *self._points()).tolist() if self.heights else ()
+        rows = tuple(zip((times - begin).tolist(), speeds.tolist(), strict=True))
+        return DriveCycle(f"{self.name} {begin:g}-{end:g} s", rows, self.source, tuple(grades), tuple(heights))
 
 
 def _road(places: NDArray[np.float64], before: NDArray[np.float64], behind: NDArray[np.float64]) -> NDArray[np.float64]:

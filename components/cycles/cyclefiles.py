@@ -25,13 +25,14 @@ UNITS: dict[str, dict[str, float]] = {
     },
     "grade": {**dict.fromkeys(("", "1", "fraction"), 1.0), **dict.fromkeys(("percent", "%", "pct"), 0.01)},
 }
-UNITS["stop"] = UNITS["time"]
+UNITS |= {"stop": UNITS["time"], "height": UNITS["distance"]}
 """Factors to s, m, m/s and 1 for the units of each quantity; names are in lower case, with / as the separator."""
 NAMES = {
     "time": "time t",
     "distance": "distance dist s position",
     "speed": "speed velocity v",
     "grade": "grade slope gradient",
+    "height": "height altitude elevation",
     "stop": "stop wait",
 }
 """Words that identify a column: any word of the heading, or only the first if the unit follows in the name."""
@@ -40,6 +41,7 @@ SHOWN = {
     "distance": "distance_m or distance [m]",
     "speed": "speed_km_h, speed_m_s, speed_mph or speed [km/h]",
     "grade": "grade or grade_percent",
+    "height": "height_m or height [m]",
     "stop": "stop_s",
 }
 LEFT_OUT = ("cycroadtype", "road_charge_kilowatts")
@@ -84,19 +86,12 @@ def _meaning(sheet: TextTable, heading: Heading) -> tuple[str, float]:
     named = words if heading.unit else words[:1]
     what = next((what for what, names in NAMES.items() if set(named) & set(names.split())), None)
     if what is None:
-        raise ParameterError(
-            f"{sheet.path}: unknown column {str(heading)!r}; columns are {_all_shown()}; "
-            "heights become the road of a vehicle by RoadProfile.from_heights"
-        )
+        raise ParameterError(f"{sheet.path}: unknown column {str(heading)!r}; columns are {'; '.join(SHOWN.values())}")
     said = heading.unit.lower().replace(" ", "").replace(".", "/") if heading.unit else "/".join(words[1:])
     if said not in UNITS[what]:
         problem = f"the unit {said!r} of a {what} is not known" if said else f"a {what} needs a unit"
         raise ParameterError(f"{sheet.path}: {str(heading)!r}: {problem}; write {SHOWN[what]}")
     return what, UNITS[what][said]
-
-
-def _all_shown() -> str:
-    return "; ".join(SHOWN.values())
 
 
 def _numbers(sheet: TextTable, place: int, size: float) -> list[float]:

@@ -6,6 +6,7 @@ import math
 from typing import Literal
 
 import casadi as ca
+import numpy as np
 
 from powertrain import (
     Equations,
@@ -35,12 +36,12 @@ LOWEST = 0.55
 voltage."""
 
 
-def cells_in_series(cells: int) -> Map:
+def cells_in_series(cells: float) -> Map:
     """The open-circuit voltage of generic (invented) lithium-ion cells; a state of charge outside 0..1 ends a simulation.
 
     Errors: ParameterError for a number of cells that is not a whole number from 1 on.
     """
-    if cells < 1 or cells % 1:
+    if not isinstance(cells, int | float | np.integer) or cells < 1 or cells % 1:
         raise ParameterError(f"cells_in_series: {cells!r} cells; give a whole number, such as 96 for 350 V")
     volts = [cells * volt for _, volt in CELL]
     return Map.curve([s for s, _ in CELL], volts, x="state of charge", unit="V", name="open-circuit voltage")

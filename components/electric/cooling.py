@@ -11,6 +11,10 @@ class BatteryCooling(Component):
 
     battery: HeatPort = port(HeatPort)
 
+    def steady(self) -> BatteryCooling:
+        """Its replacement in maps of operating points; by default itself, in thermal equilibrium at every point."""
+        return self
+
 
 class ConditionedBattery(BatteryCooling):
     """A battery at a constant temperature, whatever its losses: battery.T = T."""
@@ -45,3 +49,7 @@ class PassivelyCooledBattery(BatteryCooling):
     def initial(self) -> Equations:
         """As warm as the air."""
         yield self.T_air == self.T
+
+    def steady(self) -> ConditionedBattery:
+        """As warm as the air: it takes hours to reach the equilibrium of an operating point."""
+        return ConditionedBattery(T=float(self.T_air))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from pathlib import Path
+from typing import Any, Self
 
 import casadi as ca
 import numpy as np
@@ -19,6 +20,7 @@ from powertrain import (
     ParameterError,
     Symbol,
     Variable,
+    arguments_checked,
     der,
     parameter,
     port,
@@ -26,6 +28,7 @@ from powertrain import (
     signal_output,
     variable,
 )
+from powertrain.components.electric.efficiency import losses_of_efficiency
 from powertrain.components.electric.interfaces import DCTerminal
 from powertrain.components.evaluation import numbers
 from powertrain.components.limited import limited
@@ -58,8 +61,9 @@ class ElectricMachine(Lossy):
     top speed fall with the voltage; with V_full = 0 they do not. ``loss_map`` [W] replaces the formula. It is over |w| [rad/s] and |tau|
     [N.m]; or, if its torques extend below zero, over |w| and a torque that is positive while the machine drives and negative while it
     generates. Below 1 rad/s the two losses are blended; at rest the loss is their mean, and beyond the torque at which one of them ends, it
-    rises like the other. The bus supplies the loss, also at rest and without torque. The torque follows without delay. The default values
-    are invented, for a machine of 50 kW. Errors: ParameterError for a loss map with other axes or a negative loss.
+    rises like the other. The bus supplies the loss, also at rest and without torque. The torque follows without delay.
+    ``from_efficiency`` takes efficiencies instead of losses. The default values are invented, for a machine of 50 kW.
+    Errors: ParameterError for a loss map with other axes or a negative loss.
     """
 
     shaft: Flange = port(Flange)
@@ -82,6 +86,55 @@ class ElectricMachine(Lossy):
     tau: Variable = variable("N.m", "Torque of the machine, without its inertia")
     tau_limit: Variable = variable("N.m", "Largest torque at its speed and voltage")
     power: Variable = variable("W", "Power of the machine, without its inertia, positive when driving")
+
+    @classmethod
+    @arguments_checked
+    def from_efficiency(
+        cls,
+        efficiency: Map | str | Path,
+        *,
+        no_load: float | str | Map | None = None,
+        standstill: float | str | Map | None = None,
+        **parameters: Any,
+    ) -> Self:
+        """A machine with the losses that belong to a table of efficiencies, such as ``speed [rpm], torque [Nm], efficiency [%]``.
+
+        driving, tau > 0: loss = tau w (1/eta - 1),  generating, tau < 0: loss = |tau| w (1 - eta)
+
+        The losses are interpolated, not the efficiencies. A table with positive torques only holds for both directions of power, with
+        the losses of driving. No efficiency tells the losses without torque and at rest: they are arguments, and become
+        points of the table. Without them, below the lowest speed and torque the axes of the table determine the loss; in a table with
+        torques of both signs it is linear from one to the other.
+
+        Parameters
+        ----------
+        efficiency : Map or path
+            Efficiency [1] of machine and inverter over speed [rad/s] and torque [N.m], or its file, beyond which the edge values hold.
+        no_load : float, str or Map, optional
+            Loss without torque [W], or a curve over the speed [rad/s].
+        standstill : float, str or Map, optional
+            Loss with torque at rest [W], or a curve over the torque [N.m].
+        **parameters
+            Other parameters of the machine.
+
+        Raises
+        ------
+        ParameterError
+            For efficiencies that are not above 0 and at most 1, with their point; for points without speed or torque whose loss is not
+            given; for other axes or units.
+
+        Examples
+        --------
+        >>> from powertrain import Axis
+        >>> table = Map([Axis("speed", "rad/s", [100, 500]), Axis("torque", "N.m", [20, 100])], [[0.8, 0.9], [0.9, 0.95]], "1")
+        >>> machine = ElectricMachine.from_efficiency(table, no_load="100 W", P_max="60 kW")
+        >>> round(machine.losses(100, 20)), round(machine.losses(100, 10)), round(machine.losses(500, 100))
+        (500, 300, 2632)
+        """
+        where = f"{cls.__name__}.from_efficiency"
+        cls._check_names(parameters, "no_load", "standstill")
+        table = efficiency if isinstance(efficiency, Map) else Map.from_csv(efficiency, outside="clip")
+        return cls(loss_map=losses_of_efficiency(table, no_load, standstill, where), **parameters)
 
     def equations(self) -> Equations:
         """A limited torque, and a power balance."""
@@ -175,8 +228,10 @@ def _loss_at_rest(table: Map, w: Symbol, tau: Symbol) -> Symbol:
 def _checked_loss(table: Map, path: str) -> None:
     if table.unit != "W" or [a.unit for a in table.axes] != ["rad/s", "N.m"]:
         said = ", ".join(f"{a.name} [{a.unit}]" for a in table.axes)
+        other = "; ElectricMachine.from_efficiency takes efficiencies" if table.unit == "1" else ""
         raise ParameterError(
-            f"{path}.loss_map gives {table.name} [{table.unit}] over {said}; it must give a loss [W] over speed [rad/s] and torque [N.m]"
+            f"{path}.loss_map gives {table.name} [{table.unit}] over {said}; it must give a loss [W] over speed [rad/s] and torque "
+            f"[N.m]{other}"
         )
     if table.values.min() < 0:
         raise ParameterError(f"{path}.loss_map falls to {table.values.min():g} W; a loss must not be negative")

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain import Axis, Equations, Map, Parameter, ParameterError, Symbol, parameter, within
+from powertrain import Axis, Equations, Map, Parameter, ParameterError, Symbol, arguments_checked, parameter, within
 from powertrain.components.engines.interfaces import Engine
 from powertrain.components.engines.tablechecks import (
     RATES,
@@ -51,6 +51,7 @@ class MappedEngine(Engine):
     cut_off: Parameter = parameter("N.m", "Combustion torque below which the fuel is cut off", default=2.0, above=0)
 
     @classmethod
+    @arguments_checked
     def from_csv(
         cls,
         torque: str | Path,
@@ -87,6 +88,7 @@ class MappedEngine(Engine):
         ParameterError
             For errors of these functions, with the file.
         """
+        cls._check_names(parameters, "displacement", "fill", "outside", "method")
         torque_map = read_torque_map(torque, outside=outside, method=method)
         fuel_map = read_fuel_map(fuel, displacement=displacement, fill=fill, outside=outside, method=method)
         return cls(torque_map=torque_map, fuel_map=fuel_map, **parameters)

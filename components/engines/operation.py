@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain import Axis, Map, ParameterError, replace
+from powertrain import Axis, Map, ParameterError, parameter, replace
 from powertrain.components.engines.interfaces import Engine
 
 Array = NDArray[np.float64]
@@ -25,6 +25,8 @@ BELOW_LIMIT = 0.98
 """Highest speed of a shift relative to the start of the rev limiter."""
 ROUND = 1e-9
 """Round-off at the largest power."""
+SHARE = parameter("1", "largest torque relative to full load", above=0, max=1)
+"""Torque that a line leaves for accelerating."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,10 +86,9 @@ def best_fuel_line(
     engine = replace(engine)
     low = float(engine.w_idle) if w_min is None else w_min
     high = float(engine.w_limit - engine.band_limit) if w_max is None else w_max
-    if not (0 < low < high and 0 < share <= 1):
-        raise ParameterError(
-            f"best_fuel_line: speeds {low:g}..{high:g} rad/s at {share:g} of full load contain no operating points"
-        )
+    share = SHARE.check(share, "best_fuel_line: share")
+    if not 0 < low < high:
+        raise ParameterError(f"best_fuel_line: speeds {low:g}..{high:g} rad/s contain no operating points")
     grid = np.linspace(low, high, GRID)
     top = float((grid * share * engine.full_load(grid)).max())
     if not top > 0:

@@ -70,17 +70,21 @@ class PowerShiftGearbox(Shiftable):
         """``ratios``."""
         return self.ratios
 
+    def check(self) -> Equations:
+        """Two or more ratios, positive and decreasing from gear to gear."""
+        if len(self.ratios) < 2 or min(self.ratios) <= 0 or any(a <= b for a, b in pairwise(self.ratios)):
+            raise ParameterError(
+                f"{self._path or 'PowerShiftGearbox'}.ratios = {self.ratios}; give two or more positive ratios that decrease from gear "
+                "to gear"
+            )
+        yield from ()
+
     def in_gear(self, k: int) -> PowerShiftGearbox:
         """Itself: with a constant lever it has one ratio."""
         return self
 
     def equations(self) -> Equations:
         """A variable ratio between two shafts."""
-        if len(self.ratios) < 2 or min(self.ratios) <= 0 or any(a <= b for a, b in pairwise(self.ratios)):
-            raise ParameterError(
-                f"{self._path or 'PowerShiftGearbox'}.ratios = {self.ratios}; give two or more positive ratios that decrease from gear "
-                "to gear"
-            )
         gears, speeds = range(1, len(self.ratios) + 1), [1 / ratio for ratio in self.ratios]
         speed = Map.curve([float(k) for k in gears], speeds, x="lever", unit="1", name="speed ratio", outside="clip")
         yield connect(self.flange_a, self.input.flange_a)

@@ -101,6 +101,7 @@ class MagicFormulaWheel(SlippingWheel):
         >>> from powertrain.components.wheels import MagicFormulaWheel
         >>> wheel = MagicFormulaWheel.from_tir("205_55_R16.tir", J=1.1)  # doctest: +SKIP
         """
+        cls._check_names(parameters)
         return cls(**parameters_of_file(path, parameters), **parameters)
 
     def equations(self) -> Equations:

@@ -29,7 +29,7 @@ def rolling_radius(size: str, where: str = "tyre size") -> float:
     A loaded tyre rolls 3 % less far than its unloaded circumference. Tyres of one size differ; a measured radius is better.
     ``where`` names the value in errors. Errors: ParameterError for a text that is not the size of a radial tyre.
     """
-    found = _RADIAL.fullmatch(size)
+    found = _RADIAL.fullmatch(size) if isinstance(size, str) else None
     if found is None:
         raise ParameterError(
             f"{where} = {size!r} is not the size of a radial tyre, such as '205/55R16'; give the rolling radius with its unit, such as "

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, partial
-from reprlib import repr as short
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,8 +13,8 @@ from powertrain.analysis.energy_terms import EnergyTerms, EnergyValues, with_par
 from powertrain.analysis.jumps import jumps
 from powertrain.analysis.quadrature import NODES, Pieces
 from powertrain.engine.trajectory import Trajectory
-from powertrain.errors import ParameterError
 from powertrain.language import htmltext
+from powertrain.language.arguments import of_kind
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Samples
@@ -40,8 +39,7 @@ def energy_audit(result: Result[Any]) -> EnergyAudit:
 
     Raises ParameterError for a result that kept only samples, ModelError if a term cannot be computed or is not finite.
     """
-    if not isinstance(result, Result):
-        raise ParameterError(f"energy_audit() takes the result of a simulation, not {short(result)}")
+    of_kind("energy_audit", result, Result, "the result of a simulation")
     return EnergyAudit(result)
 
 

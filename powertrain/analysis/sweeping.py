@@ -17,6 +17,7 @@ from powertrain.analysis.dispatch import outcomes as dispatched
 from powertrain.analysis.identity import model_identity
 from powertrain.analysis.sweep import Collected, Sweep, SweepPlan
 from powertrain.errors import ParameterError, PowertrainError, suggestion
+from powertrain.initialization.conditions import start_values
 from powertrain.language.arguments import flag, names, path
 from powertrain.language.component import Component
 from powertrain.plant import Plant, packed_model, plant_of
@@ -172,15 +173,21 @@ def _tasks(cases: Iterable[Mapping[str, Any]], options: Mapping[str, Any]) -> li
 
 
 def _without_units(plant: Plant[Any], case: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The case with its parameters as numbers, which the table shows; a text that is none stays, to fail in its own run."""
-    known, given = plant.compiled.parameters, case.get("parameters")
-    if not isinstance(given, Mapping):
-        return case
-    found = dict(given)
-    for name in [name for name, value in given.items() if isinstance(value, str) and name in known]:
-        with suppress(ParameterError):
-            found[name] = known[name].check(given[name], name)
-    return {**case, "parameters": found}
+    """The case with its parameters and starts as numbers, which the table shows; a text that is none stays, to fail in its own run."""
+    known = plant.compiled.parameters
+    readers: dict[str, Callable[[str, Any], float]] = {
+        "parameters": lambda name, text: known[name].check(text, name),
+        "starts": lambda name, text: start_values(plant.compiled, {name: text})[name],
+    }
+    found = dict(case)
+    for option, read in readers.items():
+        given = case.get(option)
+        if isinstance(given, Mapping):
+            found[option] = dict(given)
+            for name in [name for name, value in given.items() if isinstance(value, str)]:
+                with suppress(ParameterError, KeyError):
+                    found[option][name] = read(name, given[name])
+    return found
 
 
 _EXAMPLE = '{"parameters": {"J1.J": 2.0}}'

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import wraps
 from numbers import Integral, Number
+from pathlib import Path
 from reprlib import repr as short
 from typing import Any, TypeVar
 
@@ -68,6 +70,12 @@ def flag(what: str, value: Any, allowed: str = "True or False") -> bool:
     if not isinstance(value, bool | np.bool_):
         raise ParameterError(f"{what} = {short(value)} must be {allowed}")
     return bool(value)
+
+
+def of_kind(what: str, value: object, kind: type, said: str) -> None:
+    """ParameterError for a value of another class; ``said``: what the function ``what`` takes."""
+    if not isinstance(value, kind):
+        raise ParameterError(f"{what}() takes {said}, not {short(value)}")
 
 
 def text(what: str, value: Any) -> str:
@@ -143,6 +151,18 @@ def path(what: str, value: Any) -> str:
     if not isinstance(found, str) or not found or "\0" in found:
         raise ParameterError(f"{what} = {short(value)} is not the path of a file")
     return found
+
+
+@contextmanager
+def writing(file: str | os.PathLike[str]) -> Iterator[None]:
+    """Around what writes a file: ParameterError where there is no such folder, and where the file cannot be written."""
+    folder = Path(file).parent
+    if not folder.is_dir():
+        raise ParameterError(f"{os.fspath(file)} cannot be written: there is no folder {folder}")
+    try:
+        yield
+    except OSError as error:
+        raise ParameterError(f"{os.fspath(file)} cannot be written: {error.strerror}") from None
 
 
 def options_checked(function: F) -> F:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import reprlib
 import sys
 import typing
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, dataclass_transform
 
 from powertrain.errors import ModelError, ParameterError, suggestion
@@ -120,13 +120,7 @@ class Component(metaclass=_Kind):
             if unnamed:
                 first = next((name for name, spec in self._fields.items() if is_given(spec)), "name")
                 raise TypeError(f"{type(self).__name__} takes its fields by name: {type(self).__name__}({first}=...)")
-            unknown = [name for name in given if name not in self._fields or not is_given(self._fields[name])]
-            if unknown:
-                known = {name: spec for name, spec in self._fields.items() if is_given(spec)}
-                near = suggestion(unknown[0], known, known)
-                raise ParameterError(
-                    f"{type(self).__name__} has no field {unknown[0]}{near} (its fields: {', '.join(known)})"
-                )
+            self._check_names(given)
             values = {
                 name: self._value(name, spec, given) for name, spec in self._fields.items() if not is_symbolic(spec)
             }
@@ -137,6 +131,15 @@ class Component(metaclass=_Kind):
 
         def __setattr__(self, name, value):
             raise Frozen(frozen(self, name, value), name=name, obj=self)
+
+    @classmethod
+    def _check_names(cls, given: Iterable[str], *others: str) -> None:
+        """ParameterError for a name that is no field, nor one of the ``others`` that a class method takes beside the fields."""
+        known = {name: spec for name, spec in cls._fields.items() if is_given(spec)}
+        for name in given:
+            if name not in known:
+                near = suggestion(name, [*others, *known], known)
+                raise ParameterError(f"{cls.__name__} has no field {name}{near} (its fields: {', '.join(known)})")
 
     def _value(self, name: str, spec: Any, given: dict[str, Any]) -> Any:
         where = f"{type(self).__name__}.{name}"

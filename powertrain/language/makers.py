@@ -81,6 +81,7 @@ _SIMPLE: dict[Any, _Kind] = {
     Any: _ANYTHING,
     float: _of_type(Real, "a number", "numbers"),
     int: _of_type(Integral, "an integer", "integers"),
+    bool: _Kind(lambda v: isinstance(v, bool), "True or False", "truth values"),
     str: _of_type(str, "a string", "strings"),
     NoneType: _of_type(NoneType, "None", "None"),
     ArrayLike: _Kind(_is_numeric, "a sequence of numbers", "sequences of numbers"),

@@ -29,7 +29,7 @@ NONE = "none"
 """In a file, for a place that may be empty."""
 
 
-CYCLE_KEYS = ("name", "table", "source", "grades")
+CYCLE_KEYS = ("name", "table", "source", "grades", "heights")
 MAP_KEYS = ("name", "unit", "method", "axes", "values")
 AXIS_KEYS = ("name", "unit", "points", "outside")
 CSV_KEYS = ("csv", "outside", "method")
@@ -91,7 +91,9 @@ def _cycle(value: Any, folder: Path) -> DriveCycle:
         return DriveCycle.of(folder / value if value.endswith(".csv") else value)
     _check_keys(value, CYCLE_KEYS)
     rows = tuple((float(t), float(v)) for t, v in value["table"])
-    return DriveCycle(value["name"], rows, value.get("source", ""), tuple(value.get("grades", ())))
+    return DriveCycle(
+        value["name"], rows, value.get("source", ""), *(tuple(value.get(n, ())) for n in ("grades", "heights"))
+    )
 
 
 def _check_keys(table: Any, known: Iterable[str]) -> None:
@@ -132,7 +134,7 @@ def encoded(found: Adjustable) -> str:
     if isinstance(value, DriveCycle):
         if value.name in CYCLES and value == DriveCycle.named(value.name):
             return json.dumps(value.name)
-        fields = {"name": value.name, "source": value.source, "table": value.table, "grades": value.grades}
+        fields = {name: getattr(value, name) for name in CYCLE_KEYS}
         return _inline({name: content for name, content in fields.items() if content})
     if isinstance(value, pt.Map):
         axes = tuple({"name": a.name, "unit": a.unit, "points": a.points, "outside": a.outside} for a in value.axes)

@@ -7,6 +7,7 @@ from typing import Any
 
 import powertrain as pt
 from powertrain.errors import suggestion
+from powertrain.language.arguments import writing
 
 
 def names() -> tuple[str, ...]:
@@ -52,10 +53,8 @@ def save(vehicle: pt.Component, path: str | Path) -> None:
 
     if not _is_file(path):
         raise pt.ParameterError(f"{path}: parameter files end in .toml")
-    try:
+    with writing(path):
         Path(path).write_text(written(vehicle, pt.compile(vehicle).parameters), encoding="utf-8")
-    except OSError as error:
-        raise pt.ParameterError(f"{path} cannot be written: {error.strerror}") from None
 
 
 def _is_file(name: str | Path) -> bool:

@@ -12,6 +12,7 @@ import powertrain as pt
 from powertrain.components.body import Body
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.translational import ConstantSpeed
+from powertrain.language.arguments import of_kind
 from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.driveline import SLOWEST, driveline_map
 from powertrain.trials.gears import gear_maps, gears_along, in_gear, is_geared
@@ -58,7 +59,11 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     cycle and the pedal positions for the forces; shifts take no time and no fuel.
     Errors: ParameterError if points of the map have no operating point, and those of ``check_backward``.
     """
+    import xarray as xr
+
     check_backward(vehicle)
+    if found is not None:
+        of_kind("backward", found, xr.Dataset, "a map of driveline_map()")
     cycle = DriveCycle.of(cycle)
     v, force = demand(vehicle, cycle)
     top = 1.02 * cycle.top_speed
@@ -135,7 +140,7 @@ def _climb(vehicle: Any, cycle: DriveCycle) -> Array:
     step = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2 * np.diff(cycle.times)
     parts = anatomy(vehicle)
     body, road = value_at(vehicle, parts.the("body")), value_at(vehicle, parts.the("road"))
-    slope = np.asarray((cycle.slope() if cycle.grades else road.profile)(np.cumsum(step) - step / 2))
+    slope = np.asarray((cycle.slope() if cycle.has_road else road.profile)(np.cumsum(step) - step / 2))
     return np.asarray(float(body.m) * float(body.g) * slope / np.sqrt(1 + slope**2))
 
 

@@ -14,8 +14,9 @@ import pandas as pd
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.errors import suggestion
+from powertrain.language.arguments import of_kind
 from powertrain.trials.anatomy import anatomy, value_at
-from powertrain.trials.cycle import CycleRun, drive_cycle, on_cycle
+from powertrain.trials.cycle import SHARE, CycleRun, drive_cycle, on_cycle
 
 NEC_TOLERANCE = 0.01
 """A test is charge-sustaining up to this net energy change relative to the energy of the fuel, SAE J1711."""
@@ -32,7 +33,7 @@ def stores_of(run: CycleRun) -> tuple[str, ...]:
     return run.anatomy.stores
 
 
-def charge_corrected(run: CycleRun, *stores: str, path: float = 1.0) -> float:
+def charge_corrected(run: CycleRun, *stores: str, path: float | str = 1.0) -> float:
     """Consumption [l/100 km] corrected to equal charge of the ``stores`` by one run (charge-sustaining correction).
 
     ``stores`` are components, such as "battery" or "flywheel"; by default those of ``stores_of``. The energy they gained counts as work of
@@ -42,12 +43,13 @@ def charge_corrected(run: CycleRun, *stores: str, path: float = 1.0) -> float:
     run or the vehicle did not move. ``charge_sustaining`` is the method of the regulation, with five runs.
     SAE J1711 corrects up to a net energy change of 5 % of the fuel's energy (``beyond_correction``). A plug-in hybrid that drove on its
     battery is far beyond: the marginal efficiency of an engine that hardly ran says little about the charge-sustaining consumption.
-    Errors: ParameterError for a store that the vehicle does not have.
+    Errors: ParameterError for a store that the vehicle does not have, and for a ``path`` that is not above 0 and at most 1.
     """
     gained = _gained(run, *stores)
+    share: float = SHARE.check(path, "charge_corrected: path")
     if not run.fuel > 0:
         return math.nan
-    return run.litres_per_100km * (1 - gained / (path * run.marginal_efficiency) / run.heat)
+    return run.litres_per_100km * (1 - gained / (share * run.marginal_efficiency) / run.heat)
 
 
 def beyond_correction(run: CycleRun, *stores: str) -> str:
@@ -65,6 +67,7 @@ def beyond_correction(run: CycleRun, *stores: str) -> str:
 
 def _gained(run: CycleRun, *stores: str) -> float:
     """Energy [J] that the stores gained. Errors: ParameterError for a store that the vehicle does not have."""
+    of_kind("charge_corrected", run, CycleRun, "a run of drive_cycle()")
     table = run.audit.components["stored"]
     for store in stores:
         if store not in table.index:
@@ -252,6 +255,7 @@ def electric_share(run: CycleRun) -> float:
 
     Errors: ParameterError for a vehicle without an engine.
     """
+    of_kind("electric_share", run, CycleRun, "a run of drive_cycle()")
     if not run.anatomy.engines:
         raise pt.ParameterError(f"electric_share needs a vehicle with an engine; {run.anatomy.vehicle} has none")
     t, v = run.result.time, run.speed

@@ -38,6 +38,8 @@ LITRES, METRES, GALLON_KWH, WH = 3.785411784, 1609.344, 33.705, 3600.0
 """A US gallon [l], a mile [m], the energy of a gallon of gasoline [kW.h], a watt hour [J]."""
 TOLD = 100.0
 """Distance [m] above which the consumption so far is displayed."""
+SHARE = pt.parameter("1", "a share: 88 % is 0.88", above=0, max=1)
+"""Efficiency of a charger, usable share of a charge."""
 Array = NDArray[np.float64]
 
 
@@ -117,26 +119,28 @@ class CycleRun:
             power = power + read[f"{wheel}.hub.tau"] * read[f"{wheel}.w"] - read[f"{wheel}.f"] * read[f"{wheel}.v"]
         return float(np.trapezoid(np.maximum(power, 0.0), read.time))
 
-    def mpg(self, charging: float = 1.0) -> float:
+    def mpg(self, charging: float | str = 1.0) -> float:
         """Miles per US gallon; electric energy counts as gasoline of 33.705 kW.h per gallon, via a charger of this efficiency.
 
         nan if the vehicle did not move forward or consumed nothing. Source: 40 CFR 600.116-12 (the energy of a gallon).
+        Errors: ParameterError for an efficiency that is not above 0 and at most 1.
         """
-        _check_share("charging", charging)
+        efficiency: float = SHARE.check(charging, "charging")
         gallons = self.litres_per_100km / LITRES * self.distance / 1e5
-        gallons += max(self.electricity, 0.0) / charging / (GALLON_KWH * 1e3 * WH)
+        gallons += max(self.electricity, 0.0) / efficiency / (GALLON_KWH * 1e3 * WH)
         return self.distance / METRES / gallons if gallons > 0 else math.nan
 
-    def range(self, usable: float = 1.0) -> float:
+    def range(self, usable: float | str = 1.0) -> float:
         """Distance [m] that the vehicle can drive on its batteries at this consumption; ``usable`` is the usable share of the charge.
 
         nan if none is consumed or the vehicle did not move forward. The charge is that at a state of charge of 1.
+        Errors: ParameterError for a share that is not above 0 and at most 1.
         """
-        _check_share("usable", usable)
+        share: float = SHARE.check(usable, "usable")
         if not (self.electricity > 0 and self.distance > STANDS):
             return math.nan
         whole = sum(float(value_at(self.plant.model, battery).full_energy()) for battery in self.anatomy.batteries)
-        return usable * whole / self.electricity * self.distance
+        return share * whole / self.electricity * self.distance
 
     @property
     def efficiency(self) -> float:
@@ -277,11 +281,6 @@ class CycleRun:
         return float(self.parameters.get(name, self.plant.parameters[name]))
 
 
-def _check_share(name: str, value: float) -> None:
-    if not 0 < value <= 1:
-        raise pt.ParameterError(f"{name} = {value:g} must be above 0 and at most 1; 88 % is 0.88")
-
-
 def drive_cycle(
     vehicle: pt.Component | pt.Plant[Any],
     cycle: DriveCycle | str | PathLike[str] | None = None,
@@ -293,7 +292,7 @@ def drive_cycle(
 ) -> CycleRun:
     """Drive a vehicle over a cycle.
 
-    The grades of a cycle become the road of the vehicle. If the vehicle cannot follow a cycle, it drives as well as it can. If the
+    Grades or heights of a cycle become the road of the vehicle. If the vehicle cannot follow a cycle, it drives as well as it can. If the
     simulation ends early, the run so far is kept and ``message`` gives the reason; it also reports an engine that stands although it is on,
     a vehicle that did not move, and a gear that was not engaged.
 
@@ -343,7 +342,9 @@ def drive_cycle(
     driven: DriveCycle = value_at(plant.model, anatomy(plant.model).the("cycle")).cycle
     start, stop = float(driven.times[0]), float(driven.times[-1])
     times = np.linspace(start, stop, round((stop - start) * RATE) + 1)
-    given, message = dict(by_name("parameters", parameters)), ""
+    asked = by_name("parameters", parameters)
+    values = dict(zip(plant.parameters, plant.parameter_vector(asked).tolist(), strict=True))
+    given, message = {name: values[name] for name in asked}, ""
     begun = checked_starts(plant, starts)
     watch = Bar(start, stop, so_far(plant, given)) if progress is True else progress
     try:
@@ -378,15 +379,15 @@ def so_far(plant: pt.Plant[Any], parameters: Mapping[str, float] | None = None) 
 
 
 def on_cycle(vehicle: pt.Component, cycle: DriveCycle | str | PathLike[str] | None) -> pt.Component:
-    """The vehicle on a cycle, by default its own. Grades of the cycle become its road; those of the earlier cycle are removed."""
+    """The vehicle on a cycle, by default its own. The road of the cycle becomes its own; that of the earlier cycle is removed."""
     parts = anatomy(vehicle)
     path = parts.the("cycle")
     own: DriveCycle = value_at(vehicle, path).cycle
     driven = own if cycle is None else DriveCycle.of(cycle)
     if driven is not own:
         vehicle = pt.replace(vehicle, {f"{path}.cycle": driven})
-    if not (driven.grades or own.grades):
+    if not (driven.has_road or own.has_road):
         return vehicle
     profile = f"{parts.the('road')}.profile"
-    is_own = driven.grades or value_at(vehicle, parts.the("road")).profile == own.slope()
+    is_own = driven.has_road or value_at(vehicle, parts.the("road")).profile == own.slope()
     return pt.replace(vehicle, {profile: driven.slope()}) if is_own else vehicle

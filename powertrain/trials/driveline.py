@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from reprlib import repr as short
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 import powertrain as pt
+from powertrain.language.arguments import by_name, row
+from powertrain.trials.anatomy import anatomy
 from powertrain.trials.gears import held_gears, in_gear, is_geared, numbers
 from powertrain.trials.operating import mapped_model, operating_map
 
@@ -60,10 +63,18 @@ def driveline_map(
     Raises
     ------
     ParameterError
-        For a vehicle without pedals or body, one whose flywheel has no operating points, and a hybrid whose history is not ``held``.
+        For negative speeds, for a vehicle without pedals or body, one whose flywheel has no operating points, and a hybrid whose
+        history is not ``held``.
     """
     import xarray as xr
 
+    anatomy(vehicle)  # what is not a vehicle is rejected as everywhere
+    held = by_name("held", held)
+    speeds, accelerators = row("speeds", speeds), row("accelerators", accelerators)
+    if (speeds < 0).any() or not (speeds > 0).any():
+        raise pt.ParameterError(
+            f"speeds = {short(speeds.tolist())}: give speeds [m/s] from 0 on, at least one of them above 0"
+        )
     if not is_geared(vehicle):
         return operating_map(vehicle, speeds, accelerators, variator=variator, held=held, progress=progress)
     maps = [

@@ -14,7 +14,7 @@ import powertrain as pt
 from powertrain.components.body import Axle, RoadProfile, RollingRoad, TransferCase
 from powertrain.components.control import AlwaysOn, EngineSwitch, SetPedals
 from powertrain.components.cvu import Actuator, IdealActuator
-from powertrain.components.electric import ConditionedBattery, PassivelyCooledBattery
+from powertrain.components.electric import BatteryCooling
 from powertrain.components.engines import EngineCooling, WarmEngine
 from powertrain.language.component import children
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
@@ -34,6 +34,7 @@ def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Comp
     of an axle turn together, so losses of tyres and differentials are not included.
     Errors: ParameterError for a vehicle with discrete variables that are not ``held``, such as the engaged gear.
     """
+    anatomy(vehicle)  # what is not a vehicle is rejected as everywhere
     _refuse_memory(vehicle, held)
     parts = {name: getattr(vehicle, name) for name in vehicle._fields}
     vehicle = pt.replace(vehicle, {name: part for name, old in parts.items() if (part := _steady(old)) is not old})
@@ -71,8 +72,8 @@ def _steady(part: Any) -> Any:
         return RoadProfile()
     if isinstance(part, EngineCooling):
         return WarmEngine()
-    if isinstance(part, PassivelyCooledBattery):
-        return ConditionedBattery(T=float(part.T_air))
+    if isinstance(part, BatteryCooling):
+        return part.steady()
     return AlwaysOn() if isinstance(part, EngineSwitch) else part
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.control import SetPedals
-from powertrain.language.arguments import number
+from powertrain.language.arguments import number, of_kind
 from powertrain.trials.anatomy import anatomy
 from powertrain.trials.lost_gear import lost_gear
 from powertrain.trials.starting import checked_starts, empty
@@ -25,6 +25,8 @@ SETTLED = 1e-3
 """Acceleration [m/s2] below which the top speed is reached."""
 STEEPEST = 1.0
 """The steepest slope tan(alpha) tried: 45 degrees."""
+ACCURACY = pt.parameter("1", "accuracy of the slope", above=0, max=0.5)
+"""Accuracy of a gradeability."""
 
 
 def full_accelerator(
@@ -35,6 +37,8 @@ def full_accelerator(
     ``starts``: initial values by name, such as ``{"battery.soc": 0.95}``. ``options`` are those of ``plant.simulate``.
     Errors: SimulationError if that takes more than ten minutes, if the vehicle does not move, and if a gear is not engaged.
     """
+    if taken := sorted({"stop", "points", "times"} & options.keys()):
+        raise pt.ParameterError(f"full_accelerator: {taken[0]} cannot be given: the run ends at the top speed")
     parts = anatomy(vehicle)
     plant = pt.compile(pt.replace(vehicle, {parts.the("pedals"): SetPedals(accelerator_set=1)}))
     begun, reached = checked_starts(plant, starts), 0.0
@@ -66,6 +70,7 @@ def _check_moving(result: pt.Result[Any]) -> None:
 
 def time_between(result: pt.Result[Any], low: float, high: float) -> float:
     """Time [s] from the speed ``low`` to ``high`` [m/s]; nan if the vehicle does not reach them."""
+    of_kind("time_between", result, pt.Result, "the result of a simulation, run.result of a drive cycle")
     low, high = number("low", low, "m/s"), number("high", high, "m/s")
     t, v = result.time, _speed(result)
     if v.max() < high:
@@ -102,7 +107,7 @@ def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:
 
 def gradeability(
     vehicle: pt.Component,
-    accuracy: float = 0.005,
+    accuracy: float | str = 0.005,
     *,
     starts: Mapping[str, Any] | None = None,
     progress: bool = False,
@@ -112,12 +117,14 @@ def gradeability(
     ``starts``: initial values by name.
 
     For a vehicle that moves off on a slope of 1 (45 degrees) the result is 1, which means "at least".
+    Errors: ParameterError for an accuracy that is not above 0 and at most 0.5.
     """
     from tqdm.auto import tqdm
 
+    steps = math.ceil(math.log2(1 / ACCURACY.check(accuracy, "accuracy")))
     hill = Hill.of(vehicle, starts)
     low, high = 0.0, STEEPEST
-    for _ in tqdm(range(math.ceil(math.log2(1 / accuracy))), desc="slopes", disable=not progress):
+    for _ in tqdm(range(steps), desc="slopes", disable=not progress):
         middle = (low + high) / 2
         low, high = (middle, high) if hill.climbed(middle) else (low, middle)
     return STEEPEST if high == STEEPEST and hill.climbed(STEEPEST) else low

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import powertrain as pt
-from powertrain.components.body import Body, CoastDownBody, DrivenAxle, LumpedAxle
+from powertrain.components.body import CoastDownBody, DrivenAxle, LumpedAxle
 from powertrain.components.control import SpeedSchedule
 from powertrain.components.rotational import Clutch
 from powertrain.components.transmissions import (
@@ -18,7 +18,7 @@ from powertrain.components.transmissions import (
     StartingGearbox,
     SynchronisedGearbox,
 )
-from powertrain.components.wheels import Wheel, WheelBrake
+from powertrain.components.wheels import WheelBrake
 from powertrain.language.component import children
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
 from powertrain.vehicles.wheels import wheels_of
@@ -28,8 +28,12 @@ USUAL: dict[str, tuple[float, float, str]] = {
     "m": (200.0, 60e3, "it is the mass in kg"),
     "A": (0.4, 12.0, "it is the frontal area"),
     "Cd": (0.1, 1.2, "it is the drag coefficient"),
+    "w_idle": (30.0, 200.0, 'it is the idle speed, written in rpm as "800 rpm"'),
+    "heating_value": (10e6, 130e6, 'it is the heating value of the fuel, written as "43 MJ/kg"'),
+    "fuel_density": (50.0, 1200.0, 'it is the density of the fuel, written as "0.745 kg/l"'),
+    "co2_per_fuel": (0.0, 4.0, "it is the mass of carbon dioxide per mass of fuel"),
 }
-"""Usual values of wheels and bodies of road vehicles, in the unit of the parameter, with its description."""
+"""Usual values of wheels, bodies and engines of road vehicles, in the unit of the parameter, with its description."""
 ROLLING = 0.003, 0.04
 """Usual road load near standstill, relative to the weight: rolling resistance of tyres and drag of bearings and brakes."""
 POWER = 5.0, 1000.0
@@ -40,6 +44,8 @@ WEAK = 0.1
 """Largest power of a battery over that of the machines it supplies."""
 BEYOND = 5.0
 """Last speed or torque of a table of losses over the limit of its machine."""
+LOST = 0.001
+"""Loss of a machine at its largest torque and power, relative to that power; machines and their inverters lose more."""
 CRUISE, TURNS = 100 / 3.6, (900.0, 5500.0)
 """A speed [m/s], and speeds [rpm] that the engine of a car has there in top gear."""
 PEAK = 0.9, 1.1
@@ -60,7 +66,7 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
     parts = anatomy(vehicle)
     bodies = [(path, value_at(vehicle, path)) for name, path in parts.one if name == "body"]
     return (
-        *_unusual([*wheels_of(vehicle), *bodies]),
+        *_unusual([*wheels_of(vehicle), *bodies, *((path, value_at(vehicle, path)) for path in parts.engines)]),
         *(text for path, body in bodies if isinstance(body, CoastDownBody) for text in _road_load(path, body)),
         *(text for path, body in bodies for text in _power(vehicle, parts, path, body)),
         *(text for path, body in bodies for text in _brakes(vehicle, path, body)),
@@ -68,7 +74,7 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
         *_speeds(vehicle, parts),
         *_stored(vehicle, parts),
         *_resistances(vehicle, parts),
-        *(text for path in parts.machines for text in _loss_map(path, value_at(vehicle, path))),
+        *(text for path in parts.machines for text in _losses(path, value_at(vehicle, path))),
         *_clutches(vehicle, parts),
         *_synchronisers(vehicle, parts),
         *_overall_ratio(vehicle, parts),
@@ -80,7 +86,7 @@ def _number(part: pt.Component, name: str) -> float | None:
     return float(value) if isinstance(value, (int, float)) else None
 
 
-def _unusual(parts: list[tuple[str, Wheel | Body]]) -> Iterator[str]:
+def _unusual(parts: list[tuple[str, Any]]) -> Iterator[str]:
     for path, part in parts:
         for name, (low, high, what) in USUAL.items():
             value, spec = _number(part, name), part._fields.get(name)
@@ -179,7 +185,12 @@ def _resistances(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
             )
 
 
-def _loss_map(path: str, machine: Any) -> Iterator[str]:
+def _losses(path: str, machine: Any) -> Iterator[str]:
+    """Tables of losses in other units."""
+    yield from list(_far_table(path, machine)) or _small_loss(path, machine)
+
+
+def _far_table(path: str, machine: Any) -> Iterator[str]:
     """A table of losses far beyond the limits of its machine, of which a corner alone would be used."""
     axes = machine.loss_map.axes if machine.loss_map is not None else ()
     for axis, limit in zip(axes, ("w_max", "tau_max"), strict=False):
@@ -189,6 +200,22 @@ def _loss_map(path: str, machine: Any) -> Iterator[str]:
                 f"{path}.loss_map reaches {axis.high:.4g} {axis.unit}, far beyond {path}.{limit} = {most:.4g} {axis.unit}; "
                 f"check the unit of its {axis.name}"
             )
+
+
+def _small_loss(path: str, machine: Any) -> Iterator[str]:
+    """A table of losses in kilowatts: next to nothing is lost at the largest torque and power."""
+    P_max, tau_max, table = _number(machine, "P_max"), _number(machine, "tau_max"), machine.loss_map
+    if not (P_max and tau_max) or table is None or table.unit != "W" or len(table.axes) != 2:
+        return
+    w, tau = (
+        float(np.clip(x, axis.low, axis.high)) for x, axis in zip((P_max / tau_max, tau_max), table.axes, strict=True)
+    )
+    loss = float(table(w, tau))
+    if loss < LOST * P_max:
+        yield (
+            f"{path}.loss_map gives {loss:.3g} W at {w:.4g} rad/s and {tau:.4g} N.m, less than {LOST:.1%} of {path}.P_max = {P_max:.4g} W; "
+            "losses are in W: the column of a file in kilowatts is headed loss [kW]"
+        )
 
 
 def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:

@@ -10,6 +10,7 @@ import pandas as pd
 import powertrain as pt
 from powertrain.components.control import Shifting
 from powertrain.components.transmissions import ClutchToClutch
+from powertrain.language.arguments import of_kind
 from powertrain.language.component import children
 from powertrain.trials.anatomy import anatomy
 
@@ -26,6 +27,7 @@ def shifts(result: pt.Result[Any]) -> pd.DataFrame:
 
     Errors: ParameterError for a vehicle without a schedule that shifts.
     """
+    of_kind("shifts", result, pt.Result, "the result of a simulation, run.result of a drive cycle")
     schedule = shifting(result.model)
     if "gear" not in result.model._values[schedule]._fields:
         raise pt.ParameterError(f"{type(result.model).__name__}.{schedule} does not shift")

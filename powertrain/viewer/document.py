@@ -24,6 +24,7 @@ from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.events import MODES
 from powertrain.figures.layout import BOX, HIGH, LINES, Layout, curve, signal_ends
 from powertrain.language.arguments import path as argument_path
+from powertrain.language.arguments import writing
 from powertrain.viewer.operating_map import OperatingMap
 from powertrain.viewer.recording import ERROR, Curve, Recording
 
@@ -63,14 +64,16 @@ def write(
 ) -> Path:
     """Write the page of recordings to a file, or to a temporary file that is opened in the browser (``None``); gives its path.
 
-    Errors: ParameterError for a file name that does not end in .html, and for unknown signals; PowertrainError without plotly.
+    Errors: ParameterError for a file name that does not end in .html, a file that cannot be written, and for unknown signals;
+    PowertrainError without plotly.
     """
     path = None if file is None else Path(argument_path("file", file))
     if path is not None and path.suffix.lower() not in (".html", ".htm"):
         raise ParameterError(f"{str(path)!r} must end in .html")
     text = page(recordings, show, title, differences)
     if path is not None:
-        path.write_text(text, encoding="utf-8")
+        with writing(path):
+            path.write_text(text, encoding="utf-8")
         return path
     path = temporary(recordings[0].name)
     path.write_text(text, encoding="utf-8")

@@ -44,9 +44,13 @@ def test_consumption_in_all_its_units(run: CycleRun) -> None:
     assert kilometres == pytest.approx(run.range() / 1e3)
     assert unit == "km"
     assert run.range(0.9) == pytest.approx(0.9 * full / joule * run.distance)
+    assert run.mpg("88 %") == run.mpg(0.88)
     for share, function in (90, run.range), (88, run.mpg), (0, run.mpg):
-        with pytest.raises(pt.ParameterError, match=rf"= {share} must be above 0 and at most 1; 88 % is 0.88"):
+        with pytest.raises(pt.ParameterError, match=rf"= {share} is outside its range \(0, 1\].*88 % is 0.88"):
             function(share)
+    for function, name in (run.mpg, "charging"), (run.range, "usable"):
+        with pytest.raises(pt.ParameterError, match=rf"{name} = 'x' is not a number"):
+            function("x")
     # the stored energy's change is the integral of open-circuit voltage times current
     soc, i = run.result["battery.soc"], run.result["battery.i"]
     chemical = -np.trapezoid(np.asarray(ElectricCar().battery.ocv(soc)) * i, run.result.time)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -22,9 +23,9 @@ POUNDS = {
 }
 
 
-def losses(tau: float, w: float) -> pt.Map:
+def losses(tau: float, w: float, kW: float = 1.0) -> pt.Map:
     axes = pt.Axis("speed", "rad/s", (0.0, w)), pt.Axis("torque", "N.m", (-tau, tau))
-    return pt.Map(axes, [[100.0, 100.0], [900.0, 900.0]], "W", "loss")
+    return pt.Map(axes, np.array([[100.0, 100.0], [900.0, 900.0]]) / kW, "W", "loss")
 
 
 @pytest.mark.parametrize("name", pt.vehicles.names())
@@ -65,6 +66,11 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
         ),
         (ElectricCar(), {"machine.loss_map": losses(320, 1300)}, []),
         (
+            ElectricCar(),
+            {"machine.loss_map": losses(320, 1300, kW=1e3)},  # in kW by mistake
+            ["machine.loss_map gives 0.398 W at 483.9 rad/s and 310 N.m, less than 0.1% of machine.P_max = 1.5e+05 W"],
+        ),
+        (
             ManualCar(),
             {"engine": MappedEngine.diesel()},
             ["clutch slips at full load: it holds 300 N.m, engine gives up to 318.4 N.m; clutch.fn_max = 318.4 N"],
@@ -101,6 +107,10 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
                 "turns at 150 rpm",
             ],
         ),
+        (ManualCar(), {"engine.w_idle": 85 * 9.55}, ["engine.w_idle = 811.75 rad/s is unusual (30 to 200 rad/s)"]),
+        (ManualCar(), {"engine.heating_value": 43}, ["engine.heating_value = 43 J/kg is unusual"]),
+        (ManualCar(), {"engine.fuel_density": 0.745}, ["engine.fuel_density = 0.745 kg/m3 is unusual"]),
+        (ManualCar(), {"engine.co2_per_fuel": 3170}, ["engine.co2_per_fuel = 3170 kg/kg is unusual"]),
         (ParallelHybrid(), {"battery.Q": 60}, []),  # it also has an engine
     ],
 )

@@ -31,6 +31,15 @@ CARS: dict[str, Any] = {
 }
 
 
+def test_shift_speeds_of_a_gearset_in_rpm() -> None:
+    box = Automatic.simpson_three_speed()
+    schedules: list[Any] = [AutomaticCar.with_gearset(box, w_up=w).schedule for w in ("1500 rpm", 50 * np.pi)]
+    in_rpm, plain = (np.array(schedule.speeds) for schedule in schedules)
+    np.testing.assert_allclose(in_rpm, plain)
+    with pytest.raises(pt.ParameterError, match=r"AutomaticCar has no field w_upp; did you mean w_up"):
+        AutomaticCar.with_gearset(box, w_upp=150)
+
+
 @pytest.fixture(scope="module", params=["eight", "dual clutch"])
 def run(request: pytest.FixtureRequest) -> CycleRun:
     return drive_cycle(CARS[request.param], WLTC.part(0, 50), rtol=1e-6)

@@ -11,11 +11,24 @@ from matplotlib.patches import Wedge
 import powertrain as pt
 from powertrain.components.control import SetPedals
 from powertrain.components.cycles import DriveCycle
-from powertrain.trials import CycleRun, drive_cycle
+from powertrain.trials import (
+    CycleRun,
+    backward,
+    charge_corrected,
+    drive_cycle,
+    driveline_map,
+    electric_share,
+    full_accelerator,
+    gradeability,
+    on_rolling_road,
+    shifts,
+)
 from powertrain.trials.performance import Hill, performance, time_between
 from powertrain.trials.sankey import plot_energy_flow
 from powertrain.vehicles.electric_car import ElectricCar
+from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.split_path_car import SplitPathCar
+from powertrain.vehicles.variator_car import VariatorCar
 
 WLTC = DriveCycle.named("wltc")
 
@@ -180,6 +193,64 @@ def test_what_is_not_a_vehicle_is_refused_with_what_to_write() -> None:
         pt.ParameterError, match=r"'ManualCar' is not a vehicle; pt.vehicles.load\('ManualCar'\) makes one"
     ):
         performance("ManualCar")  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def electric() -> CycleRun:
+    """Ten seconds of an electric car, with a parameter in another unit."""
+    given: Any = {"body.m": "1.5 t"}
+    return drive_cycle(ElectricCar(), WLTC.part(0, 10), parameters=given, progress=True)
+
+
+def test_parameters_of_a_run_are_numbers(electric: CycleRun) -> None:
+    assert electric.parameters == {"body.m": 1500.0}
+
+
+@pytest.mark.parametrize(
+    ("trial", "said"),
+    [
+        (
+            lambda run: full_accelerator(ElectricCar(), stop=30),
+            "full_accelerator: stop cannot be given: the run ends at",
+        ),
+        (lambda run: gradeability(ElectricCar(), "steep"), "accuracy = 'steep' is not a number"),
+        (lambda run: gradeability(ElectricCar(), 0), r"accuracy = 0 is outside its range \(0, 0.5\]"),
+        (lambda run: driveline_map(ElectricCar(), "fast", [0.3]), "speeds = 'fast' is not a sequence of numbers"),
+        (lambda run: driveline_map(ElectricCar(), [-5, 5], [0.3]), r"speeds = \[-5.0, 5.0\]: give speeds .* from 0 on"),
+        (lambda run: driveline_map(ElectricCar(), [0], [0.3]), r"speeds = \[0.0\]: .* at least one of them above 0"),
+        (
+            lambda run: driveline_map(ElectricCar, [5], [0.3]),  # type: ignore[arg-type]
+            r"is not a vehicle; write ElectricCar\(\)",
+        ),
+        (lambda run: on_rolling_road(run.plant), r"Plant\(ElectricCar: .* is not a vehicle"),
+        (
+            lambda run: time_between(run, 0, 10),
+            r"time_between\(\) takes the result of a simulation, run.result of a drive",
+        ),
+        (
+            shifts,
+            r"shifts\(\) takes the result of a simulation, run.result of a drive cycle, not CycleRun",
+        ),
+        (lambda run: charge_corrected(run.result), r"charge_corrected\(\) takes a run of drive_cycle\(\), not Result"),
+        (lambda run: charge_corrected(run, path=90), r"path = 90 is outside its range \(0, 1\]"),
+        (lambda run: VariatorCar(w_least=1200), r"with w_least = 1200 rad/s, engine.w_limit = 680 rad/s"),
+        (
+            lambda run: driveline_map(ElectricCar(), [5], [0.3], held="charging"),  # type: ignore[arg-type]
+            "held = 'charging': pass a dictionary",
+        ),
+        (
+            lambda run: backward(ManualCar(), run.cycle, [1, 2]),  # type: ignore[arg-type]
+            r"backward\(\) takes a map of driveline_map\(\), not \[1, 2\]",
+        ),
+        (
+            lambda run: electric_share("run"),  # type: ignore[arg-type]
+            r"electric_share\(\) takes a run of drive_cycle\(\), not 'run'",
+        ),
+    ],
+)
+def test_arguments_of_trials_that_are_refused(electric: CycleRun, trial: Any, said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        trial(electric)
 
 
 def test_a_cycle_has_its_own_stop() -> None:

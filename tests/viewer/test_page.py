@@ -83,6 +83,8 @@ def test_chosen_signals_come_first(tmp_path: Path) -> None:
 def test_what_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(pt.ParameterError, match=r"must end in \.html"):
         RUN.explore(tmp_path / "run.pdf")
+    with pytest.raises(pt.ParameterError, match=r"run\.html cannot be written: there is no folder"):
+        RUN.explore(tmp_path / "absent" / "run.html")
     with pytest.raises(pt.ParameterError, match=r"no signal car\.v.*car\.w"):
         RUN.explore(tmp_path / "run.html", "car.v")
     with pytest.raises(pt.ParameterError, match="record="):

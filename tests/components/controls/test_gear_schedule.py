@@ -223,6 +223,11 @@ def test_the_rule_in_numbers_is_that_of_the_run() -> None:
     )  # three shifts wait for each other, each up to a step late
 
 
+def test_a_misspelt_option_of_a_schedule_is_named() -> None:
+    with pytest.raises(pt.ParameterError, match=r"GearSchedule has no field w_fulll; did you mean w_full"):
+        GearSchedule.for_gears((3.6, 2.1), 4.0, w_fulll=500.0)
+
+
 def _shifts(result: pt.Result[Scheduled]) -> list[float]:
     return [float(t) for t in result.time[np.flatnonzero(np.diff(result["schedule.gear"]))]]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -31,9 +33,11 @@ def test_accessories_take_a_constant_power_and_let_a_shaft_start() -> None:
     np.testing.assert_allclose(slow["shaft.w"], 20 * np.exp(-400 * slow.time / (2 * 400)), rtol=1e-5)
 
 
-def test_ratios_must_fall() -> None:
-    with pytest.raises(pt.ParameterError, match="positive ratios that decrease"):
-        pt.compile(Geared(box=PowerShiftGearbox(ratios=(3.0, 3.5))))
+@pytest.mark.parametrize("ratios", [(3.0, 3.5), (3.7, 0), (3.7, -1.0), (3.7,), ()])
+def test_ratios_must_fall(ratios: tuple[float, ...]) -> None:
+    said = f"PowerShiftGearbox.ratios = {ratios}; give two or more positive ratios that decrease"
+    with pytest.raises(pt.ParameterError, match=re.escape(said)):
+        PowerShiftGearbox(ratios=ratios)
 
 
 class Geared(pt.Component):

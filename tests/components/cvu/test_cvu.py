@@ -152,6 +152,11 @@ def test_actuator_keeps_rate_and_range() -> None:
     assert V[-1] == pytest.approx(0.5, abs=1e-4)
 
 
+def test_an_actuator_with_an_empty_range_is_refused() -> None:
+    with pytest.raises(pt.ParameterError, match=r"with ratio_min = 2.6, ratio_max = 0.4"):
+        RatioActuator(ratio_min=2.6, ratio_max=0.4)
+
+
 @pytest.mark.parametrize(("unit", "limit"), [(VBelt(), "belt"), (TractionDrive(), "traction")])
 def test_friction_drives_creep_under_load(unit: VariableUnit, limit: str) -> None:
     """Creep follows the load by x/sqrt(1 + x^2); the speed ratio falls by it; the torques are those of the radii."""

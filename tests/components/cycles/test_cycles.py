@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
 
 import powertrain as pt
 from powertrain.components.cycles import CYCLES, CycleSpeed, DriveCycle
@@ -91,6 +92,32 @@ def test_cycle_with_grades_is_a_road_of_the_same_heights(tmp_path: Path) -> None
     assert half.grades == pytest.approx([0.025, 0.05, 0.05])
 
 
+HEIGHTS = (0, 210), (5, 210), (20, 213), (60, 240), (90, 228), (110, 225), (115, 225)
+"""Of a drive at 14 m/s between 20 s and 90 s that starts at 5 s and stops at 110 s: time [s], height [m]."""
+
+
+def test_heights_of_a_recorded_drive_are_its_road(tmp_path: Path) -> None:
+    """The integral of the sine of the slope over the way is the height at every row, also of a part, whose ends are interpolated."""
+    rows = [f"{t},{14 if 20 <= t <= 90 else 0},{z / 0.3048}" for t, z in HEIGHTS]
+    (tmp_path / "drive.csv").write_text("Time [s],GPS speed [m/s],Altitude [ft]\n" + "\n".join(rows), encoding="utf-8")
+    drive = DriveCycle.from_csv(tmp_path / "drive.csv")
+    for cycle in drive, drive.part(12.5, 100), drive.part(0, 4):
+        fine = np.linspace(0, cycle.distance, 200_001)
+        slope = np.broadcast_to(np.asarray(cycle.slope()(fine)), fine.shape)
+        climbed = cumulative_trapezoid(slope / np.sqrt(1 + slope**2), fine, initial=0)
+        way = cumulative_trapezoid(cycle.speeds, cycle.times, initial=0)
+        np.testing.assert_allclose(np.interp(way, fine, climbed), np.array(cycle.heights) - cycle.heights[0], atol=1e-6)
+    # from rest with constant acceleration a quarter of the 105 m is behind it after half the 15 s
+    assert drive.part(12.5, 100).heights == pytest.approx([210.75, 213, 240, 228, 228 - 3 * 0.75])
+
+
+def test_heights_over_distance() -> None:
+    cycle = DriveCycle.from_distance("lap", [0, 50, 200], [0, 10, 0], stops=[3, 5], heights=[7, 9, 8])
+    assert list(cycle.heights) == [7, 7, 9, 8, 8]
+    with pytest.raises(pt.ParameterError, match="2 heights for 3 distances; each distance needs one"):
+        DriveCycle.from_distance("lap", [0, 50, 200], [0, 10, 0], heights=[7, 9])
+
+
 def test_grades_in_percent_are_not_taken_for_fractions(tmp_path: Path) -> None:
     path = tmp_path / "hill.csv"
     path.write_text("time_s,speed_km_h,grade\n0,0,0\n20,30,-6\n", encoding="utf-8")
@@ -154,7 +181,10 @@ def test_files(tmp_path: Path) -> None:
         "t,v\n0,0\n": "'t': a time needs a unit; write time_s or time [s]",
         "time_s,speed_knots\n0,0\n": "the unit 'knots' of a speed is not known; write speed_km_h",
         "time_s,speed_m_s,slopes\n0,0,0\n": "unknown column 'slopes'; columns are time_s",
-        "time_s,speed_m_s,height_m\n0,0,0\n": r"unknown column 'height_m'; .* heights .* RoadProfile\.from_heights",
+        "time_s,speed_m_s,height\n0,0,0\n": "'height': a height needs a unit; write height_m",
+        "time_s,speed_m_s,height_m,grade\n0,0,5,0\n1,9,5,0\n": "it has grades and heights of the road; give one",
+        "time_s,speed_m_s,height_m\n0,0,5\n1,9,5\n2,9,nan\n": "the height of row 3 is not finite",
+        "time_s,speed_m_s,height_m\n0,2,5\n1,2,8\n": "changes by 3 m from 0 m to 2 m of the way; .* smooth them first",
         "speed_m_s\n0\n": "gives neither of time .* and distance .*; it must give one",
         "time_s,grade\n0,0\n": "gives no column of speed",
         "time_s,speed_m_s,stop_s\n0,0,0\n": "a cycle over time has no column for stops",
@@ -228,6 +258,15 @@ def test_a_part_lies_within_its_cycle(start: float, stop: float) -> None:
         pt.ParameterError, match=rf"hwfet has no part from {start} s to {stop} s; it goes from 0 s to 765 s"
     ):
         DriveCycle.named("hwfet").part(start, stop)
+
+
+def test_times_of_a_part_as_texts() -> None:
+    cycle = DriveCycle.named("hwfet")
+    assert cycle.part(60, "2 min") == cycle.part(60, 120)
+    with pytest.raises(pt.ParameterError, match="hwfet: part: start = 'a' is not a number"):
+        cycle.part("a", 3)
+    with pytest.raises(pt.ParameterError, match="hwfet: part: stop = '3' is a text without a unit; write 3"):
+        cycle.part(0, "3")
 
 
 def test_signal_shows_the_cycle_and_what_comes() -> None:

@@ -81,3 +81,20 @@ def test_operating_points_have_the_temperature_of_the_air() -> None:
     assert float(held.T) == COLD
     found = driveline_map(car, [10.0], [0.3])
     assert int(found.status.values.item()) == 0
+
+
+class CooledByLiquid(BatteryCooling):
+    """A user's own, with a temperature of its own in maps."""
+
+    T_liquid: pt.Parameter = pt.parameter("K", "Temperature of the liquid", default=COLD)
+
+    def equations(self) -> pt.Equations:
+        yield self.battery.Q_flow == 50 * (self.battery.T - self.T_liquid)
+
+    def steady(self) -> ConditionedBattery:
+        return ConditionedBattery(T=float(self.T_liquid))
+
+
+def test_a_cooling_of_a_users_own_says_its_temperature_in_maps() -> None:
+    car = on_rolling_road(ElectricCar(battery_cooling=CooledByLiquid()))
+    assert value_at(car, "battery_cooling") == ConditionedBattery(T=COLD)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -120,6 +122,70 @@ def test_a_signed_map_that_ends_early_on_one_side(low: float, high: float) -> No
     assert machine.losses([0, -1e-12, 1e-12], -sign * 300) == pytest.approx(9050)
 
 
+EFFICIENCIES = "speed [rpm], torque [Nm], efficiency [%]\n" + "".join(
+    f"{n}, {tau}, {eta}\n"
+    for n, row in ((1000, (78, 85, 82, 90)), (6000, (90, 93, 91, 96)))
+    for tau, eta in zip((-100, -20, 20, 100), row, strict=True)
+)
+
+
+@pytest.mark.parametrize(
+    ("n", "tau", "eta"), [(1000, 100, 0.9), (6000, 20, 0.91), (1000, -100, 0.78), (6000, -20, 0.93)]
+)
+def test_efficiencies_of_a_data_sheet_are_power_out_over_power_in(tmp_path: Path, n: int, tau: int, eta: float) -> None:
+    (file := tmp_path / "efficiency.csv").write_text(EFFICIENCIES, encoding="utf-8")
+    machine = ElectricMachine.from_efficiency(file, no_load="120 W", standstill="1 kW", P_max="80 kW")
+    assert machine.P_max == 80e3
+    w = n * np.pi / 30
+    values = held(machine, w, tau)
+    shaft, bus = tau * w, 250 * values["bus.i"]
+    assert (shaft / bus if tau > 0 else bus / shaft) == pytest.approx(eta)
+    assert held(machine, -w, -tau)["bus.i"] == pytest.approx(values["bus.i"]), "backward like forward"
+
+
+def test_losses_that_no_efficiency_tells() -> None:
+    """Without torque and at rest the losses are those given; between them and the table they are linear."""
+    axes = pt.Axis("n", "rad/s", [0, 100, 400], "clip"), pt.Axis("M", "N.m", [0, 50], "clip")
+    table = pt.Map(axes, np.array([[0, 0], [0, 0.8], [0, 0.9]]), "1", "efficiency")
+    drag = pt.Map.curve([0, 400], [20, 100], x="w", x_unit="rad/s", unit="W")
+    copper = pt.Map.curve([0, 50], [0, 600], x="tau", x_unit="N.m", unit="W")
+    machine = ElectricMachine.from_efficiency(table, no_load=drag, standstill=copper)
+    at_50 = {0: 600, 100: 5000 / 0.8 - 5000, 50: (600 + 1250) / 2, 400: 20e3 / 0.9 - 20e3}
+    for w, loss in at_50.items():
+        assert machine.losses(w, 50) == pytest.approx(loss)
+    assert machine.losses([0, 100, 400], 0) == pytest.approx([20, 40, 100])
+    assert machine.losses(100, 25) == pytest.approx((40 + 1250) / 2)
+    for given, said in (
+        (
+            {"standstill": 50.0},
+            r"does not tell the loss without torque, and the table has M = 0 N.m; .* no_load='150 W'",
+        ),
+        ({"no_load": 50.0}, r"does not tell the loss at rest, and the table has n = 0 rad/s; .* standstill='150 W'"),
+        (
+            {"no_load": copper, "standstill": 1.0},
+            r"no_load gives map \[W\] over tau \[N.m\]; it must give a loss \[W\] over",
+        ),
+        ({"no_load": "-5 W", "standstill": 1.0}, r"no_load = -5 W is outside its range"),
+    ):
+        with pytest.raises(pt.ParameterError, match=said):
+            ElectricMachine.from_efficiency(table, **given)
+
+
+@pytest.mark.parametrize(
+    ("w", "eta", "said"),
+    [
+        ([100, 400], [0.8, 1.05], r"an efficiency of 1.05 at 3820 rpm and 50 N.m; it must be above 0 and at most 1"),
+        ([100, 400], [80, 90], r"of 80 at 954.9 rpm and 50 N.m; .* a column in percent is headed efficiency \[%\]"),
+        ([100, 400], [0.8, 0], r"of 0 at 3820 rpm .* beyond the limit of the machine, repeat"),
+        ([-100, 400], [0.8, 0.9], r"a speed of -954.93 rpm; speeds must not be negative"),
+    ],
+)
+def test_efficiencies_that_are_refused(w: list[float], eta: list[float], said: str) -> None:
+    axes = pt.Axis("n", "rad/s", w), pt.Axis("M", "N.m", [50])
+    with pytest.raises(pt.ParameterError, match=said):
+        ElectricMachine.from_efficiency(pt.Map(axes, np.transpose([eta]), "1", "efficiency"))
+
+
 def test_loss_maps_that_are_refused() -> None:
     good = loss_map(0)
     for wrong, said in (
@@ -128,6 +194,7 @@ def test_loss_maps_that_are_refused() -> None:
             r"machine.loss_map gives loss \[N\] over speed \[rad/s\], torque",
         ),
         (pt.Map(good.axes[::-1], good.values.T, "W", "loss"), r"over torque \[N.m\], speed \[rad/s\]; it must"),
+        (pt.Map(good.axes, good.values, "1", "eta"), "ElectricMachine.from_efficiency takes efficiencies"),
         (pt.Map(good.axes, good.values - 50, "W", "loss"), "falls to -10 W; a loss must not be negative"),
     ):
         with pytest.raises(pt.ParameterError, match=said):

@@ -238,6 +238,13 @@ def test_fuel_files_that_are_refused(tmp_path: Path, head: str, tau: list[float]
         MappedEngine.from_csv(torque, path)
 
 
+def test_a_misspelt_option_is_named_before_the_files_are_read() -> None:
+    with pytest.raises(pt.ParameterError, match=r"MappedEngine has no field fil; did you mean fill"):
+        MappedEngine.from_csv("none.csv", "none.csv", fil=True)
+    with pytest.raises(pt.ParameterError, match=r"MappedEngine.from_csv: fill = 'no' is not True or False"):
+        MappedEngine.from_csv("none.csv", "none.csv", fill="no")  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("full", [-20.0, -40.0])
 def test_full_load_must_be_above_the_motored_torque(tmp_path: Path, full: float) -> None:
     """Else no throttle belongs to a torque: 0/0, or more throttle for less torque."""

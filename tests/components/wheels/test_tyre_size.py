@@ -40,3 +40,9 @@ def test_what_is_no_size_of_a_radial_tyre(size: Any) -> None:
         pt.ParameterError, match=rf"^RigidWheel.radius = '{size}' is not the size of a radial tyre, such as '205/55R16'"
     ):
         RigidWheel(radius=size)
+
+
+def test_a_number_is_no_tyre_size() -> None:
+    size: Any = 205
+    with pytest.raises(pt.ParameterError, match="tyre size = 205 is not the size of a radial tyre"):
+        rolling_radius(size)
