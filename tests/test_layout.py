@@ -50,7 +50,7 @@ ORDER = [
     "modes: resting discontinuities resolve",
     "integration: samples step_control step dopri5 rodas5p fused parts sparse_step specialized",
     "engine: catalogue waves chatter schedules trajectory location",
-    "engine: continuity zeno failure prepared options limits in_c loop simulator",
+    "engine: continuity overlaps zeno failure prepared options limits in_c loop simulator",
     "signals present nonfinite events export saved initialization.conditions initialization.initial result running plant environment",
     "native: code driver",
     "analysis: linear_model operating_point reduction perturbation linearization energy_terms quadrature jumps audit",

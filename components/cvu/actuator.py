@@ -56,6 +56,12 @@ class RatioActuator(Actuator):
     ratio_start: Parameter = parameter("1", "Ratio at the start", default=1.0)
     V: Variable = variable("1", "Ratio", prefer=True)
 
+    def check(self) -> Equations:
+        """The start must be within the range."""
+        yield from super().check()
+        yield self.ratio_min <= self.ratio_start
+        yield self.ratio_start <= self.ratio_max
+
     def equations(self) -> Equations:
         """A lag within limits."""
         yield self.ratio.value == self.V

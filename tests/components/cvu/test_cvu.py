@@ -157,6 +157,13 @@ def test_an_actuator_with_an_empty_range_is_refused() -> None:
         RatioActuator(ratio_min=2.6, ratio_max=0.4)
 
 
+@pytest.mark.parametrize("start", [0.3, 2.7])
+def test_an_actuator_that_starts_outside_its_range_is_refused(start: float) -> None:
+    """It went back into its range in silence."""
+    with pytest.raises(pt.ParameterError, match=rf"ratio_start = {start}"):
+        RatioActuator(ratio_min=0.4, ratio_max=2.6, ratio_start=start)
+
+
 @pytest.mark.parametrize(("unit", "limit"), [(VBelt(), "belt"), (TractionDrive(), "traction")])
 def test_friction_drives_creep_under_load(unit: VariableUnit, limit: str) -> None:
     """Creep follows the load by x/sqrt(1 + x^2); the speed ratio falls by it; the torques are those of the radii."""
