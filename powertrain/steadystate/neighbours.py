@@ -34,7 +34,7 @@ _LARGEST = 16384
 """Points that the solver takes together where combinations cannot be known."""
 Key = tuple[float, ...]
 Careful = Callable[[int, int], Array | None]
-"""Solves the points from the first to before the last one by one, stores them, and returns the modes of the last good one."""
+"""Solves the points from the first to before the last one by one, stores them, and returns the modes of the first good one."""
 
 
 class Walker:
