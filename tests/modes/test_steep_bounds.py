@@ -90,3 +90,23 @@ def test_more_conditions_than_can_be_tried() -> None:
     for k in range(count):
         found = [result[f"parts[{k}].f{i}"][0] for i in range(3)]
         assert min(np.abs(fit.tau - found).max() for fit in expected) < 1e-5 * (1.0 + np.abs(found).max())
+
+
+class Bearing(pt.Component):
+    """A law that rests, whatever others do."""
+
+    w: pt.Variable = pt.variable("rad/s", "Speed", start=0.0)
+    f: pt.Variable = pt.variable("N.m", "Torque")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.w) == 0.5 - self.f
+        yield pt.friction(self.w, self.f, -1.0, 1.0)
+
+
+@pytest.mark.parametrize("seed", [10, 17, 35, 51, 54, 62, 117, 127, 132, 183])
+def test_laws_that_contradict_nothing_are_not_varied(seed: int) -> None:
+    """Beside eight bearings: with their modes there were 3^11 combinations in every piece, too many to try."""
+    given = drawn(seed)
+    result = pt.simulate(Several(parts=(model(given), *(Bearing() for _ in range(8)))), 0.01)
+    found = [result[f"parts[0].f{i}"][0] for i in range(3)]
+    assert min(np.abs(fit.tau - found).max() for fit in fits(given, COMPLIANCE)) < 1e-5 * (1.0 + np.abs(found).max())
