@@ -114,7 +114,6 @@ class ModeResolver:
         True if the resulting modes are consistent, False after a reset or an impact, None if the iteration does not converge.
         """
         memory, flags = self.memory, self._flags
-        seen: set[bytes] = set()
         for _ in range(PASSES):
             if not self._solvable(side):
                 return None
@@ -125,10 +124,6 @@ class ModeResolver:
             memory.jumped[0] = 0.0
             if not flags[0]:
                 return True
-            key = memory.m.tobytes()
-            if key in seen:
-                return None
-            seen.add(key)
             memory.m[:] = memory.held
         return None
 
@@ -174,7 +169,6 @@ class ModeResolver:
             tried += self._alternatives(side, varied)
             places = [i for group, _ in tried for i in group]
             for modes in islice(product(*(values for _, values in tried)), _MOST_COMBINATIONS):
-                m[:] = start
                 m[places] = [value for values in modes for value in values]
                 if self._consistent(side):
                     return True

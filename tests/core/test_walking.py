@@ -146,3 +146,14 @@ def test_any_laws(seed: int, ring: bool, arrange: Callable[[Matrix], Matrix]) ->
             np.testing.assert_allclose(laws.walk(walker, x, y, p), wanted, rtol=1e-12, atol=1e-12)
             asked += sum(not np.isnan(wanted[0, first:last]).any() for first, last in laws.asked)
     assert asked <= 8 * len(walker.keys)
+
+
+def test_laws_with_too_many_combinations(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The solver gets all points, in blocks that grow."""
+    monkeypatch.setattr("powertrain.steadystate.neighbours._ALTERNATIVES", 0)
+    laws = drawn(np.random.default_rng(3), ring=True)
+    x, y = np.random.default_rng(0).uniform(-1.0, 1.0, (2, 20_000))
+    np.testing.assert_array_equal(laws.walk(laws.walker(), x, y, 0.2), laws.brute_force(x, y, 0.2)[0])
+    sizes = [last - first for first, last in laws.asked]
+    assert sum(sizes) == 20_000
+    assert max(sizes) >= 4096
