@@ -114,6 +114,7 @@ class ModeResolver:
         True if the resulting modes are consistent, False after a reset or an impact, None if the iteration does not converge.
         """
         memory, flags = self.memory, self._flags
+        seen: set[bytes] = set()
         for _ in range(PASSES):
             if not self._solvable(side):
                 return None
@@ -124,6 +125,10 @@ class ModeResolver:
             memory.jumped[0] = 0.0
             if not flags[0]:
                 return True
+            key = memory.m.tobytes()
+            if key in seen:
+                return None
+            seen.add(key)
             memory.m[:] = memory.held
         return None
 
