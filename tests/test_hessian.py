@@ -214,6 +214,7 @@ def test_a_corner(rtol: float) -> None:
         pt.hessian(Bent(), "x", ["a", "c", "x"], stop=2.0, rtol=rtol), np.array(exact(0.7, 1.0, 0.5)), rtol=100 * rtol
     )
 
+
 class Twice(pt.Component):
     """x falls at k; z grows at p until x = c, at q until x = c - d, and at r from then on."""
 
@@ -242,6 +243,7 @@ def test_events_that_follow_at_once(apart: float) -> None:
     found = pt.hessian(Twice(d=apart), "z", names, stop=2.0)
     wanted = np.array(exact(0.8, 0.3, 0.5, -3.0, 1.5, 1.0))
     np.testing.assert_allclose(found, wanted, atol=1e-7 * np.abs(wanted).max())
+
 
 def test_events_that_move_apart_are_refused() -> None:
     """Two switches in one instant, of which an unknown moves only one."""
@@ -273,6 +275,7 @@ def test_a_condition_that_is_nonlinear_in_time() -> None:
     wanted = np.array(ca.Function("exact", symbols, [end])(1.5, 0.4, 0.3, 0.5, -2.0, 1.0))
     found = pt.hessian(Fading(), "z", names, stop=2.0, **TIGHT)
     np.testing.assert_allclose(found, wanted, atol=1e-9 * np.abs(wanted).max())
+
 
 class Gripped(pt.Component):
     """A friction of the speed v - y^2 that grips at 0.5 s: then v becomes y^2."""
