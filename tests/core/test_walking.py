@@ -111,8 +111,8 @@ def drawn(rng: np.random.Generator, ring: bool) -> Affine:
     if ring:
         C[n - 2, n - 1], C[n - 1, n - 2] = rng.normal(size=2)
     A, B = rng.normal(size=(n, 3)), rng.normal(size=(2, n)) * (rng.random((2, n)) < 0.7)
-    limits = {"most": 1.6, "steep": 0.95} if ring else {}
-    return Affine(A, C, rng.normal(size=n) * 0.3, B, frictions, **limits)
+    most, steep = (1.6, 0.95) if ring else (np.inf, np.inf)
+    return Affine(A, C, rng.normal(size=n) * 0.3, B, frictions, most, steep)
 
 
 def scattered(points: Matrix) -> Matrix:
