@@ -12,13 +12,23 @@ from powertrain.equilibrium.elimination import root_of_fraction
 def affine(x: ca.SX, a: ca.SX, rng: np.random.Generator) -> ca.SX:
     """An affine expression of x, with coefficients that contain a."""
     p, q, r = rng.uniform(0.5, 2.0, 3)
-    return [p * x - q * a, a - x / r, (x - p) + (x - p) - a * x, a * (q - x) + r][rng.integers(4)]
+    kinds: list[ca.SX] = [p * x - q * a, a - x / r, (x - p) + (x - p) - a * x, a * (q - x) + r]
+    return kinds[rng.integers(4)]
 
 
 def fraction(x: ca.SX, a: ca.SX, rng: np.random.Generator) -> ca.SX:
     """Sums, products and quotients of affine expressions that remain a fraction of two of these."""
     n, d, m = (affine(x, a, rng) for _ in range(3))
-    kinds = [n, n / d, n / d + m / d, n / d - m / d, (n / d) / (m / d), 1 / d, (n / d) * (d / m), n / d + m / (a * d)]
+    kinds: list[ca.SX] = [
+        n,
+        n / d,
+        n / d + m / d,
+        n / d - m / d,
+        (n / d) / (m / d),
+        1 / d,
+        (n / d) * (d / m),
+        n / d + m / (a * d),
+    ]
     f = kinds[rng.integers(8)]
     for _ in range(rng.integers(4)):
         c = rng.uniform(0.5, 2.0)
