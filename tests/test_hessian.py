@@ -215,6 +215,89 @@ def test_a_corner(rtol: float) -> None:
     )
 
 
+class Twice(pt.Component):
+    """x falls at k; z grows at p until x = c, at q until x = c - d, and at r from then on."""
+
+    k: pt.Parameter = pt.parameter("1", "Rate", default=0.8)
+    c: pt.Parameter = pt.parameter("1", "Threshold", default=0.3)
+    d: pt.Parameter = pt.parameter("1", "Distance of the thresholds", default=1e-9)
+    p: pt.Parameter = pt.parameter("1", "First rate", default=0.5)
+    q: pt.Parameter = pt.parameter("1", "Rate between", default=-3.0)
+    r: pt.Parameter = pt.parameter("1", "Last rate", default=1.5)
+    x: pt.Variable = pt.variable("1", "Trigger", start=1.0)
+    z: pt.Variable = pt.variable("1", "Level", start=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == -self.k
+        last = pt.switch(self.x > self.c - self.d, self.q, self.r)
+        yield pt.der(self.z) == self.z * pt.switch(self.x > self.c, self.p, last)
+
+
+@pytest.mark.parametrize("apart", [1e-3, 1e-9, 1e-11])
+def test_events_that_follow_at_once(apart: float) -> None:
+    """10 ps apart, the run has no room for samples between them."""
+    names = ["k", "c", "p", "q", "r", "x"]
+    k, c, p, q, r, x = symbols = [ca.SX.sym(n) for n in names]
+    end = 2.0 * ca.exp(p * (x - c) / k + q * apart / k + r * (2.0 - (x - c + apart) / k))
+    exact = ca.Function("exact", symbols, [ca.hessian(end, ca.vertcat(*symbols))[0]])
+    found = pt.hessian(Twice(d=apart), "z", names, stop=2.0)
+    wanted = np.array(exact(0.8, 0.3, 0.5, -3.0, 1.5, 1.0))
+    np.testing.assert_allclose(found, wanted, atol=1e-7 * np.abs(wanted).max())
+
+
+def test_events_that_move_apart_are_refused() -> None:
+    """Two switches in one instant, of which an unknown moves only one."""
+    with pytest.raises(pt.SimulationError, match="switch together, and an unknown moves their instants apart"):
+        pt.hessian(Twice(d=1e-12), "z", ["d"], stop=2.0)
+
+
+class Fading(pt.Component):
+    """x = x0 exp(-k t) meets c exp(-a t) at t = ln(x0/c)/(k - a), where z, growing at p until then, begins to grow at q."""
+
+    k: pt.Parameter = pt.parameter("1", "Decay", default=1.5)
+    a: pt.Parameter = pt.parameter("1", "Decay of the threshold", default=0.4)
+    c: pt.Parameter = pt.parameter("1", "Threshold", default=0.3)
+    p: pt.Parameter = pt.parameter("1", "Rate before", default=0.5)
+    q: pt.Parameter = pt.parameter("1", "Rate after", default=-2.0)
+    x: pt.Variable = pt.variable("1", "Trigger", start=1.0)
+    z: pt.Variable = pt.variable("1", "Level", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == -self.k * self.x
+        yield pt.der(self.z) == pt.switch(self.x > self.c * ca.exp(-self.a * pt.time), self.p, self.q)
+
+
+def test_a_condition_that_is_nonlinear_in_time() -> None:
+    names = ["k", "a", "c", "p", "q", "x"]
+    k, a, c, p, q, x = symbols = [ca.SX.sym(n) for n in names]
+    instant = ca.log(x / c) / (k - a)
+    end = ca.hessian(p * instant + q * (2.0 - instant), ca.vertcat(*symbols))[0]
+    wanted = np.array(ca.Function("exact", symbols, [end])(1.5, 0.4, 0.3, 0.5, -2.0, 1.0))
+    found = pt.hessian(Fading(), "z", names, stop=2.0, **TIGHT)
+    np.testing.assert_allclose(found, wanted, atol=1e-9 * np.abs(wanted).max())
+
+
+class Gripped(pt.Component):
+    """A friction of the speed v - y^2 that grips at 0.5 s: then v becomes y^2."""
+
+    v: pt.Variable = pt.variable("rad/s", "Speed", start=0.0)
+    y: pt.Variable = pt.variable("1", "Level", start=0.0)
+    f: pt.Variable = pt.variable("N.m", "Torque")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.v) == -self.f
+        yield pt.der(self.y) == 0.0
+        limit = pt.switch(pt.time > 0.5, 1.0, 0.0)
+        yield pt.friction(self.v - self.y**2, self.f, -limit, limit)
+
+
+def test_a_law_that_sticks_at_a_speed_of_second_order() -> None:
+    """At y = 0 it holds at once. Beside it, it slides for a time that goes with y^2."""
+    np.testing.assert_allclose(pt.hessian(Gripped(), "v", ["y"], stop=1.0), [[2.0]], rtol=1e-9)
+    beside = pt.simulate(Gripped(), 1.0, starts={"y": 0.1, "v": 0.0})
+    assert beside["v"][-1] == pytest.approx(0.01)
+
+
 TABLE = pt.Map(
     [pt.Axis("x", "1", [0, 5], outside="linear"), pt.Axis("y", "1", [0, 6], outside="linear")], [[1, 2], [3, 9]], "1"
 )

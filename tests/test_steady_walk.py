@@ -79,6 +79,20 @@ def test_points_in_any_order(plant: pt.Plant[Laws], order: Callable[[Points], Po
         np.testing.assert_allclose(found[name], exact, rtol=1e-12, err_msg=name)
 
 
+def test_points_with_known_modes_need_no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The solver is asked for new modes, and every time it is, these are known from then on."""
+    asked, solve = list[int](), Solver.solve
+
+    def counted(solver: Solver, grid: Points, *given: Any) -> Any:
+        asked.append(grid.shape[1])
+        return solve(solver, grid, *given)
+
+    monkeypatch.setattr(Solver, "solve", counted)
+    values = np.random.default_rng(2).uniform(-1, 1, (3, 200_000))
+    pt.steady(Laws(), {n: xr.DataArray(v, dims="i") for n, v in zip("abc", values, strict=True)}, outputs=[*"fgxyz"])
+    assert sum(asked) < 20_000
+
+
 def test_rows(plant: pt.Plant[Laws]) -> None:
     """The same as a grid."""
     a, b, c = np.linspace(-0.99, 1, 91), np.linspace(-0.97, 0.93, 17), np.linspace(-1, 0.95, 13)

@@ -166,13 +166,14 @@ class ModeResolver:
         m[:] = start
         point = self._point(side)
         rest = problem.laws.at_rest(point, problem.laws.at(point, np.zeros(problem.laws.count)), ZONE)
-        for varied in laws | against, laws | against | {problem.laws.index[k] for k in np.flatnonzero(rest)}:
+        few = laws | against
+        all_at_rest = few | {problem.laws.index[k] for k in np.flatnonzero(rest)}
+        for varied in (few, all_at_rest) if len(few) < len(all_at_rest) else (few,):
             # the pieces before the event come first
             tried: list[Alternatives] = [([i], [(start[i],), (1.0 - start[i],)]) for i in pieces]
             tried += self._alternatives(side, varied)
             places = [i for group, _ in tried for i in group]
             for modes in islice(product(*(values for _, values in tried)), _MOST_COMBINATIONS):
-                m[:] = start
                 m[places] = [value for values in modes for value in values]
                 if self._consistent(side):
                     return True

@@ -34,7 +34,7 @@ _LARGEST = 16384
 """Points that the solver takes together where combinations cannot be known."""
 Key = tuple[float, ...]
 Careful = Callable[[int, int], Array | None]
-"""Solves the points from the first to before the last one by one, stores them, and returns the modes of the last good one."""
+"""Solves the points from the first to before the last one by one, stores them, and returns the modes of the first good one."""
 
 
 class Walker:
@@ -54,7 +54,6 @@ class Walker:
         self._tapes: dict[tuple[Key, int], Tape | VectorTape] = {}
         self.common: Array = np.zeros(1)
         self._fits, self._width = np.empty(max(*WIDTHS, VectorTape.most)), WIDTHS[-1]
-        self._next: dict[Key, Key] = {}
         self._all: tuple[int, Tape | VectorTape] | None = None
         self._called = 0
         self._refused: set[Key] = set()
@@ -85,8 +84,6 @@ class Walker:
             for candidate in self._candidates(current):
                 fits, full = self._run(candidate, level, i, arguments, results)
                 if fits:
-                    if current is not None and candidate != current:
-                        self._next[current] = candidate
                     current = candidate
                     level = min(level + 1, len(WIDTHS) - 1) if full else 0
                     break
@@ -99,7 +96,7 @@ class Walker:
                 modes = careful(i, last)
                 found = None if modes is None else self.enter(modes)
                 block = LANES if modes is None or found is not None else min(2 * block, _LARGEST)
-                i, current = last, found or current
+                i, current = last, found
             done(i)
 
     def _mixed(
@@ -110,7 +107,7 @@ class Walker:
         last = min(first + self._width, count)
         some = slice(first, max(last, first + union.least))
         union.into([a[some] for a in arguments], [*(r[some] for r in results), self._fits[: some.stop - first]])
-        which = self._fits[: last - first].copy()
+        which = self._fits[: last - first]
         left = first + np.flatnonzero(which == 0.0)
         self._width = WIDTHS[-1] if left.size else min(2 * self._width, union.most)
         while left.size:
@@ -139,8 +136,7 @@ class Walker:
         return self._all[1]
 
     def _candidates(self, current: Key | None) -> list[Key]:
-        first = [k for k in (current, self._next.get(current) if current is not None else None) if k is not None]
-        return list(dict.fromkeys([*first, *self.keys]))
+        return self.keys if current is None else [current, *(k for k in self.keys if k != current)]
 
     def _run(
         self, key: Key, level: int, i: int, arguments: Sequence[Array], results: Sequence[Array]

@@ -55,7 +55,7 @@ class MapResults:
         self._resting: list[tuple[Rows, NDArray[np.intp]]] = []
 
     def solve(self, grid: Rows, places: NDArray[np.intp], later: bool = False) -> Array | None:
-        """Solve points, the numbers of which are ``places``, and store them; return the modes of the last good one.
+        """Solve points, the numbers of which are ``places``, and store them; return the modes of the first good one.
 
         ``later``: points with laws at rest are left to ``finish``, because intervals of many points take hardly more time than one.
         """
@@ -94,7 +94,7 @@ class MapResults:
         self.status[places] = status
         self._note(places, np.vstack([points.involved, left & outside]), status)
         good = np.flatnonzero(status == OK)
-        return points.modes[:, good[-1]].copy() if good.size else None
+        return points.modes[:, good[0]].copy() if good.size else None
 
     def finish(self) -> None:
         """Solve the points that were left for later."""
