@@ -166,7 +166,7 @@ class ModeResolver:
         m[:] = start
         point = self._point(side)
         rest = problem.laws.at_rest(point, problem.laws.at(point, np.zeros(problem.laws.count)), ZONE)
-        few = laws | against
+        few, count = laws | against, 0
         all_at_rest = few | {problem.laws.index[k] for k in np.flatnonzero(rest)}
         for varied in (few, all_at_rest) if len(few) < len(all_at_rest) else (few,):
             # the pieces before the event come first
