@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
 
+from powertrain.components.electric.efficiency import RPM
 from powertrain.components.electric.machine import ElectricMachine
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-RPM = 30 / math.pi
 
 
 def plot_machine_map(

@@ -28,7 +28,7 @@ from powertrain import (
     signal_output,
     variable,
 )
-from powertrain.components.electric.efficiency import losses_of_efficiency
+from powertrain.components.electric.efficiency import RPM, losses_of_efficiency
 from powertrain.components.electric.interfaces import DCTerminal
 from powertrain.components.evaluation import numbers
 from powertrain.components.limited import limited
@@ -38,7 +38,6 @@ from powertrain.components.thermal import HeatPort, Lossy
 TURNING = 1.0
 """Speed [rad/s] above which the sign of the torque decides whether a machine drives or generates."""
 
-RPM = 30 / math.pi
 LEVELS = (70.0, 75.0, 80.0, 85.0, 90.0, 95.0, 100.0)
 """Efficiencies [%] of the contour lines."""
 

@@ -21,7 +21,7 @@ ZONE = 2 * EPS
 INTEGRATED = 3e-7
 """Uncertainty of a speed (rad/s, m/s) computed from states that no law sets to zero: 30 times their usual tolerance."""
 OVERLAP = 1e-6
-"""Sides of a contact (m, rad) may overlap by this at the start of a run: what rounded values of another run amount to."""
+"""Sides of a contact (m, rad) may overlap by this at a start or after a jump: what rounded values of another run amount to."""
 SWIFT = 1e-3
 """Rates (rad/s2, m/s2) above this give the direction of an uncertain prescribed speed, which is certain again within 0.1 ms."""
 REST_SPEED = 1e-4

@@ -146,7 +146,8 @@ class LoopInC:
         self._engine, self._kept = engine, list[Any]()
         self._schedules: Schedules | None = None
         self._model = _Model(hosted=1, explicit_method=explicit)
-        self._model.every_event = engine.continuity is not None or engine.overlaps is not None
+        gaps_jump = engine.overlaps is not None and engine.overlaps.may_jump
+        self._model.every_event = engine.continuity is not None or gaps_jump
         self._model.every_mode = engine.admissible.checks
         self._model.most_rows, self._model.most_held, self._model.most_instants = _ROWS, _HELD, _INSTANTS
         self._continue, self._at = _loop().pt_continue, ctypes.byref(self._model)

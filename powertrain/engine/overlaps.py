@@ -1,31 +1,35 @@
-"""Rejects events that push the sides of a contact into each other: no force could move them apart again."""
+"""Rejects starts and events that leave the sides of a contact in each other: no force could move them apart again."""
 
 from __future__ import annotations
 
 import casadi as ca
-import numpy as np
 
-from powertrain.dae.hybrid import Contact, HybridDae
+from powertrain.dae.hybrid import HybridDae
 from powertrain.dae.tolerances import OVERLAP
 from powertrain.errors import SimulationError
-from powertrain.numerics.buffers import Array, Evaluated, Memory
-
-
-def jumping_gaps(dae: HybridDae) -> list[Contact]:
-    """The contacts whose gap may jump: by a held value in it (a signal that jumps), or by a reset."""
-    resets = [r.index for w in dae.whens for r in w.resets if not r.discrete]
-    jumping = ca.vertcat(dae.m, *(dae.x[i] for i in resets))
-    return [contact for contact in dae.contacts if ca.depends_on(contact.gap, jumping)]
+from powertrain.numerics.buffers import Evaluated, Memory
 
 
 class Overlaps:
-    """Compares the gaps on both sides of an event."""
+    """The gaps of all contacts, at a start and on both sides of an event."""
 
-    def __init__(self, dae: HybridDae, memory: Memory, contacts: list[Contact]) -> None:
-        self._memory, self._contacts = memory, contacts
-        gaps = ca.densify(ca.vertcat(*[contact.gap for contact in contacts]))
+    def __init__(self, dae: HybridDae, memory: Memory) -> None:
+        self._memory, self._contacts = memory, dae.contacts
+        gaps = ca.densify(ca.vertcat(*[contact.gap for contact in dae.contacts]))
         self._function = Evaluated(ca.Function("powertrain_gaps", [dae.t, dae.x, dae.z, dae.m, dae.p], [gaps]))
-        self._before = np.zeros(len(contacts))
+        self._before = list[float]()
+        resets = [r.index for w in dae.whens for r in w.resets if not r.discrete]
+        self.may_jump: bool = ca.depends_on(gaps, ca.vertcat(dae.m, *(dae.x[i] for i in resets)))
+        """Whether a gap contains a held value, such as a signal that jumps, or a state that is reset."""
+
+    def check_start(self, t: float, side: int) -> None:
+        """Raise SimulationError if a gap is negative at a start."""
+        for contact, gap in zip(self._contacts, self._gaps(t, side), strict=True):
+            if gap < -OVERLAP:
+                raise SimulationError(
+                    f"the sides of {contact.name} ({contact.where}) overlap: the gap is {gap:.6g}, but may not be negative. Choose "
+                    "other initial values."
+                )
 
     def before(self, t: float, side: int) -> None:
         """Keep the left limit."""
@@ -41,6 +45,6 @@ class Overlaps:
                     "Choose another value, or let the signal change gradually."
                 )
 
-    def _gaps(self, t: float, side: int) -> Array:
+    def _gaps(self, t: float, side: int) -> list[float]:
         (gaps,) = self._function(t, *self._memory.instant(side)[1:])
-        return gaps.ravel()
+        return [float(gap) for gap in gaps.ravel()]

@@ -14,7 +14,7 @@ from powertrain.dae.switch import timed
 from powertrain.engine.catalogue import catalogue
 from powertrain.engine.continuity import Continuity
 from powertrain.engine.location import Locator
-from powertrain.engine.overlaps import Overlaps, jumping_gaps
+from powertrain.engine.overlaps import Overlaps
 from powertrain.engine.schedules import Schedules, just_after
 from powertrain.engine.waves import Waves
 from powertrain.engine.zeno import Zeno, resetting
@@ -83,8 +83,7 @@ class Prepared:
         self._ready = False
         self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None
-        jumping = jumping_gaps(dae)
-        self.overlaps = Overlaps(dae, self.memory, jumping) if jumping else None
+        self.overlaps = Overlaps(dae, self.memory) if dae.contacts else None
         self.zeno = Zeno(dae, self.memory) if resetting(dae) else None
 
     def stepper(self, name: str, numeric: bool = False) -> Calls:
@@ -301,14 +300,14 @@ class Prepared:
         """Keep what may not jump at an event, as it is before it."""
         if self.continuity is not None:
             self.continuity.before(side)
-        if self.overlaps is not None:
+        if self.overlaps is not None and self.overlaps.may_jump:
             self.overlaps.before(t, side)
 
     def check_jumps(self, t: float, side: int) -> None:
         """SimulationError if something has jumped that may not."""
         if self.continuity is not None:
             self.continuity.check(side, bool(self.resolver.extra))
-        if self.overlaps is not None:
+        if self.overlaps is not None and self.overlaps.may_jump:
             self.overlaps.check(t, side)
 
     def _called(self, model: steps.Common) -> dict[str, ca.Function]:

@@ -152,8 +152,8 @@ class Simulator(Prepared):
         self.fire(t)
         try:
             self._resolve_start()
-            if self.dae.contacts:
-                self.admissible.check_gaps(0)
+            if self.overlaps is not None:
+                self.overlaps.check_start(t, 0)
             self.admissible.check(0)
             self.resolver.check_unique(0)
         except (NotConsistent, SimulationError) as error:

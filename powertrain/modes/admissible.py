@@ -1,4 +1,4 @@
-"""Consistent modes that are still rejected: motion against an unlimited torque, rest where nothing determines the torque, overlaps."""
+"""Consistent modes that are still rejected: motion against an unlimited torque, and rest where nothing determines the torque."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import casadi as ca
 
 from powertrain.dae.friction import rest_margin
 from powertrain.dae.hybrid import Friction, HybridDae
-from powertrain.dae.tolerances import NO_WIDTH, OVERLAP, ZONE
+from powertrain.dae.tolerances import NO_WIDTH, ZONE
 from powertrain.errors import SimulationError
 from powertrain.modes.jam import law_values, resting_note
 from powertrain.modes.selflocking import SelfLocking
@@ -74,22 +74,6 @@ class Admissible:
         for k, law, mode in self._one_way:
             if mode * speeds[k] > ZONE:
                 self._refuse(law, mode)
-
-    def check_gaps(self, side: int) -> None:
-        """Reject a start with contacts whose sides overlap."""
-        (gaps,) = self._gaps(*self.memory.instant(side))
-        for contact, gap in zip(self.dae.contacts, gaps.ravel().tolist(), strict=True):
-            if gap < -OVERLAP:
-                raise SimulationError(
-                    f"the sides of {contact.name} ({contact.where}) overlap: the gap is {gap:.6g}, but may not be negative. Choose "
-                    "other initial values."
-                )
-
-    @cached_property
-    def _gaps(self) -> Evaluated:
-        dae = self.dae
-        gaps = ca.densify(ca.vertcat(*[contact.gap for contact in dae.contacts]))
-        return Evaluated(ca.Function("powertrain_gaps", [dae.t, dae.x, dae.z, dae.m, dae.p], [gaps]))
 
     def _refuse(self, law: Friction, mode: float) -> NoReturn:
         way = "forward" if mode > 0 else "backward"
