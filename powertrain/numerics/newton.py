@@ -105,7 +105,7 @@ def newton(
     active = np.flatnonzero(np.isfinite(z).all(axis=1))
     known: tuple[Array, Array] | None = None
     for _ in range(most):
-        whole = active.size == len(z)
+        whole = known is None and active.size == len(z)  # damped systems are in another order
         here = z if whole else columns.take(active, axis=1).T
         matrix, value = equations(active, here) if known is None else known
         if not value.any():

@@ -95,6 +95,21 @@ def test_systems_do_not_see_each_other() -> None:
     assert np.isnan(starts[3, 0])
 
 
+@pytest.mark.parametrize("together", [1, 16])
+def test_systems_of_different_sizes_do_not_see_each_other(together: int) -> None:
+    """z = 1e9, whose first step is halved, beside a double root at z = 1, which is found in steps that 1e9 would call small."""
+    roots, starts = np.array([[1e9], [1.0]]), np.array([[1e9 + 3.0], [3.0]])
+
+    def equations(which: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:
+        d, first = z - roots[which], which[:, None] == 0
+        slope = np.where(first, 1.0 / (1.0 + d**2), 2.0 * d)
+        return slope[:, :, None], np.where(first, np.arctan(d), d**2)
+
+    z, fine = newton(equations, starts, still=1e-8, most=60, together=together)
+    assert fine.all()
+    np.testing.assert_allclose(z, roots, rtol=1e-7)
+
+
 def test_units_of_the_equations_make_no_difference() -> None:
     """Multiplied by a matrix with entries from 1e-9 to 1e9: the same iterates but for round-off, and as many."""
     mixed = RNG(2).normal(size=(4, 4)) * 10.0 ** np.linspace(-9, 9, 4)[:, None]
