@@ -17,6 +17,7 @@ import casadi as ca
 from powertrain.compiler.flatten import Equation, Flat
 from powertrain.errors import ModelError
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
+from powertrain.numerics.pivots import difference
 
 Coefficient = float | Symbol
 """A number if possible, else an expression of parameters."""
@@ -243,9 +244,7 @@ class _Elimination:
                 constant = constant + coefficient * alias.offset if not _is_zero(alias.offset) else constant
             if alias.root is not None:
                 place = (alias.root, alias.order + order)
-                terms[place] = (
-                    terms[place] + coefficient * alias.factor if place in terms else coefficient * alias.factor
-                )
+                terms[place] = _sum(terms.get(place, 0.0), coefficient * alias.factor)
         return {b: c for b, c in terms.items() if not _is_zero(c)}, constant
 
     def _eliminate(
@@ -311,6 +310,11 @@ def _compose(outer: Affine, inner: Affine) -> Affine:
     """The outer alias applied to the inner one: outer.factor * der^outer.order(inner) + outer.offset."""
     offset = outer.offset + (outer.factor * inner.offset if outer.order == 0 else 0.0)
     return Affine(outer.factor * inner.factor, inner.root, outer.order + inner.order, offset)
+
+
+def _sum(a: Coefficient, b: Coefficient) -> Coefficient:
+    """a + b; zero if the sum of two numbers is round-off, so that a loop of ratios 1.13, 1.99 and 2.2487 closes."""
+    return a + b if isinstance(a, Symbol) or isinstance(b, Symbol) else difference(a, -b)
 
 
 def _is_zero(coefficient: Coefficient) -> bool:

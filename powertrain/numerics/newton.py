@@ -108,11 +108,9 @@ def newton(
         whole = known is None and active.size == len(z)  # damped systems are in another order
         here = z if whole else columns.take(active, axis=1).T
         matrix, value = equations(active, here) if known is None else known
-        if not value.any():
-            fine[active] = True
-            break
         solve, unit = factors(matrix), sizes(here)
         step = solve(-value)
+        step[~value.any(axis=1)] = 0.0  # solved, even if F' is infinite there
         size = np.abs(step / unit).max(axis=1, initial=0.0)
         last = size <= still
         fine[active] = last

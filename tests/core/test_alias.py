@@ -119,3 +119,30 @@ def test_rings_are_solved_or_refused() -> None:
     assert result["a"][-1] == pytest.approx(-1.0)
     with pytest.raises(pt.ModelError, match=r"self.a == self.fixed"):
         pt.compile(Loop(fixed=0.25))
+
+
+class Geared(pt.Component):
+    """Two wheels that two gears in a row and a third beside them connect."""
+
+    ratios: tuple[float, float, float]
+    w: pt.Variable = pt.variable("rad/s", "Speed of the first", start=1.0)
+    between: pt.Variable = pt.variable("rad/s", "Speed between the gears")
+    other: pt.Variable = pt.variable("rad/s", "Speed of the last")
+    row: pt.Variable = pt.variable("N.m", "Torque of the gears in a row")
+    beside: pt.Variable = pt.variable("N.m", "Torque of the third")
+
+    def equations(self) -> pt.Equations:
+        first, second, whole = self.ratios
+        yield self.between == first * self.w
+        yield self.other == second * self.between
+        yield self.other == whole * self.w
+        yield pt.der(self.w) == -first * second * self.row - whole * self.beside
+        yield pt.der(self.other) == self.row + self.beside
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_loop_of_decimal_ratios_closes_within_round_off(seed: int) -> None:
+    """1.13 times 1.99 is not quite 2.2487 in floating point: no reason to take the wheels for standing still."""
+    first, second = (round(ratio, 2) for ratio in np.random.default_rng(seed).uniform(0.1, 5.0, 2).tolist())
+    with pytest.raises(pt.ModelError, match="rigid loop"):
+        pt.compile(Geared(ratios=(first, second, round(first * second, 4))))

@@ -61,9 +61,9 @@ def test_a_pivot_is_not_small_beside_its_row() -> None:
 
 def test_singular_systems_and_those_without_values_do_not_spoil_others() -> None:
     pattern, entries, right = systems(np.ones((2, 2)))
-    entries[0], entries[1, 0], entries[2] = 0.0, np.nan, 1.0
+    entries[0], entries[1, 0], entries[2], entries[3, 0] = 0.0, np.nan, 1.0, np.inf
     found = pattern.solver(entries)(right)
     np.testing.assert_array_equal(found[0], 0.0)
-    assert np.isnan(found[1]).all()
+    assert np.isnan(found[[1, 3]]).all()
     np.testing.assert_allclose(found[2], right[2].mean() / 2)
-    np.testing.assert_allclose(np.einsum("pij,pj->pi", pattern.dense(entries[3:]), found[3:]), right[3:], atol=1e-11)
+    np.testing.assert_allclose(np.einsum("pij,pj->pi", pattern.dense(entries[4:]), found[4:]), right[4:], atol=1e-11)

@@ -203,12 +203,39 @@ def test_a_step_that_makes_the_next_one_longer_is_halved() -> None:
     assert z[0, 0] == 0.25
 
 
-def test_a_step_after_which_the_next_leads_back_is_halved() -> None:
-    """The half step leaves 0.6 of the function with the other sign, a quarter 0.5 with the same."""
+@pytest.mark.parametrize(("half", "quarter"), [(-0.6, 0.5), (0.8, 0.85)])
+def test_a_step_that_helps_too_little_or_leads_back_is_halved(half: float, quarter: float) -> None:
+    """The half step leaves 0.6 of the function with the other sign, or more than 3/4 of it; a quarter less than 7/8."""
 
     def beyond(z: Matrix) -> Matrix:
-        return np.interp(z, [0.0, 0.25, 0.5, 1.0], [1.0, 0.5, -0.6, -2.0])
+        return np.interp(z, [0.0, 0.25, 0.5, 1.0], [1.0, quarter, half, -2.0])
 
     equations, _ = diagonal(beyond, lambda z: np.full_like(z, -1.0))
     z, _ = newton(equations, np.array([[0.0]]), still=1e-10, most=1)
     assert z[0, 0] == 0.25
+
+
+def test_steps_are_compared_by_one_matrix() -> None:
+    """0.4 of the function is left, with a tenth of its slope: by the slope there the next step would be four times as long."""
+    equations, _ = diagonal(lambda z: np.interp(z, [0.0, 1.0], [1.0, 0.4]), lambda z: np.where(z < 0.5, -1.0, -0.1))
+    z, _ = newton(equations, np.zeros((2, 1)), still=1e-10, most=1)
+    np.testing.assert_array_equal(z, 1.0)
+
+
+@pytest.mark.parametrize("together", [1, 64])
+@pytest.mark.parametrize("halvings", [1, 2, 3])
+def test_steps_are_halved_as_often_as_allowed(halvings: int, together: int) -> None:
+    """Only an eighth of the step has an equation."""
+    equations, _ = diagonal(lambda z: np.where(z < 0.2, 1.0 - z, np.nan), lambda z: np.full_like(z, -1.0))
+    z, _ = newton(equations, np.array([[0.0]]), still=1e-10, most=1, halvings=halvings, together=together)
+    assert z[0, 0] == (0.125 if halvings == 3 else 0.0)
+
+
+@pytest.mark.parametrize("halvings", [0, 16])
+def test_a_solved_system_needs_no_slope(halvings: int) -> None:
+    """The cube root of z at zero, alone and beside another system."""
+    equations, _ = diagonal(np.cbrt, lambda z: np.where(z == 0.0, np.inf, 1.0))
+    for starts in ([[0.0]], [[0.0], [1e-9]]):
+        z, fine = newton(equations, np.array(starts), still=1e-2, most=9, halvings=halvings)
+        assert fine[0]
+        assert z[0, 0] == 0.0
