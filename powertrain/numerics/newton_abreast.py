@@ -27,7 +27,6 @@ _STEP = """\
 for (int i = 0; i < N; i++) {
     lanes largest = ALL(0.0);
     for (int j = 0; j < N; j++) largest = LARGER(largest, MAGNITUDE(m[i][j]));
-    largest = CHOOSE(largest == ALL(0.0), ALL(1.0), largest);
     for (int j = 0; j <= N; j++) m[i][j] /= largest;
 }
 for (int j = 0; j < N; j++) {

@@ -98,6 +98,7 @@ def test_systems_without_a_solution_do_not_converge() -> None:
         (2, (1.0, 1e6), (1.1 * 2e-8, 0.9e-2), False),
         (1, (1e6, 1.0), (0.9e-2, 1.1 * 2e-8), False),
         (1, (1.0, 1e6), (1.1 * 2e-8, 0.9e-2), False),
+        (1, (1.0, 1e6), (0.9 * 2e-8, 0.9e-2), True),
         (0, (1.0, 1e6), (0.9e-2, 0.9e-2), True),
         (0, (1.0, 1e6), (0.9e-2, 1.1e-2), False),
     ],

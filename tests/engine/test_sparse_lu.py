@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.numerics.pivots import match_rows
+from powertrain.numerics.pivots import difference, match_rows
 from powertrain.numerics.sparse_lu import _factors, factorize
 
 Matrix = np.ndarray[Any, Any]
@@ -121,3 +121,11 @@ def test_entries_that_vanish_at_the_point_are_pivots_only_where_nothing_else_fit
     with pytest.raises(ValueError, match=r"structurally singular: no equation is left for the unknowns \[1\]"):
         match_rows(ca.Sparsity(2, 2, [0, 2, 2], [0, 1]), np.array([[1.0, 0.0], [2.0, 0.0]]))
     assert match_rows(ca.Sparsity(0, 0), np.zeros((0, 0))) == []
+
+
+@pytest.mark.parametrize("size", [1e-30, 1.0, 1e30])
+def test_what_is_round_off_does_not_depend_on_units(size: float) -> None:
+    """0.1 three times less 0.3 is nothing, a billionth of a number is something."""
+    assert difference(3 * 0.1 * size, 0.3 * size) == 0.0
+    assert difference((1 + 1e-9) * size, size) == pytest.approx(1e-9 * size, rel=1e-6)
+    assert difference(0.0, size) == -size
