@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import casadi as ca
@@ -128,3 +129,28 @@ def test_large_models_use_a_sparse_solver_with_the_same_result(monkeypatch: pyte
     sparse = Simulator(implicit()).run([1.0], [], stop=2.0).at(times)
     assert np.abs(fused[1] - sparse[1]).max() < 1e-9
     assert np.abs(fused[2] - sparse[2]).max() < 1e-9
+
+
+def in_units(model: HybridDae, sizes: list[float]) -> HybridDae:
+    """The same model, with numbers for x and z that are larger by these factors, as are their nominal sizes."""
+    n, given = model.x.numel(), ca.vertcat(model.x, model.z)
+    units = ca.DM(sizes)
+    rates, residual = ca.substitute([model.xdot, model.residual], [given], [given / units])
+    return replace(model, xdot=units[:n] * rates, residual=residual, nominal=tuple(sizes))
+
+
+@pytest.mark.parametrize("size", [2.0**-20, 2.0**20])
+@pytest.mark.parametrize("method", ["dopri5", "rodas5p", "implicit", "sparse"])
+def test_units_change_nothing(method: str, size: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The steps are the same, the first one included; round-off where SuperLU chooses other pivots."""
+    monkeypatch.setattr("powertrain.engine.prepared._LARGE", 0 if method == "sparse" else 100)
+    model = nonlinear() if method in ("dopri5", "rodas5p") else implicit()
+    n, sizes = model.x.numel(), [size, *[1.0] * (model.x.numel() - 1), *[size**2] * model.z.numel()]
+    z = Simulator(model).consistent(0.0, np.ones(n), [0.5, 0.5, 0.5], [], []) if model.z.numel() else np.zeros(0)
+    runs = []
+    for units in (np.ones(len(sizes)), np.array(sizes)):
+        engine = Simulator(in_units(model, units.tolist()), "dopri5" if method == "dopri5" else "rodas5p")
+        run = engine.run(units[:n], [], z0=z * units[n:], stop=2.0, rtol=1e-9, atol=1e-5)
+        runs.append((run.times, run.final / units))
+    for found, expected in zip(*runs, strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-9)
