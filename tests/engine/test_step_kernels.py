@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -14,7 +15,7 @@ from test_methods import exact, nonlinear
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.dae.friction import next_mode
-from powertrain.dae.hybrid import Friction
+from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.dae.tolerances import EPS
 from powertrain.engine.chatter import Chatter
 from powertrain.integration import fused as steps
@@ -152,3 +153,58 @@ def test_jumps_beyond_round_off_are_refused_where_inertia_follows(jump: float, r
         return
     with pytest.raises(pt.SimulationError, match=r"at t = 1 s .* jump by -?1e-05 rad/s"):
         plant.simulate(2.0, inputs=given)
+
+
+def test_the_jacobian_that_chooses_the_method() -> None:
+    """Against differences, and its norm against numpy; the model depends on time and is not symmetric."""
+    model, t, x, step = nonlinear(), 0.4, exact(0.4) + 0.1, 1e-6
+    rates = ca.Function("f", [model.t, model.x], [model.xdot])
+    found, norm = steps.jacobian(steps.common(model))([t, 0.0], x, [], [])
+    matrix = np.array(found)
+    ahead, back = (np.hstack([np.array(rates(t, x + s * step * e)) for e in np.eye(2)]) for s in (1, -1))
+    np.testing.assert_allclose(matrix, (ahead - back) / (2 * step), atol=1e-8)
+    assert float(norm) == pytest.approx(np.linalg.norm(matrix, np.inf))
+    assert abs(matrix[0, 1] - matrix[1, 0]) > 0.1
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_a_slope_that_jumps_at_a_state_is_the_one_ahead(direction: float) -> None:
+    """As that of a cam whose angle starts on a corner of its table."""
+    t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("m", 0), ca.SX.sym("p", 0)
+    model = dae(t, x, m, p, ca.vertcat(direction, ca.if_else(x[0] < 0.5, 2.0, 3.0)), ["angle", "lift"])
+    slope = steps.fresh(steps.common(model))([0.0, 0.0], [0.5, 0.0], [], [], [1e-6, 1e-6])[1]
+    assert float(slope[1]) == (3.0 if direction > 0 else 2.0)
+
+
+def one_unknown(residual: Callable[[ca.SX, ca.SX], ca.SX]) -> HybridDae:
+    """x' = -x beside residual(z, x) = 0."""
+    t, x, z, m, p = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("z"), ca.SX.sym("m", 0), ca.SX.sym("p", 0)
+    return dae(t, x, m, p, -x, ["x"], z=z, residual=residual(z, x))
+
+
+@pytest.mark.parametrize("start", [-0.8, 0.3, 0.9, 1.4, 1.5, -1.5])
+def test_full_steps_are_trusted_only_while_they_approach_the_root(start: float) -> None:
+    """sin z = 0.1: from where the slope is small they arrive at another root, 16 rad away."""
+    find = steps.newton(steps.common(one_unknown(lambda z, x: ca.sin(z) - x), [0]))
+    z, left = (float(v) for v in find([0.0, 0.0], [0.1, start], [], []))
+    assert (left == 0) == (abs(start) < 1.0)
+    if abs(start) < 1.0:
+        assert z == pytest.approx(np.arcsin(0.1), abs=1e-12)
+
+
+def test_a_small_residual_is_no_solution_while_steps_go_on() -> None:
+    """z^3 = 0 from 1e-7: every step takes a third of what is left."""
+    find = steps.newton(steps.common(one_unknown(lambda z, x: z**3), [0]))
+    assert float(find([0.0, 0.0], [0.1, 1e-7], [], [])[1]) > 0
+
+
+@pytest.mark.parametrize("fraction", [0.2, 0.5, 0.9])
+def test_unknowns_inside_a_step_solve_their_equations(fraction: float) -> None:
+    """z^3 + z = 4 x. The polynomial is off by 1e-3, one correction by Newton's method leaves its square, two leave nothing."""
+    x = 1.0 - 0.5 * fraction
+    (z,) = (float(root.real) for root in np.roots([1.0, 0.0, 1.0, -4 * x]) if abs(root.imag) < 1e-9)
+    dense = np.zeros((5, 2))
+    dense[:2] = [1.0, 2.0], [-0.5, (z + 1e-3 - 2.0) / fraction]
+    locate = steps.locate(steps.common(one_unknown(lambda z, x: z**3 + z - 4 * x), [0]))
+    found = np.array(locate([0.0, 1.0], fraction, [], dense.ravel(), [], [])[0]).ravel()
+    np.testing.assert_allclose(found, [x, z], atol=1e-11)
