@@ -18,6 +18,7 @@ from powertrain.dae.hybrid import Guard, HybridDae
 from powertrain.engine.simulator import Simulator
 from powertrain.integration import fused as steps
 from powertrain.integration.parts import Parts, in_parts
+from powertrain.integration.sparse_step import SparseStep
 from powertrain.numerics.background import progress
 from powertrain.numerics.buffers import Bound, Memory
 from powertrain.numerics.compiled import compile_functions, uncompiled
@@ -94,6 +95,37 @@ def test_a_step_in_parts_is_the_step_in_one_function(name: str, method: str, tmp
             for key, value in found.items():
                 np.testing.assert_allclose(value, expected[key], rtol=1e-9, atol=1e-12, err_msg=key)
     assert name != "guarded" or expected["outside"].tolist() == [0.0, 1.0]
+
+
+@pytest.mark.parametrize("h", [1e-3, 0.05])
+@pytest.mark.parametrize("name", MODELS)
+def test_a_step_by_sparse_factors_is_the_step_in_one_function(name: str, h: float) -> None:
+    """Unknowns, dense output, error, indicators and what is out of its range; from both sides of the buffer."""
+    model = MODELS[name]
+    whole = OneStep(model, "rodas5p")
+    whole.memory.time[1] = h
+    rates = ca.Function("f", [model.t, model.x, model.z, model.m, model.p], [ca.vertcat(model.xdot, model.residual)])
+    whole.memory.slope[0][: whole.n] = np.array(rates(*whole.memory.instant(0))).ravel()
+    expected = whole.after()
+    expected["info"][4] = 0.0  # the explicit method's ratio
+    for side in (0, 1):
+        sparse = OneStep(model, "rodas5p")
+        memory = sparse.memory
+        memory.y[side][:] = whole.memory.y[0]
+        memory.time[1] = h
+        sparse.call = SparseStep(steps.common(model), memory, side).call
+        found = sparse.after() | {"y": memory.y[1 - side]}
+        for key in ("y", "dense", "info", "outside"):
+            np.testing.assert_allclose(found[key], expected[key], rtol=1e-8, atol=1e-10, err_msg=key)
+
+
+@pytest.mark.parametrize("rate", [lambda x: ca.sqrt(x[0] - 0.2999) - 100 * x[0], lambda x: ca.sqrt(x[0] - 0.3)])
+def test_a_step_by_sparse_factors_without_values_is_rejected(rate: Any) -> None:
+    """A root that has no value at the stages, or no slope at the start."""
+    t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 1), ca.SX.sym("m", 0), ca.SX.sym("p", 0)
+    one = OneStep(dae(t, x, m, p, rate(x), ["a"]), "rodas5p")
+    one.call = SparseStep(steps.common(dae(t, x, m, p, rate(x), ["a"])), one.memory, 0).call
+    assert np.isnan(one.after()["info"][0])
 
 
 def test_a_rejected_step_ends_after_its_first_part() -> None:
