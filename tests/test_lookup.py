@@ -23,15 +23,16 @@ def table(axes: int, even: bool, rng: np.random.Generator) -> pt.Map:
 @pytest.mark.parametrize("even", [True, False])
 @pytest.mark.parametrize("axes", [1, 2, 3])
 def test_values_and_slopes(axes: int, even: bool) -> None:
-    """Inside, outside and on the points; the slopes by differences as well."""
+    """Inside, outside and on the points; the slopes by differences as well, and the slope in one direction."""
     rng = np.random.default_rng(axes)
     tabulated = table(axes, even, rng)
     x = [ca.SX.sym(f"x{k}") for k in range(axes)]
     value = tabulated(*x)
-    outputs = [value, *ca.vertsplit(ca.gradient(3.0 * value, ca.vertcat(*x)))]
+    along = ca.jtimes(value, ca.vertcat(*x), ca.vertcat(*x[::-1]))
+    outputs = [value, *ca.vertsplit(ca.gradient(3.0 * value, ca.vertcat(*x))), along]
     tape: Any = Tape("table", x, ca.SX(0, 1), outputs, COUNT)
     at = rng.uniform(-2.0, 3.0, (axes, COUNT))
-    at[:, :2] = [(axis.points[0], axis.points[-1]) for axis in tabulated.axes]
+    at[:, :3] = [(axis.points[0], axis.points[-1], axis.points[1]) for axis in tabulated.axes]
     found = tape(at)
     one = ca.Function("one", x, outputs)
     assert ca.OP_LOW in {tape.function.instruction_id(k) for k in range(tape.function.n_instructions())}
@@ -50,10 +51,12 @@ def test_each_table_is_itself() -> None:
     rng, x = np.random.default_rng(1), ca.SX.sym("x", 2)
     axes = [pt.Axis("a", "1", [0, 1, 3]), pt.Axis("b", "1", [0, 2])]
     one, other = (pt.Map(axes, rng.normal(size=(3, 2)), "1") for _ in range(2))
-    outputs = [one(x[0], x[1]), other(x[0], x[1]), one(x[1], x[0])]
+    a, b = 1.5 * x[0], x[0] * x[1] / 2
+    outputs = [one(x[0], x[1]), other(x[0], x[1]), one(x[1], x[0]), one(a, b), other(a, b)]
     at = rng.uniform(0.0, 2.0, (2, 7))
     found = Tape("tables", ca.vertsplit(x), ca.SX(0, 1), outputs, 7)(at)
-    assert found == pytest.approx(np.array([one(*at), other(*at), one(at[1], at[0])]), rel=1e-12)
+    values, c, d = (one(*at), other(*at)), 1.5 * at[0], at[0] * at[1] / 2
+    assert found == pytest.approx(np.array([*values, one(at[1], at[0]), one(c, d), other(c, d)]), rel=1e-12)
 
 
 def test_no_number_stays_none() -> None:

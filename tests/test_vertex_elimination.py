@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
@@ -155,19 +156,30 @@ def test_what_is_not_chosen_may_be_infinite() -> None:
         assert_equal_rows(ours, theirs, 1e-15)
 
 
+STEEP: dict[str, Callable[[Any, Any], Any]] = {
+    "sqrt": lambda u, _: ca.sqrt(u),
+    "power": lambda u, _: u**0.3,
+    "variable power": lambda u, k: u**k,
+    "acos": lambda u, _: ca.acos(1 - u),
+    "asin": lambda u, _: ca.asin(1 - u),
+    "acosh": lambda u, _: ca.acosh(1 + u),
+}
+
+
 @pytest.mark.parametrize("more", [0, 1, 2])
-def test_sums_of_what_is_not_chosen_meet_infinite_slopes(more: int) -> None:
+@pytest.mark.parametrize("steep", STEEP)
+def test_sums_of_what_is_not_chosen_meet_infinite_slopes(steep: str, more: int) -> None:
     """One branch after the other does, as in reverse mode, also where what is in the root is used elsewhere."""
-    x = ca.SX.sym("x", 5)
+    x, k = ca.SX.sym("x", 5), ca.SX.sym("k")
     inside = ca.if_else(x[0] > 0, x[0] ** 2, 0) + ca.if_else(x[0] > 1, x[0], 0)
-    root = ca.sqrt(inside)
+    root = STEEP[steep](inside, k)
     others = ca.vertcat(*([inside * x[1], ca.acos(1 - inside) * x[2]][:more]))
     rates = ca.vertcat(-x[0] + root * x[1] - x[2] - x[3] - x[4], root * x[2], ca.sqrt(2 * root) * x[3], others)
-    function = compared(rates, x, [x])
+    function = compared(rates, x, [x, k])
     for at in ([-1.0, 1.0, 1.0, 1.0, 1.0], [0.5, 1.0, 2.0, 1.0, 1.0]):
-        ours = np.array(function(at)[0])
+        ours = np.array(function(at, 0.3)[0])
         assert np.isfinite(ours).all()
-    np.testing.assert_array_equal(np.array(function([-1.0, 1.0, 1.0, 1.0, 1.0])[0])[1:, 0], 0.0)
+    np.testing.assert_array_equal(np.array(function([-1.0, 1.0, 1.0, 1.0, 1.0], 0.3)[0])[1:, 0], 0.0)
 
 
 def test_calls() -> None:

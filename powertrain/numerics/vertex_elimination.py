@@ -126,7 +126,7 @@ class _Graph:
             slope = self.into[follower].pop(v)
             for operand, inner in before.items():
                 self._connect(operand, follower, ca.SX.binary(ca.OP_MUL, slope, inner))
-                if operand in self.branches and ((v, follower) in self.steep or (operand, v) in self.steep):
+                if operand in self.branches and (v, follower) in self.steep:
                     self.steep.add((operand, follower))
         self.into[v], self.out[v] = {}, {}
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.numerics.batch import TOGETHER, Columns, Lanes, Tape
+from powertrain.numerics.batch import TOGETHER, Columns, Lanes, Tape, all_hold
+from powertrain.numerics.many import Many
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -36,17 +39,32 @@ def test_calls_are_followed_through_a_tape(seed: int) -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, TOGETHER - 1, TOGETHER, 2 * TOGETHER + 3])
-def test_many_points_are_those_of_one(count: int) -> None:
+@pytest.mark.parametrize("made", [Lanes, Many])
+def test_many_points_are_those_of_one(count: int, made: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Columns of no, one and several entries that differ from point to point, and one that does not; nothing is left of other points."""
+    monkeypatch.setattr("powertrain.numerics.many._MANY", 2 * TOGETHER)
     rng = np.random.default_rng(count)
     t, x, none, p = (ca.SX.sym(name, size) for name, size in (("t", 1), ("x", 3), ("none", 0), ("p", 2)))
-    outputs = ca.vertcat(t * x, ca.sin(x[0]) + p[1], p[0])
-    lanes, plain = Lanes([t, x, none, p], outputs), ca.Function("plain", [t, x, p], [outputs])
+    outputs = ca.vertcat(t * x[0], 7.0, t * x[2], ca.sin(x[0]) + p[1], p[0])
+    lanes, plain = made([t, x, none, p], outputs), ca.Function("plain", [t, x, p], [outputs])
     for _ in range(2):
         times, points, common = rng.normal(size=count), rng.normal(size=(count, 3)), rng.normal(size=2)
         found = lanes([times, points, np.zeros((count, 0))], common)
         exact = np.array([np.array(plain(a, b, common)).ravel() for a, b in zip(times, points, strict=True)])
         np.testing.assert_allclose(found, exact.reshape(count, 5), rtol=1e-14)
+
+
+def test_arrays_that_were_given_may_change_later() -> None:
+    x, p = ca.SX.sym("x"), ca.SX.sym("p")
+    columns, common = Columns("test", [x], p, [x * p]), np.array([2.0])
+    columns.set_common(common)
+    common[0] = 5.0
+    np.testing.assert_array_equal(columns(np.array([[1.0, 3.0]])), [[2.0, 6.0]])
+
+
+def test_margins_hold_down_to_zero() -> None:
+    for margins, holds in (([], 1), ([0.0, 2.0], 1), ([1.0, -1e-300], 0), ([np.nan, 1.0], 0)):
+        assert float(all_hold([ca.SX(margin) for margin in margins])) == holds
 
 
 def test_what_is_common_may_change_between_calls() -> None:
