@@ -127,11 +127,10 @@ def row_forms(
     start = n + len(margins)
     for rival in rivals:
         group = forms[start : start + len(rival)]
-        failed = _fails(group, ends)
         if all(form.curve is None for form in group):
-            fits = fits * failed
+            fits = fits * _fails(group, ends)
         else:
-            holds = 1 - failed
+            holds = Symbol(1)
             for form in group:
                 holds = holds * (replay.value(form) >= 0)
             along = (1 - holds) if along is None else along * (1 - holds)
@@ -147,14 +146,13 @@ def _at_ends(form: Form, ends: Symbol) -> list[Symbol]:
 
 
 def _fails(forms: Sequence[Form], ends: Symbol) -> Symbol:
-    """One if the values at the ends show that some margin is negative all along the row."""
+    """One if the values of affine margins at the ends show that one of them is negative all along the row."""
     found = Symbol(0)
     for form in forms:
-        if form.curve is None:
-            negative = Symbol(1)
-            for end in _at_ends(form, ends):
-                negative = negative * (end < 0)
-            found = ca.fmax(found, negative)
+        negative = Symbol(1)
+        for end in _at_ends(form, ends):
+            negative = negative * (end < 0)
+        found = ca.fmax(found, negative)
     return found
 
 

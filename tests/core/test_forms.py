@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
+import pytest
 
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.replay import row_forms
@@ -34,3 +37,49 @@ def test_a_quotient_of_two_multiples_is_constant_where_the_row_does_not_pass_zer
     assert float(ca.Function("quotient", [c, d], [form.a])(6.0, 4.0)) == 1.5
     fits = ca.Function("fits", [ends], [forms.fits])
     assert [float(fits(row)) for row in ([1.0, 2.0], [-2.0, -1.0], [-1.0, 2.0], [0.0, 1.0])] == [1.0, 1.0, 0.0, 0.0]
+
+
+def random_expression(rng: Any, leaves: list[Symbol], depth: int) -> Symbol:
+    """Affine in the row's x as often as not."""
+    if depth == 0:
+        return leaves[rng.integers(len(leaves))] if rng.random() < 0.8 else Symbol(float(rng.integers(-2, 3)))
+    a, b = (random_expression(rng, leaves, depth - 1) for _ in range(2))
+    made = [a + b, a - b, -a, 2 * a, a * b, a / (b + 0.5), ca.if_else(leaves[1] > 0, a, b), ca.fabs(a)]
+    return made[int(rng.choice(len(made), p=[0.25, 0.25, 0.1, 0.1, 0.1, 0.05, 0.1, 0.05]))]
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_random_rows(seed: int) -> None:
+    """Where forms fit, all margins hold and some margin of every rival group fails; outputs are those of the expressions.
+
+    Rows on which everything is affine fit if the margins hold at all points, and one margin of every rival group fails at all points.
+    Small integers: many values are exactly zero, which holds.
+    """
+    rng = np.random.default_rng(seed)
+    x, c, d, ends = Symbol.sym("x"), Symbol.sym("c"), Symbol.sym("d"), Symbol.sym("ends", 2)
+    sizes = [3, int(rng.integers(0, 4)), *[2] * int(rng.integers(0, 3))]
+    given = [[random_expression(rng, [x, c, d], 2) for _ in range(n)] for n in sizes]
+    forms = row_forms(x, ends, [c, d, ends[0], ends[1]], given[0], given[1], given[2:])
+    zero = Symbol(0)
+
+    def filled(part: Symbol | None) -> Symbol:
+        return zero if part is None else part
+
+    values = [f.curve if f.curve is not None else filled(f.a) + filled(f.b) * x for f in forms.outputs]
+    fits = forms.fits if forms.fits_along is None else forms.fits * forms.fits_along
+    found = ca.Function("found", [x, c, d, ends], [ca.vertcat(*values), fits])
+    plain = [ca.Function("plain", [x, c, d], [ca.vertcat(*group, zero)]) for group in given]
+    for _ in range(25):
+        low, *rest = rng.integers(-3, 4, 3).tolist()
+        high = low + int(rng.integers(1, 4))
+        points = np.arange(low, high + 0.25, 0.5)
+        fitted = np.array([float(found(at, *rest, [low, high])[1]) for at in points]) > 0
+        wanted, margins, *rivals = (np.array([np.array(f(at, *rest)).ravel()[:-1] for at in points]) for f in plain)
+        for k in np.flatnonzero(fitted):
+            outputs = np.array(found(points[k], *rest, [low, high])[0]).ravel()
+            np.testing.assert_allclose(outputs, wanted[k], rtol=1e-12, atol=1e-12)
+            assert (margins[k] >= 0).all()
+            assert all((rival[k] < 0).any() for rival in rivals)
+        if forms.flat and low * high > 0:
+            shown = (margins >= 0).all() and all((rival < 0).all(axis=0).any() for rival in rivals)
+            assert fitted.all() == shown
