@@ -39,13 +39,24 @@ def test_a_quotient_of_two_multiples_is_constant_where_the_row_does_not_pass_zer
     assert [float(fits(row)) for row in ([1.0, 2.0], [-2.0, -1.0], [-1.0, 2.0], [0.0, 1.0])] == [1.0, 1.0, 0.0, 0.0]
 
 
+def test_all_curved_margins_count() -> None:
+    """1 <= |x| <= 3; and |x| > 2, where 4 - x^2 fails."""
+    x, ends = Symbol.sym("x"), Symbol.sym("ends", 2)
+    for margins, rivals, low in (([x * x - 1, 9 - x * x], [], 1.0), ([x * x - 1, 9 - x * x], [[4 - x * x]], 2.1)):
+        forms = row_forms(x, ends, [ends[0], ends[1]], [x], margins, rivals)
+        fits = ca.Function("fits", [x, ends], [forms.fits * forms.fits_along])
+        for at in (-4.0, -3.0, -2.2, -1.5, -1.0, 0.0, 1.0, 1.5, 2.2, 3.0, 4.0):
+            assert bool(fits(at, [-4.0, 4.0])) == (low <= abs(at) <= 3.0)
+
+
 def random_expression(rng: Any, leaves: list[Symbol], depth: int) -> Symbol:
     """Affine in the row's x as often as not."""
     if depth == 0:
         return leaves[rng.integers(len(leaves))] if rng.random() < 0.8 else Symbol(float(rng.integers(-2, 3)))
     a, b = (random_expression(rng, leaves, depth - 1) for _ in range(2))
-    made = [a + b, a - b, -a, 2 * a, a * b, a / (b + 0.5), ca.if_else(leaves[1] > 0, a, b), ca.fabs(a)]
-    return made[int(rng.choice(len(made), p=[0.25, 0.25, 0.1, 0.1, 0.1, 0.05, 0.1, 0.05]))]
+    chosen = [ca.if_else(condition, a, b) for condition in (leaves[0], leaves[1] > 0)]
+    made = [a + b, a - b, -a, 2 * a, a * b, a / (b + 0.5), *chosen, ca.fabs(a)]
+    return made[int(rng.choice(len(made), p=[0.2, 0.2, 0.1, 0.1, 0.1, 0.05, 0.05, 0.1, 0.1]))]
 
 
 @pytest.mark.parametrize("seed", range(60))

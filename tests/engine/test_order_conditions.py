@@ -104,6 +104,8 @@ def test_dormand_prince_satisfies_the_conditions() -> None:
     assert defects(b, A, A, 5) < 1e-15
     assert first_defect(b, A, A, 6) > 1e-5
     lower = b - weights_of(step.error, k, 7)
+    published = [5179 / 57600, 0, 7571 / 16695, 393 / 640, -92097 / 339200, 187 / 2100, 1 / 40]
+    np.testing.assert_allclose(lower, published, rtol=1e-14)  # any share of the error would be of order 4, too
     assert defects(lower, A, A, 4) < 1e-15
     assert first_defect(lower, A, A, 5) > 1e-4
     for theta in np.linspace(0.0, 1.0, 11):
