@@ -36,15 +36,6 @@ class Differentiated:
         self.incidence: list[list[Base]] = []
         self.matching = Matching(self._highest)
 
-    def copied(self) -> Differentiated:
-        """A separate system to which equations can be added."""
-        other = Differentiated(self.reduced, self.known)
-        other.top, other.chains = dict(self.top), [list(chain) for chain in self.chains]
-        other.places, other.incidence = list(self.places), list(self.incidence)
-        other.matching.variable_of = dict(self.matching.variable_of)
-        other.matching.equation_of = dict(self.matching.equation_of)
-        return other
-
     def _highest(self, e: int) -> list[int]:
         return [b for b, order in self.incidence[e] if order == self.top[b]]
 
@@ -212,10 +203,8 @@ def _eliminate(table: list[dict[int, float]], preference: list[int]) -> tuple[li
                     heapq.heappush(heap, (len(allowed), i))
                 continue
             largest = max(abs(table[i][j]) for j in allowed)
-            j = min(
-                (j for j in allowed if abs(table[i][j]) >= 0.05 * largest),
-                key=lambda j: (preference[j], len(holders[j]), j),
-            )
+            large = [j for j in allowed if abs(table[i][j]) >= 0.05 * largest]
+            j = min(large, key=lambda j: (len(holders[j]), j))
             chosen.append(j)
             open_rows.discard(i)
             for k in holders.pop(j) - {i}:

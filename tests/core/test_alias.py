@@ -7,6 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from numpy.polynomial import Polynomial
 
 import powertrain as pt
 from powertrain.compiler.alias import eliminate_aliases
@@ -14,7 +15,7 @@ from powertrain.compiler.flatten import flatten
 
 
 class Tied(pt.Component):
-    """x0 grows at rate 1; every other x is factor * x_parent + offset, said in one of several ways, or the rate of its parent."""
+    """x0 grows at rate 1 + t; every other x is factor * x_parent + offset, said in one of several ways, or the same of its parent's rate."""
 
     ties: tuple[tuple[int, float, float, int], ...]
     x: pt.Variable = pt.variable("1", "Root", start=0.5)
@@ -28,6 +29,8 @@ class Tied(pt.Component):
                 yield other == factor * names[parent] + offset
             elif way == 1:
                 yield other - offset - factor * names[parent] == 0
+            elif way == 3:
+                yield other == factor * pt.der(names[parent]) + offset
             else:
                 yield names[parent] == (other - offset) / factor
         yield pt.der(self.x) == 1.0 + pt.time
@@ -46,9 +49,9 @@ def random_ties(seed: int) -> tuple[tuple[int, float, float, int], ...]:
             int(rng.integers(0, i + 1)),
             float(rng.choice([-2.5, -1.0, 1.0, 0.5, 3.0])),
             float(rng.choice([0.0, 1.5])),
-            k % 3,
+            int(k),
         )
-        for i, k in enumerate(rng.integers(0, 3, COUNT))
+        for i, k in enumerate(rng.integers(0, 4, COUNT))
     )
 
 
@@ -63,11 +66,11 @@ def test_random_trees(seed: int) -> None:
     assert len(flat.unknowns) - len(reduced.aliases) == 1
     plant = pt.compile(model)
     result = plant.simulate(1.0, starts={"x": 0.7}, rtol=1e-10)
-    values = [0.7 + result.time + result.time**2 / 2]
-    for parent, factor, offset, _ in ties:
-        values.append(factor * values[parent] + offset)
+    values = [Polynomial([0.7, 1.0, 0.5])]
+    for parent, factor, offset, way in ties:
+        values.append(factor * (values[parent].deriv() if way == 3 else values[parent]) + offset)
     for i, value in enumerate(values[1:], 1):
-        np.testing.assert_allclose(result[f"y{i}"], value, rtol=1e-8)
+        np.testing.assert_allclose(result[f"y{i}"], value(result.time), rtol=1e-8, atol=1e-8)
 
 
 class Rates(pt.Component):

@@ -207,3 +207,38 @@ def test_equations_of_several_variables_are_differentiated_together() -> None:
     x = (np.cos(t) + 0.3 * y + 2) / y
     np.testing.assert_allclose(result["x"], x, atol=1e-9)
     np.testing.assert_allclose(result["s"], x - x[0], atol=1e-7)
+
+
+N = 7
+
+
+class Integrators(pt.Component):
+    """x0 = sin(2 t), every other x is the rate of the one before and its square, with the equations in any order."""
+
+    order: tuple[int, ...]
+
+    def equations(self) -> pt.Equations:
+        x = [getattr(self, f"x{k}") for k in range(N + 1)]
+        said = [x[0] == ca.sin(2 * pt.time), *(x[k + 1] == pt.der(x[k]) + x[k] ** 2 for k in range(N))]
+        for k in self.order:
+            yield said[k]
+
+
+Chain = type("Chain", (Integrators,), {f"x{k}": pt.variable("1", "Link") for k in range(N + 1)} | {
+    "__annotations__": {f"x{k}": pt.Variable for k in range(N + 1)}
+})  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_chain_is_differentiated_as_often_as_it_is_long(seed: int) -> None:
+    """x_k+1 = der(x_k) + x_k^2 from a given x_0: no states, the last is known by symbolic differentiation."""
+    order = tuple(np.random.default_rng(seed).permutation(N + 1).tolist())
+    model: Any = Chain(order=order)
+    result = pt.simulate(model, 1.0, times=[0.3, 0.8])
+    t = ca.SX.sym("t")
+    x = ca.sin(2 * t)
+    for _ in range(N):
+        x = ca.jacobian(x, t) + x**2
+    assert not result.compiled.states
+    expected = ca.Function("x", [t], [x])
+    np.testing.assert_allclose(result[f"x{N}"], [float(expected(at)) for at in (0.3, 0.8)], rtol=1e-9)
