@@ -271,7 +271,10 @@ class Doubled(pt.Component):
 
 def test_two_resets_of_one_variable_agree_or_are_refused(tmp_path: Path) -> None:
     model = pt.compile(Doubled()).export_c(tmp_path)
-    assert model.simulate(1.0, parameters={"second": 3.0})["held"][-1] == 3.0
+    for second in (3.0, 3.0 + 3e-7):  # up to 1e-7 of one and their size
+        assert model.simulate(1.0, parameters={"second": second})["held"][-1] == second
+    with pytest.raises(pt.SimulationError, match="to different values"):
+        model.simulate(1.0, parameters={"second": 3.0 + 5e-7})
     with pytest.raises(pt.SimulationError, match="two laws reset one variable to different values") as caught:
         model.simulate(1.0)
     assert caught.value.result is not None

@@ -128,6 +128,10 @@ def compared(model: pt.Component, stop: float, options: dict[str, Any]) -> pt.Re
     return found
 
 
+TURNING: dict[str, Any] = {
+    "torque": ([0, 0.5, 0.5, 1.5, 2], [20, 20, 30, 30, 10]),
+    "press": ([0, 0.5, 1.5, 1.5, 2], [0.1, 0.3, 0.9, 0.2, 0.2]),
+}
 CASES: dict[str, tuple[Callable[[], pt.Component], float, dict[str, Any]]] = {
     "clutches": (CoupledClutches, 1.5, {}),
     "implicit method": (CoupledClutches, 1.5, {"method": "rodas5p", "rtol": 1e-4}),
@@ -137,6 +141,8 @@ CASES: dict[str, tuple[Callable[[], pt.Component], float, dict[str, Any]]] = {
     "freewheel": (Overrunning, 2.0, {}),
     "becomes stiff": (Stiffening, 3.0, {}),
     "prescribed": (Shaken, 1.0, {}),
+    "two signals turn, the first jumps": (Engaging, 2.0, {"starts": STARTS, "inputs": TURNING}),
+    "two signals turn, the last jumps": (Engaging, 2.0, {"starts": STARTS, "inputs": dict(reversed(TURNING.items()))}),
     "sines at rest": (Slowing, 2.0, {"start": -1.0}),
 }
 
