@@ -53,9 +53,9 @@ def test_a_called_function_is_one_term_among_others() -> None:
 @pytest.mark.parametrize(("expression", "expected"), [
     (lambda x, y: 2 * x - y, 2 * 3 + 2),
     (lambda x, y: x + x, 6),
-    (lambda x, y: -(x - y), 3 + 2),
-    (lambda x, y: ca.fabs(x - y) * (y - x), (3 + 2) ** 2),
-    (lambda x, y: (x - y) ** 2, (3 + 2) ** 2),
+    (lambda x, y: -(x + y), 3 + 2),
+    (lambda x, y: ca.fabs(x + y) * (y + x), (3 + 2) ** 2),
+    (lambda x, y: (x + y) ** 2, (3 + 2) ** 2),
     (lambda x, y: (x + y) / (x - y), (3 + 2) / abs(3 + 2)),
     (lambda x, y: (x + 2 * y) / (1 - x), (3 + 4) / 2),
     (lambda x, y: ca.if_else(x > y, x + y, x - 7), 3 + 2),

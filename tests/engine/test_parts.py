@@ -128,11 +128,20 @@ def test_a_step_by_sparse_factors_without_values_is_rejected(rate: Any) -> None:
     assert np.isnan(one.after()["info"][0])
 
 
-def test_a_rejected_step_ends_after_its_first_part() -> None:
-    rejected = OneStep(MODELS["clutches"], "dopri5", uncompiled).after(1e-9)
-    assert rejected["info"][0] > 1.0
-    assert not rejected["info"][1:].any()
-    assert not rejected["slope"].any()
+@pytest.mark.parametrize("error", [0.9, 1.1])
+def test_a_rejected_step_ends_after_its_first_part(error: float) -> None:
+    whole, parts = OneStep(MODELS["clutches"], "dopri5"), OneStep(MODELS["clutches"], "dopri5", uncompiled)
+    for each in (whole, parts):
+        each.memory.time[1] = 0.05
+    tolerance = 100 * whole.after(100)["info"][0] / error
+    found, expected = parts.after(tolerance), whole.after(tolerance)
+    assert found["info"][0] == pytest.approx(error, rel=1e-6)
+    if error < 1:
+        np.testing.assert_allclose(found["info"], expected["info"], rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(found["slope"], expected["slope"], rtol=1e-9, atol=1e-12)
+    else:
+        assert not found["info"][1:].any()
+        assert not found["slope"].any()
 
 
 @pytest.mark.parametrize("seed", range(4))
