@@ -175,7 +175,9 @@ def test_sums_of_what_is_not_chosen_meet_infinite_slopes(steep: str, nested: boo
     inside = ca.if_else(x[0] > 0, x[0] ** 2, 0) + ca.if_else(x[0] > 1, x[0], 0)
     root = STEEP[steep](inside, k)
     others = ca.vertcat(*([inside * x[1], ca.acos(1 - inside) * x[2]][:more]))
-    rates = ca.vertcat(-x[0] + root * x[1] - x[2] - x[3] - x[4], root * x[2], (ca.sqrt(2 * root) if nested else root) * x[3], others)
+    rates = ca.vertcat(
+        -x[0] + root * x[1] - x[2] - x[3] - x[4], root * x[2], (ca.sqrt(2 * root) if nested else root) * x[3], others
+    )
     function = compared(rates, x, [x, k])
     for at in ([-1.0, 1.0, 1.0, 1.0, 1.0], [0.5, 1.0, 2.0, 1.0, 1.0]):
         ours = np.array(function(at, 0.3)[0])

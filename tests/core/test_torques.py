@@ -270,3 +270,27 @@ def test_a_law_that_its_torque_cannot_move_takes_the_least_torque(lower: float, 
     solved = solve_torques([LawTorque(Place("law"), law, tau, mode, rate=ca.SX.sym("given"))], [tau])
     function = ca.Function("f", [mode], solved.tau)
     assert [float(function(v)) for v in (-1.0, 0.0, 1.0)] == [lower, expected, upper]
+
+
+class Creeping(pt.Component):
+    """A massless slider behind a lever, w = (1 + sin(3 t)/5) b, and a damper, (2 + cos t) b = 3 sin t - tau; friction of 1 N.m."""
+
+    s: pt.Variable = pt.variable("rad", "Angle", start=0.0)
+    w: pt.Variable = pt.variable("rad/s", "Speed")
+    b: pt.Variable = pt.variable("rad/s", "Speed of the damper")
+    tau: pt.Variable = pt.variable("N.m", "Friction torque")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.s) == self.w
+        yield self.w == (1 + ca.sin(3 * pt.time) / 5) * self.b
+        yield (2 + ca.cos(pt.time)) * self.b == 3 * ca.sin(pt.time) - self.tau
+        yield pt.friction(self.w, self.tau, -1.0, 1.0)
+
+
+def test_a_speed_that_follows_a_torque_at_once_through_others() -> None:
+    """It rests while the pull is below 1 N.m; beyond that, the damper carries the rest of it."""
+    result = pt.simulate(Creeping(), 6.0)
+    t, pull = result.time, 3 * np.sin(result.time)
+    rest = np.sign(pull) * np.maximum(np.abs(pull) - 1, 0)
+    np.testing.assert_allclose(result["w"], (1 + np.sin(3 * t) / 5) * rest / (2 + np.cos(t)), atol=1e-6)
+    np.testing.assert_allclose(result["tau"], np.clip(pull, -1, 1), atol=1e-6)
