@@ -85,6 +85,14 @@ def test_the_widest_path_comes_first(seed: int) -> None:
     assert not [way for start in (0, 1) for way in ways([edges[k] for k in usable], start, {5, 6})]
 
 
+def test_cycles_come_before_paths() -> None:
+    """S-A, A-B, B-A, A-C, C-B, B-T carry 1 W each: the cycle of two edges, and the path that it leaves; 0.01 W count as nothing."""
+    edges = [(0, 1), (1, 2), (2, 1), (1, 3), (3, 2), (2, 4), (0, 4)]
+    cycles, paths = decompose(edges, np.array([1.0, 1, 1, 1, 1, 1, 0.01]), {0}, {4}, 0.1)
+    assert [(strand.flow, set(strand.edges)) for strand in cycles] == [(1.0, {1, 2})]
+    assert [(strand.flow, strand.edges) for strand in paths] == [(1.0, (0, 3, 4, 5))]
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_loops_are_all_cycles_where_none_share_a_vertex(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -191,6 +199,8 @@ def test_drag_is_where_power_is_wanted_if_nothing_else_is() -> None:
 
 def test_what_is_below_the_floor_counts_as_nothing() -> None:
     """A billionth of the largest power."""
+    small = flow_of(powers(np.array([1e12, 1.0]), np.array([3e11, 1.3])))  # each point by itself
+    assert small.cases(2).tolist() == [1, 3]
     flow = flow_of(powers(np.array([100.0, 100.0]), np.array([5e-8, 5e-7])))
     np.testing.assert_allclose(flow.floor, 1e-7)
     assert flow.cases(2).tolist() == [0, 1]

@@ -56,6 +56,10 @@ SERIES = {
     "released by a flywheel": directed(
         chain("flywheel", V, "load"), stored={"flywheel": -10.0}, delivered={"load": 10.0}
     ),
+    "released beside a supply": directed(
+        [*chain("motor", V, "load"), ("flywheel", "node 1", 2.0)],
+        supplied={"motor": 10.0}, stored={"flywheel": -2.0}, delivered={"load": 12.0},
+    ),
     "lost in drag behind a lossy gear": directed(
         chain("motor", "gear", V, "drag"), supplied={"motor": 10.0}, loss={"gear": 1.0, V: 1.0, "drag": 8.0}
     ),

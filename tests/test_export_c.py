@@ -256,6 +256,23 @@ def test_an_input_set_from_c_makes_a_load_slip(tmp_path: Path) -> None:
     assert library.pt_unknowns(one)[0] == pytest.approx(0.2)
 
 
+def test_samples_are_written_while_the_run_passes_them(tmp_path: Path) -> None:
+    """The values of the dense output at any times, the first and the last included."""
+    import ctypes
+
+    plant = pt.compile(CoupledClutches())
+    library, wanted = plant.export_c(tmp_path, method="dopri5").library, plant.simulate(1.5, method="dopri5")
+    times, states = np.sort([0.0, 1.5, *np.random.default_rng(0).uniform(0, 1.5, 60)]), len(plant.compiled.states)
+    memory, found = np.zeros(library.pt_size() // 8 + 1), np.full((len(times), states), np.nan)
+    one = ctypes.c_void_p(memory.ctypes.data)
+    library.pt_start(one)
+    given = (ctypes.c_void_p(a.ctypes.data) for a in (times, found))
+    library.pt_sample(one, next(given), ctypes.c_long(len(times)), next(given))
+    assert library.pt_run(one, ctypes.c_double(1.5)) == 0
+    expected = np.column_stack([wanted.at(times, name) for name in plant.compiled.states])
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10 * np.abs(expected).max())
+
+
 class Doubled(pt.Component):
     """A value that two laws reset at 0.5 s."""
 

@@ -313,7 +313,7 @@ def _compose(outer: Affine, inner: Affine) -> Affine:
 
 
 def _sum(a: Coefficient, b: Coefficient) -> Coefficient:
-    """a + b; zero if the sum of two numbers is round-off, so that a loop of ratios 1.13, 1.99 and 2.2487 closes."""
+    """A + b; zero if the sum of two numbers is round-off, so that a loop of ratios 1.13, 1.99 and 2.2487 closes."""
     return a + b if isinstance(a, Symbol) or isinstance(b, Symbol) else difference(a, -b)
 
 

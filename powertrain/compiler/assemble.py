@@ -28,7 +28,7 @@ from powertrain.compiler.records import (
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.source import Source, source_of
 from powertrain.compiler.structure import check_structure
-from powertrain.compiler.torques import LawTorque, declare_torques, add_rates
+from powertrain.compiler.torques import LawTorque, add_rates, declare_torques
 from powertrain.dae.hybrid import HybridDae, TimeSignal
 from powertrain.language.component import Component
 from powertrain.language.fields import NOMINAL

@@ -15,7 +15,7 @@ from powertrain.compiler.flatten import flatten
 
 
 class Tied(pt.Component):
-    """x0 grows at rate 1 + t; every other x is factor * x_parent + offset, said in one of several ways, or the same of its parent's rate."""
+    """x0 grows at rate 1 + t; every other x is factor * x_parent + offset, said in one of several ways, or that of its parent's rate."""
 
     ties: tuple[tuple[int, float, float, int], ...]
     x: pt.Variable = pt.variable("1", "Root", start=0.5)

@@ -44,6 +44,7 @@ def test_all_curved_margins_count() -> None:
     x, ends = Symbol.sym("x"), Symbol.sym("ends", 2)
     for margins, rivals, low in (([x * x - 1, 9 - x * x], [], 1.0), ([x * x - 1, 9 - x * x], [[4 - x * x]], 2.1)):
         forms = row_forms(x, ends, [ends[0], ends[1]], [x], margins, rivals)
+        assert forms.fits_along is not None
         fits = ca.Function("fits", [x, ends], [forms.fits * forms.fits_along])
         for at in (-4.0, -3.0, -2.2, -1.5, -1.0, 0.0, 1.0, 1.5, 2.2, 3.0, 4.0):
             assert bool(fits(at, [-4.0, 4.0])) == (low <= abs(at) <= 3.0)
