@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 
 from powertrain.dae.tolerances import EPS, LEAST_TORQUE, ZONE
 
+START, JUMPED = 1.0, 2.0
+"""Speeds may be new since modes were found: at a start, which must not need an impact; by an event, which may cause one."""
+
 
 @dataclass(frozen=True)
 class Friction:
@@ -247,12 +250,24 @@ class HybridDae:
         return np.array(self.nominal or np.ones(self.x.numel() + self.z.numel()))
 
     @property
+    def free_held(self) -> list[int]:
+        """The places of the held values that are no modes of friction laws or contacts: an event may give them any value at once."""
+        modes = {i for law in self.frictions for i in (law.index, law.rests)} | {law.index for law in self.contacts}
+        return [i for i in range(self.m.numel()) if i not in modes]
+
+    def may_jump(self, motions: ca.SX) -> bool:
+        """Whether motions of laws depend on held values other than modes of laws."""
+        held = ca.vertcat(*(self.m[i] for i in self.free_held))
+        return bool(held.numel() and motions.numel() and ca.depends_on(motions, held))
+
+    @property
     def barriers(self) -> tuple[Barrier, ...]:
         """Contacts first, then one-way friction laws; empty if no speed can jump.
 
         A law that acts on no inertia, or has a prescribed speed, takes part in no impulse.
         """
-        if not (self.contacts or any(not reset.discrete for when in self.whens for reset in when.resets)):
+        resets = any(not reset.discrete for when in self.whens for reset in when.resets)
+        if not (self.contacts or resets or self.may_jump(ca.vertcat(*(law.w for law in self.frictions)))):
             return ()
         laws = [law for law in self.frictions if not (law.algebraic or law.prescribed)]
         contacts = (_contact_barrier(self.m, contact) for contact in self.contacts)

@@ -12,7 +12,7 @@ import numpy as np
 
 from powertrain.dae.contact import CLOSED, OPEN
 from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
-from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.hybrid import JUMPED, HybridDae
 from powertrain.dae.tolerances import ZONE
 from powertrain.errors import SimulationError
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
@@ -52,18 +52,22 @@ class ModeResolver:
         self.dae, self.memory, self.algebra = dae, memory, algebra
         self.n = dae.x.numel()
         self._update, self._fresh = update, fresh
-        self._discontinuities = Discontinuities(dae, memory) if dae.whens or dae.contacts else None
+        self._discontinuities = Discontinuities(dae, memory) if dae.whens or dae.barriers else None
         self.extra: list[tuple[str, str]] = []
         self.notes: list[str] = []
         self._unsolved: NotConsistent | None = None
         self.uniqueness = Uniqueness(dae, memory)
         self._pieces = set(self.uniqueness.pieces)
         self._rests = [f.rests for f in dae.frictions if f.rests is not None]
-        self._flags = view(memory.flags)
+        self._flags, self._jump = view(memory.flags), JUMPED
 
-    def resolve(self, side: int) -> None:
-        """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; uses and clears ``memory.fire`` and ``memory.jumped``."""
+    def resolve(self, side: int, jumped: float) -> None:
+        """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; uses and clears ``memory.fire``.
+
+        ``jumped``: ``START``, ``JUMPED`` if held values have jumped since the last modes, otherwise 0.
+        """
         memory = self.memory
+        memory.jumped[0], self._jump = jumped, jumped or JUMPED
         self.extra, self._unsolved = [], None
         if self._discontinuities is not None:
             self._discontinuities.impulses[:] = 0.0
@@ -119,7 +123,8 @@ class ModeResolver:
             if not self._solvable(side):
                 return None
             self._apply_rules(side, slack)
-            if (flags[1] or flags[2]) and self._discontinuity(side):
+            # what is struck while held values still change the motions may not be struck by their last values
+            if (flags[1] or (flags[2] and not flags[6])) and self._discontinuity(side):
                 return False
             memory.fire.fill(0.0)
             memory.jumped[0] = 0.0
@@ -129,7 +134,7 @@ class ModeResolver:
             if key in seen:
                 return None
             seen.add(key)
-            memory.m[:], memory.jumped[0] = memory.held, flags[6]
+            memory.m[:], memory.jumped[0] = memory.held, self._jump * flags[6]
         return None
 
     @cached_property
@@ -227,7 +232,7 @@ class ModeResolver:
             others = [i for i in np.flatnonzero(m != memory.held).tolist() if i not in problem.laws.index]
             if held and not self._pieces.isdisjoint(others):
                 break
-            m[others], memory.jumped[0] = memory.held[others], self._flags[6]
+            m[others], memory.jumped[0] = memory.held[others], self._jump * self._flags[6]
         return None, ray
 
     def _jam(self, side: int, laws: set[int], pieces: int) -> NoReturn:
@@ -292,5 +297,5 @@ class ModeResolver:
         else:
             struck = np.flatnonzero(memory.closing).tolist()
             self.extra += [(name, "impact") for name in self._discontinuities.impact(side, struck)]
-        memory.jumped[0] = 2.0
+        memory.jumped[0] = JUMPED
         return True
