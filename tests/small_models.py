@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -110,3 +111,15 @@ class Belt(pt.Component):
     def equations(self) -> pt.Equations:
         yield pt.der(self.v) == self.f
         yield pt.friction(self.u.value - self.v, self.f, -2.0, 2.0, name="belt")
+
+
+class Overrunning(pt.Component):
+    """1 kg on a belt that may only push it forward; 0.1 N hold it back."""
+
+    u: pt.Input = pt.signal_input("m/s", "speed of the belt")
+    v: pt.Variable = pt.variable("m/s", "speed", start=0.0)
+    f: pt.Variable = pt.variable("N", "force of the belt")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.v) == self.f - 0.1
+        yield pt.friction(self.v - self.u.value, -self.f, -math.inf, 0.0, name="belt")

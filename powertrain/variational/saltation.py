@@ -72,7 +72,7 @@ class Saltation:
         self.before, self.values = Partials(system, self.asked), Many(system.dae.arguments, self.asked)
         self.instants = EventLaws(system, self.indicators, self.timed, self.sticking)
         self.speeds = Partials(system, column([law.w for law in self.sticking]))
-        self.mapping = Mapping(system) if dae.whens or dae.contacts else None
+        self.mapping = Mapping(system) if dae.whens or dae.barriers else None
 
     def jumps(self, run: Record) -> list[SaltationMap]:
         """One jump for each event of a run. NotDifferentiable names an event that has none."""
