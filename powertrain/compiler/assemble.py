@@ -24,6 +24,7 @@ from powertrain.compiler.records import (
     switch_records,
     when_record,
     with_impacts,
+    with_turns,
 )
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.source import Source, source_of
@@ -174,7 +175,7 @@ def _assemble(
         smooth=smooth_variables(reduced, tops, resolver, set(held.layout)),
         nominal=_nominal(reduced, [*states, *((key(s), 0) for s in resolver.z)], values),
     )
-    dae = with_impacts(dae, resolver, held)
+    dae = with_turns(with_impacts(dae, resolver, held))
     return Compiled(
         dae=dae,
         source=source_of(flat),

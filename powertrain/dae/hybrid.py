@@ -153,12 +153,16 @@ class When:
 
 @dataclass(frozen=True)
 class TimeSignal:
-    """A piecewise linear time signal; m[index:index+3] = (t0, y0, slope) of the current segment."""
+    """A piecewise linear time signal; m[index:index+3] = (t0, y0, slope) of the current segment.
+
+    ``turns``: its derivative is part of the speed of a law or contact, which then jumps at a corner.
+    """
 
     name: str
     index: int
     times: NDArray[np.float64]
     values: NDArray[np.float64]
+    turns: bool = False
 
 
 @dataclass(frozen=True)
@@ -254,6 +258,13 @@ class HybridDae:
         """The places of the held values that are no modes of friction laws or contacts: an event may give them any value at once."""
         modes = {i for law in self.frictions for i in (law.index, law.rests)} | {law.index for law in self.contacts}
         return [i for i in range(self.m.numel()) if i not in modes]
+
+    @property
+    def motions(self) -> ca.SX:
+        """The speeds of friction laws, and the gaps of contacts with their speeds."""
+        return ca.vertcat(
+            *(law.w for law in self.frictions), *(e for law in self.contacts for e in (law.gap, law.speed))
+        )
 
     def may_jump(self, motions: ca.SX) -> bool:
         """Whether motions of laws depend on held values other than modes of laws."""

@@ -68,7 +68,7 @@ def _flags(dae: HybridDae, held: Sequence[ca.SX], edges: Sequence[ca.SX], closin
 
 def _jumps(dae: HybridDae, held: Sequence[ca.SX]) -> ca.SX:
     """Whether the new held values, other than modes of laws, make the speed of a law or a gap jump: a belt that a signal starts."""
-    motions = ca.vertcat(*(law.w for law in dae.frictions), *(e for law in dae.contacts for e in (law.gap, law.speed)))
+    motions = dae.motions
     if not dae.may_jump(motions):
         return ca.SX(0)
     free = dae.free_held

@@ -33,6 +33,25 @@ class Reset(pt.Component):
         yield pt.when(pt.time > 0.3, pt.reinit(self.d, 1.0))
 
 
+class Shifted(pt.Component):
+    """The place of the belt is a polygon: its speed is 1 m/s from 0.3 to 0.6 s."""
+
+    belt: Belt = Belt()
+    place: pt.Variable = pt.variable("m", "place of the belt")
+
+    def equations(self) -> pt.Equations:
+        yield self.place == pt.schedule([0.0, 0.3, 0.6, 1.0], [0.0, 0.0, 0.3, 0.3])
+        yield self.belt.u.value == pt.der(self.place)
+
+
+@pytest.mark.parametrize("compile", [False, True])
+def test_a_load_slips_on_a_belt_whose_place_has_corners(compile: bool) -> None:
+    """2 N make it 0.6 m/s in 0.3 s, and stop it as fast. It had the speed of the belt at once."""
+    result = pt.simulate(Shifted(), 1.0, compile=compile)
+    np.testing.assert_allclose(result.at([0.3, 0.4, 0.6, 0.7, 0.95], "belt.v"), [0.0, 0.2, 0.6, 0.4, 0.0], atol=1e-9)
+    assert not pt.compile(Belt()).compiled.dae.schedules[0].turns
+
+
 @pytest.mark.parametrize("compile", [False, True])
 @pytest.mark.parametrize("model", [Switched(), Reset()])
 def test_a_load_slips_on_a_belt_that_starts_at_once(model: pt.Component, compile: bool) -> None:
