@@ -26,11 +26,12 @@ VARYING = 35
 
 
 class Differentiated:
-    """Equations with all their derivatives, and the highest derivative of every variable."""
+    """Equations with all their derivatives, and the highest derivative of every variable: ``written`` in the model, and now."""
 
     def __init__(self, reduced: Reduced, known: set[int]) -> None:
         self.reduced, self.known = reduced, known
         self.top: dict[int, int] = {}
+        self.written: dict[int, int] = {}
         self.chains: list[list[Symbol]] = []
         self.places: list[Place] = []
         self.incidence: list[list[Base]] = []
@@ -39,7 +40,7 @@ class Differentiated:
     def copied(self) -> Differentiated:
         """A separate system to which equations can be added."""
         other = Differentiated(self.reduced, self.known)
-        other.top, other.chains = dict(self.top), [list(chain) for chain in self.chains]
+        other.written, other.top, other.chains = self.written, dict(self.top), [list(chain) for chain in self.chains]
         other.places, other.incidence = list(self.places), list(self.incidence)
         other.matching.variable_of = dict(self.matching.variable_of)
         other.matching.equation_of = dict(self.matching.equation_of)
@@ -112,6 +113,7 @@ def differentiate(reduced: Reduced, known: set[int]) -> Differentiated:
     for base in reduced.symbols:
         if base not in reduced.aliases and base not in known:
             system.top.setdefault(base, 0)
+    system.written = dict(system.top)
     for equation in reduced.equations:
         system.add(equation)
     return system

@@ -137,12 +137,16 @@ def with_impacts(dae: HybridDae, resolver: Resolver, held: Held) -> HybridDae:
 
 
 def with_turns(dae: HybridDae) -> HybridDae:
-    """Mark the signals at whose corners a motion of a law jumps: at t0, where all values agree, it depends on their slope."""
+    """Mark the signals at whose corners a motion of a law jumps, or a variable that must not.
+
+    Where it does, it depends on the slope at t0, at which the values of all slopes agree.
+    """
     return replace(dae, schedules=tuple(replace(s, turns=_turns(dae, s)) for s in dae.schedules))
 
 
 def _turns(dae: HybridDae, signal: TimeSignal) -> bool:
-    start, slope, motions = dae.m[signal.index], dae.m[signal.index + 2], dae.motions
+    start, slope = dae.m[signal.index], dae.m[signal.index + 2]
+    motions = ca.vertcat(dae.motions, *(s.value for s in dae.smooth))
     if not (motions.numel() and ca.depends_on(motions, slope)):
         return False
     at_corner = ca.substitute(ca.jacobian(motions, slope), dae.t, start)

@@ -215,7 +215,8 @@ class HybridDae:
     """The symbols, the equations and the laws of one compiled model.
 
     ``opened`` is the model for given torques of the laws. ``impact_x`` and ``impact_a`` are the responses of the states and of the
-    barriers' speeds to their impulses. ``residual_places`` are the source lines of the residuals. ``smooth`` variables must not jump.
+    barriers' speeds to their impulses. ``residual_places`` are the source lines of the residuals. ``smooth`` variables must not jump,
+    ``relative`` states may: the model contains no derivative of them, but of a smooth variable that they determine with held values.
     ``nominal`` are the nominal sizes of x and z, the scale of their absolute tolerance. ``relations`` are the comparisons
     combined in the conditions of ``whens``; nothing else depends on their modes.
     """
@@ -239,6 +240,7 @@ class HybridDae:
     opened: Opened | None = None
     residual_places: tuple[str, ...] = ()
     smooth: tuple[Smooth, ...] = ()
+    relative: tuple[int, ...] = ()
     nominal: tuple[float, ...] = ()
     impact_x: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
     impact_a: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
@@ -278,7 +280,9 @@ class HybridDae:
         A law that acts on no inertia, or has a prescribed speed, takes part in no impulse.
         """
         resets = any(not reset.discrete for when in self.whens for reset in when.resets)
-        if not (self.contacts or resets or self.may_jump(ca.vertcat(*(law.w for law in self.frictions)))):
+        if not (
+            self.contacts or resets or self.relative or self.may_jump(ca.vertcat(*(law.w for law in self.frictions)))
+        ):
             return ()
         laws = [law for law in self.frictions if not (law.algebraic or law.prescribed)]
         contacts = (_contact_barrier(self.m, contact) for contact in self.contacts)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from itertools import islice, product
 from typing import NoReturn
@@ -48,12 +48,14 @@ class ModeResolver:
         update: Sequence[Bound],
         fresh: Sequence[Bound],
         algebra: AlgebraicSolver | None,
+        carry: Callable[[int], bool],
     ) -> None:
-        self.dae, self.memory, self.algebra = dae, memory, algebra
+        self.dae, self.memory, self.algebra, self._carry = dae, memory, algebra, carry
         self.n = dae.x.numel()
         self._update, self._fresh = update, fresh
         self._discontinuities = Discontinuities(dae, memory) if dae.whens or dae.barriers else None
         self.extra: list[tuple[str, str]] = []
+        self.carried = False
         self.notes: list[str] = []
         self._unsolved: NotConsistent | None = None
         self.uniqueness = Uniqueness(dae, memory)
@@ -68,7 +70,7 @@ class ModeResolver:
         """
         memory = self.memory
         memory.jumped[0], self._jump = jumped, jumped or JUMPED
-        self.extra, self._unsolved = [], None
+        self.extra, self.carried, self._unsolved = [], False, None
         if self._discontinuities is not None:
             self._discontinuities.impulses[:] = 0.0
         seen = set[bytes]()
@@ -120,6 +122,8 @@ class ModeResolver:
         memory, flags = self.memory, self._flags
         seen: set[bytes] = set()
         for _ in range(PASSES):
+            if self._jump == JUMPED and self._carry(side):
+                self.carried, memory.jumped[0] = True, JUMPED
             if not self._solvable(side):
                 return None
             self._apply_rules(side, slack)

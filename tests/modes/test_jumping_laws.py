@@ -9,7 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from small_models import Belt, Overrunning
+from small_models import Belt, Body, Floor, Overrunning
 
 import powertrain as pt
 from powertrain.components import rotational as rot
@@ -148,32 +148,6 @@ def test_the_gradient_passes_through_the_impact() -> None:
     second = pt.hessian(Struck(), "w", ["speed", "instant"], stop=1.0)
     mixed = -math.sqrt(5.0) * math.sin(angle)
     np.testing.assert_allclose(second, [[0.0, mixed], [mixed, 5.0 * math.cos(angle)]], atol=1e-5)
-
-
-class Body(pt.Component):
-    """Partial: 1 kg above a floor, on which it lies at the start."""
-
-    start: pt.Parameter = pt.parameter("m", "height at the start", default=0.0)
-    x: pt.Variable = pt.variable("m", "height")
-    v: pt.Variable = pt.variable("m/s", "speed", start=0.0)
-    f: pt.Variable = pt.variable("N", "force of the floor")
-
-    def falling(self, floor: pt.Symbol | float = 0.0) -> pt.Equations:
-        yield pt.der(self.x) == self.v
-        yield pt.der(self.v) == self.f - 10.0
-        yield pt.unilateral(self.x - floor, self.f, name="floor")
-
-    def initial(self) -> pt.Equations:
-        yield self.x == self.start
-
-
-class Floor(Body):
-    """The height of the floor is given."""
-
-    h: pt.Input = pt.signal_input("m", "height of the floor")
-
-    def equations(self) -> pt.Equations:
-        yield from self.falling(self.h.value)
 
 
 def floor(height: float) -> tuple[list[float], list[float]]:
