@@ -91,6 +91,11 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
             ["the brakes decelerate body.m = 12000 kg with 1.2 m/s2 at most"],
         ),
         (
+            ElectricCar(),
+            {"front.brakes.tau_max": 9000},  # (9000 + 1500) N.m/0.3 m
+            ["control.F_brake = 1.5e+04 N, but the brakes give 3.5e+04 N"],
+        ),
+        (
             ManualCar(),
             {"gearbox.synchronisers[0].fn_max": 190},
             ["gearbox.synchronisers[0] slides at full load: its dogs hold 512.4 N.m"],
