@@ -15,6 +15,7 @@ from powertrain.components.transmissions import (
     DualClutchGearbox,
     ManualGearbox,
     PowerShiftGearbox,
+    StartingConverter,
     StartingGearbox,
     SynchronisedGearbox,
 )
@@ -78,6 +79,7 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
         *_resistances(vehicle, parts),
         *(text for path in parts.machines for text in _losses(path, value_at(vehicle, path))),
         *_clutches(vehicle, parts),
+        *_standing(vehicle, parts),
         *_synchronisers(vehicle, parts),
         *_overall_ratio(vehicle, parts),
     )
@@ -243,6 +245,20 @@ def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
                     f"{prefix}{name} slips at full load: it holds {holds:.4g} N.m, {parts.engines[0]} gives up to {torque:.4g} N.m; "
                     f"{prefix}{name}.fn_max = {fn_max * torque / holds:.4g} N would hold them"
                 )
+
+
+def _standing(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
+    """A clutch that the control presses while the engine idles, so that it drags while the vehicle stands."""
+    if len(parts.engines) != 1 or any(isinstance(part, StartingConverter) for _, part in children(vehicle)):
+        return
+    idle = _number(value_at(vehicle, parts.engines[0]), "w_idle")
+    for name, part in children(vehicle):
+        w_open = _number(part, "w_open")
+        if idle and w_open and w_open < idle:
+            yield (
+                f"{name}.w_open = {w_open:g} rad/s is below the idle speed {parts.engines[0]}.w_idle = {idle:g} rad/s: the clutch drags "
+                f"while the vehicle stands; give {name} a w_open above it, and a w_closed above that"
+            )
 
 
 def _synchronisers(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
