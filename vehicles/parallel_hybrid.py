@@ -111,7 +111,8 @@ class ParallelHybrid(HybridCar):
         check_gears(self, self.schedule, self.gearbox)
         yield from self._on_the_cycle()
         yield from self._engine_by(self.control)
-        if isinstance(self.schedule, SpeedSchedule):  # the engine may stand while the machine drives: its speed only sets upper limits
+        if isinstance(self.schedule, SpeedSchedule):
+            # The engine may stand while the machine drives, so that its speed only sets upper limits.
             limits = self.schedule.kick_limits(self.schedule.gear, *pulls(self.engine, self.gearbox))
             yield self.schedule.w_latest.value == limits.latest
             yield self.schedule.w_kick.value == limits.kick

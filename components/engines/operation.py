@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -174,6 +174,7 @@ def pull_speeds(engine: Engine | ElectricMachine, ratios: Sequence[float]) -> tu
     limiter, or below the speed from which a machine's torque fades out, it is 98 % of this speed.
     """
     engine = replace(engine)
+    full_load: Callable[[Array], Array]
     if isinstance(engine, ElectricMachine):
         low, limit, full_load = 0.0, float(engine.w_max - engine.band), engine.limit
     else:

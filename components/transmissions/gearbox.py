@@ -43,8 +43,8 @@ class Shiftable(TwoFlanges):
     def in_gear(self, k: int) -> Shiftable:
         """The transmission with the k-th gear permanently engaged."""
         raise ModelError(
-            f"{type(self).__name__} does not define in_gear(k): maps of operating points and the backward calculation take the gearbox with "
-            "one gear permanently engaged, such as a SingleGear, in its place"
+            f"{type(self).__name__} does not define in_gear(k): maps of operating points and the backward calculation take the gearbox "
+            "with one gear permanently engaged, such as a SingleGear, in its place"
         )
 
 

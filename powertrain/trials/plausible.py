@@ -171,8 +171,8 @@ def _brakes(vehicle: pt.Component, path: str, body: Any) -> Iterator[str]:
         F_brake = _number(control, "F_brake") if isinstance(control, BlendedBraking) else None
         if F_brake and force and not BLENDED[0] <= force / F_brake <= BLENDED[1]:
             yield (
-                f"{name}.F_brake = {F_brake:.4g} N, but the brakes give {force:.4g} N with the pedal fully pressed (tau_max over the radius "
-                "of the wheels): with regeneration the vehicle would brake differently than without"
+                f"{name}.F_brake = {F_brake:.4g} N, but the brakes give {force:.4g} N with the pedal fully pressed (tau_max over the "
+                "radius of the wheels): with regeneration the vehicle would brake differently than without"
             )
 
 

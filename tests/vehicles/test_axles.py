@@ -132,10 +132,14 @@ def test_axles_that_do_not_fit_are_refused(given: dict[str, Any], said: str) -> 
         pt.compile(ManualCar(**given))
 
 
-class Beam(RollingAxle):
+class Beam(Axle):
     """An axle of one's own, which says nothing about slip."""
 
-    lumped = Axle.lumped
+    wheels: RollingAxle = RollingAxle()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.wheels.axle, self.axle)
+        yield pt.connect(self.load, self.wheels.load)
 
 
 def test_a_map_names_an_axle_that_it_cannot_lump() -> None:

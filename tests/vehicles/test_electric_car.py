@@ -144,7 +144,7 @@ def test_shifts_up_before_the_limit_in_first_gear(car: pt.Component, ratio: floa
 
 
 def test_what_drives_backward_is_refused() -> None:
-    with pytest.raises(pt.SimulationError, match="ElectricCar moves backward: .* it covers -.* Check the signs"):
+    with pytest.raises(pt.SimulationError, match=r"ElectricCar moves backward: .* it covers -.* Check the signs"):
         full_accelerator(pt.replace(ElectricCar(), {"front.final_drive.ratio": -3.6}))
 
 

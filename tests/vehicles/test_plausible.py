@@ -115,9 +115,16 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
         (
             ManualCar(),
             {"engine.w_idle": 85 * 9.55},  # rpm without its unit
-            ["engine.w_idle = 811.75 rad/s is unusual (30 to 200 rad/s)", "schedule.w_open = 95 rad/s is below the idle"],
+            [
+                "engine.w_idle = 811.75 rad/s is unusual (30 to 200 rad/s)",
+                "schedule.w_open = 95 rad/s is below the idle",
+            ],
         ),
-        (ManualCar(), {"engine.w_idle": "1500 rpm"}, ["schedule.w_open = 95 rad/s is below the idle speed engine.w_idle"]),
+        (
+            ManualCar(),
+            {"engine.w_idle": "1500 rpm"},
+            ["schedule.w_open = 95 rad/s is below the idle speed engine.w_idle"],
+        ),
         (ManualCar(), {"engine.heating_value": 43}, ["engine.heating_value = 43 J/kg is unusual"]),
         (ManualCar(), {"engine.fuel_density": 0.745}, ["engine.fuel_density = 0.745 kg/m3 is unusual"]),
         (ManualCar(), {"engine.co2_per_fuel": 3170}, ["engine.co2_per_fuel = 3170 kg/kg is unusual"]),
