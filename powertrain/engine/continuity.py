@@ -1,4 +1,7 @@
-"""Rejects jumps of variables that something with inertia follows exactly: their impulses would be lost silently."""
+"""Variables that must not jump, because something with inertia follows them: relative states keep them, or the run ends.
+
+An impulse would otherwise be lost in silence.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from powertrain.numerics.buffers import Array, Bound, Memory, zeros
 
 
 class Continuity:
-    """Compares the variables that must not jump on both sides of an event."""
+    """Keeps and compares the variables that must not jump on both sides of an event."""
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.memory = dae, memory
