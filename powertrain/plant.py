@@ -409,7 +409,10 @@ class Plant(Generic[M]):
         """The signals of time of a run with these inputs."""
         for name in inputs:
             if name not in self.compiled.inputs:
-                raise ParameterError(f"the model has no input {name}{suggestion(name, self.compiled.inputs)}")
+                hint = suggestion(name, self.compiled.inputs)
+                if name in self.compiled.parameters:
+                    hint = f'; it is a parameter, with one value for a run: parameters={{"{name}": ...}}'
+                raise ParameterError(f"the model has no input {name}{hint}")
         return [scheduled(s, inputs) for s in self.compiled.dae.schedules]
 
 

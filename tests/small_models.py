@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -110,3 +111,41 @@ class Belt(pt.Component):
     def equations(self) -> pt.Equations:
         yield pt.der(self.v) == self.f
         yield pt.friction(self.u.value - self.v, self.f, -2.0, 2.0, name="belt")
+
+
+class Overrunning(pt.Component):
+    """1 kg on a belt that may only push it forward; 0.1 N hold it back."""
+
+    u: pt.Input = pt.signal_input("m/s", "speed of the belt")
+    v: pt.Variable = pt.variable("m/s", "speed", start=0.0)
+    f: pt.Variable = pt.variable("N", "force of the belt")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.v) == self.f - 0.1
+        yield pt.friction(self.v - self.u.value, -self.f, -math.inf, 0.0, name="belt")
+
+
+class Body(pt.Component):
+    """Partial: 1 kg above a floor, on which it lies at the start."""
+
+    start: pt.Parameter = pt.parameter("m", "height at the start", default=0.0)
+    x: pt.Variable = pt.variable("m", "height")
+    v: pt.Variable = pt.variable("m/s", "speed", start=0.0)
+    f: pt.Variable = pt.variable("N", "force of the floor")
+
+    def falling(self, floor: pt.Symbol | float = 0.0) -> pt.Equations:
+        yield pt.der(self.x) == self.v
+        yield pt.der(self.v) == self.f - 10.0
+        yield pt.unilateral(self.x - floor, self.f, name="floor")
+
+    def initial(self) -> pt.Equations:
+        yield self.x == self.start
+
+
+class Floor(Body):
+    """The height of the floor is given."""
+
+    h: pt.Input = pt.signal_input("m", "height of the floor")
+
+    def equations(self) -> pt.Equations:
+        yield from self.falling(self.h.value)

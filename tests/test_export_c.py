@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from cases import few
-from small_models import STARTS, Ball, Belt, CoupledClutches, Engaging, Gate, Relay
+from small_models import STARTS, Ball, Belt, CoupledClutches, Engaging, Gate, Overrunning, Relay
 
 import powertrain as pt
 from powertrain.components.blocks import Constant, Ramp
@@ -187,6 +187,12 @@ def test_long_runs_fill_the_record_many_times(tmp_path: Path, monkeypatch: pytes
     found, wanted = plant.export_c(tmp_path).simulate(1.5), plant.simulate(1.5)
     assert found["J4.w"] == pytest.approx(wanted["J4.w"], rel=1e-12, abs=1e-13)
     assert len(found.events) == len(wanted.events)
+
+
+def test_a_freewheel_that_a_signal_throws_backward_ends_the_run(tmp_path: Path) -> None:
+    model = pt.compile(Overrunning()).export_c(tmp_path)
+    with pytest.raises(pt.SimulationError, match=r"at t = 0\.5 s a jump throws a one-way law backward"):
+        model.simulate(1.0, inputs={"u": ([0.0, 0.5, 0.5, 1.0], [0.0, 0.0, 1.0, 1.0])})
 
 
 def test_fixed_steps_converge_with_the_order_of_the_method(tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ from powertrain.components.control import (
     SpeedSchedule,
 )
 from powertrain.components.cycles import CycleSpeed, DriveCycle
+from powertrain.components.electric import ElectricMachine
 from powertrain.components.engines import AccessoryDrive, Engine, EngineCooling, WarmEngine, WillansEngine, pull_speeds
 from powertrain.components.rotational import Flange
 from powertrain.components.transmissions import ManualGearbox, Shiftable
@@ -124,9 +125,7 @@ class GearedCar(Car):
 
         Empty for a gearbox that does not say its ratios.
         """
-        ratios = replace(self.gearbox).gear_ratios
-        before = pull_speeds(self.engine, ratios)
-        return list(before), [w * other / one for w, (one, other) in zip(before, pairwise(ratios), strict=True)]
+        return pulls(self.engine, self.gearbox)
 
     def initial(self) -> Equations:
         """At rest, with the engine idling and the first gear engaged."""
@@ -173,6 +172,13 @@ def _check_road_load(car: Car) -> None:
             f"{type(car).__name__}.body is a CoastDownBody, whose coefficients hold the rolling resistance of the tyres; it would count "
             f"twice with {' and '.join(twice)}: set {'it' if len(twice) == 1 else 'them'} to 0"
         )
+
+
+def pulls(mover: Engine | ElectricMachine, gearbox: Shiftable) -> tuple[list[float], list[float]]:
+    """``pull_speeds`` of what drives a gearbox, before and after each upshift."""
+    ratios = replace(gearbox).gear_ratios
+    before = pull_speeds(mover, ratios)
+    return list(before), [w * other / one for w, (one, other) in zip(before, pairwise(ratios), strict=True)]
 
 
 def check_gears(car: Car, schedule: Shifting, gearbox: Shiftable) -> None:

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from powertrain import Equations, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
-from powertrain.components.control import Driver, ElectricDriveControl, FixedGear, Pedals, PowerShiftSchedule, Shifting
+from powertrain.components.control import (
+    Driver,
+    ElectricDriveControl,
+    FixedGear,
+    Pedals,
+    PowerShiftSchedule,
+    Shifting,
+    SpeedSchedule,
+)
 from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.electric import (
     AccessoryLoad,
@@ -17,7 +25,7 @@ from powertrain.components.electric import (
 from powertrain.components.rotational import IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable, SingleGear
 from powertrain.vehicles.bus import known_machine, one_bus
-from powertrain.vehicles.car import Car, check_gears
+from powertrain.vehicles.car import Car, check_gears, pulls
 
 BATTERY = PolarizedBattery(
     ocv=cells_in_series(96),
@@ -78,6 +86,8 @@ class ElectricCar(Car):
 
     def _signals(self) -> Equations:
         check_gears(self, self.schedule, self.gearbox)
+        if isinstance(self.schedule, SpeedSchedule):
+            yield from self.schedule.pulled(*self.pull_speeds())
         yield from self._on_the_cycle()
         yield connect(self.body.v, self.control.v, self.schedule.v)
         yield connect(self.driver.accelerator, self.schedule.accelerator)
@@ -89,3 +99,7 @@ class ElectricCar(Car):
         yield from known_machine(self.control, self.machine, left)
         yield connect(self.schedule.lever, self.gearbox.lever)
         yield connect(self.control.tau, self.machine.torque_demand)
+
+    def pull_speeds(self) -> tuple[list[float], list[float]]:
+        """As ``GearedCar.pull_speeds``, for the machine."""
+        return pulls(self.machine, self.gearbox)

@@ -6,7 +6,7 @@ from typing import Any, Literal, Self, get_args
 
 from powertrain import Equations, ParameterError, Symbol, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
-from powertrain.components.control import Driver, ParallelControl, Pedals, PowerShiftSchedule, Shifting
+from powertrain.components.control import Driver, ParallelControl, Pedals, PowerShiftSchedule, Shifting, SpeedSchedule
 from powertrain.components.differentials import CrownGear
 from powertrain.components.electric import ElectricMachine, PolarizedBattery, cells_in_series
 from powertrain.components.engines import Engine, WillansEngine
@@ -15,7 +15,7 @@ from powertrain.components.rotational import Clutch, IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable
 from powertrain.language.makers import arguments_checked
 from powertrain.vehicles.bus import known_machine, one_bus
-from powertrain.vehicles.car import check_gears
+from powertrain.vehicles.car import check_gears, pulls
 from powertrain.vehicles.hybrid import HybridCar
 
 Position = Literal["P0", "P1", "P2", "P3", "P4"]
@@ -111,6 +111,11 @@ class ParallelHybrid(HybridCar):
         check_gears(self, self.schedule, self.gearbox)
         yield from self._on_the_cycle()
         yield from self._engine_by(self.control)
+        if isinstance(self.schedule, SpeedSchedule):
+            # The engine may stand while the machine drives, so that its speed only sets upper limits.
+            limits = self.schedule.kick_limits(self.schedule.gear, *pulls(self.engine, self.gearbox))
+            yield self.schedule.w_latest.value == limits.latest
+            yield self.schedule.w_kick.value == limits.kick
         yield connect(self.body.v, self.schedule.v)
         yield connect(self.engine.speed, self.schedule.w)
         yield connect(self.driver.accelerator, self.schedule.accelerator)

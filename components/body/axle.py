@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, Input, ParameterError, Symbol, connect, port, signal_input
+from powertrain import Component, Equations, Input, ModelError, ParameterError, Symbol, connect, port, signal_input
 from powertrain.components.body.elastic_shaft import ElasticShaft
 from powertrain.components.body.path import AxlePath
 from powertrain.components.differentials import BevelDifferential, CrownGear, Differential
@@ -44,7 +44,10 @@ class Axle(Component):
 
     def lumped(self) -> Axle:
         """The axle on a straight road without slip: its wheels as one that does not slip."""
-        raise NotImplementedError(type(self).__name__)
+        raise ModelError(
+            f"{type(self).__name__} does not define lumped(): maps of operating points and the backward calculation take an axle whose "
+            "wheels do not slip, such as a LumpedAxle, in its place"
+        )
 
 
 class PoweredAxle(Axle):

@@ -25,6 +25,8 @@ from powertrain.components.limited import limited
 
 OPEN = 0.05
 """The part of ``band`` in which the clutch is still open, so that it does not open and close under the round-off of a speed at rest."""
+SLOW = 1.0
+"""Speed [rad/s] of the transmission's input below which ratios are computed as at this speed."""
 
 
 class FlywheelDrive(Component):
@@ -33,6 +35,7 @@ class FlywheelDrive(Component):
     ratio = (w_out + lead (charge accelerator - brake))/w_in within [ratio_min, ratio_max]
     charge = (w_in - w_empty)/w_band within -1..1
     engaged = ((w_before/w_in - ratio_min)/band - 0.05)/0.95 within 0..1,  room = (w_full - w_in)/w_band within 0..1
+    w_in in both ratios: at least 1 rad/s, for a flywheel at rest
     clutch = (engaged + launch accelerator) (1 - (1 - recovery) brake/b_open within 0..1)
     friction = brake - recovery share engaged room brake within 0..share
 
@@ -80,9 +83,10 @@ class FlywheelDrive(Component):
         """Ratio, clutch, brakes."""
         u, b = self.accelerator.value, self.brake.value
         charge = limited((self.w_in.value - self.w_empty) / self.w_band, -1)
-        wanted = (self.w_out.value + self.lead * (charge * u - b)) / self.w_in.value
+        w_in = ca.fmax(self.w_in.value, SLOW)
+        wanted = (self.w_out.value + self.lead * (charge * u - b)) / w_in
         yield self.ratio.value == limited(wanted, self.ratio_min, self.ratio_max)
-        above = (self.w_before.value / self.w_in.value - self.ratio_min) / self.band
+        above = (self.w_before.value / w_in - self.ratio_min) / self.band
         engaged = limited((above - OPEN) / (1 - OPEN))
         open_ = (1 - self.recovery) * limited(b / self.b_open)
         yield self.clutch.value == (engaged + self.launch * u) * (1 - open_)
@@ -104,14 +108,15 @@ class FlywheelCharging(Component):
     def _give(self, charging: Symbol, throttle: Symbol) -> Equations:
         yield self.on.value == charging
         yield self.throttle.value == charging * throttle
-        yield self.clutch.value == charging * limited((self.w.value / self.w_in.value - 1 + self.slip) / self.slip)
+        ahead = self.w.value / ca.fmax(self.w_in.value, SLOW) - 1
+        yield self.clutch.value == charging * limited((ahead + self.slip) / self.slip)
 
 
 class FlywheelCharge(FlywheelCharging, Switching):
     """Runs the engine at an efficient throttle position while the flywheel is slow, and stops it while the flywheel is fast.
 
     on = 1 from where w_in < w_rest - slope |v|,  on = 0 from where w_in > w_rest - slope |v| + hysteresis
-    throttle = on u_charge,  clutch = on (w/w_in - 1 + slip)/slip within 0..1
+    throttle = on u_charge,  clutch = on (w/w_in - 1 + slip)/slip within 0..1,  w_in here at least 1 rad/s
 
     A fast car holds energy that the flywheel will recover, hence ``slope``. The clutch closes as the engine approaches the speed of the
     flywheel shaft.

@@ -50,6 +50,10 @@ class Shifting(Component):
     clutch: Output = signal_output("1", "Pressure of the clutch")
     lever: Output = signal_output("1", "Position of the gear lever")
 
+    def check(self) -> Equations:
+        """The clutch closes as the engine gets faster."""
+        yield self.w_open < self.w_closed
+
     def _pressed(self) -> Symbol:
         return (self.w.value - self.w_open) / (self.w_closed - self.w_open)
 

@@ -61,8 +61,9 @@ class OperatingLineControl(Component):
     clutch: Output = signal_output("1", "Pressure of the start clutch")
 
     def check(self) -> Equations:
-        """The range must not be empty."""
+        """The range must not be empty, and the clutch closes as the engine gets faster."""
         yield self.ratio_min < self.ratio_max
+        yield self.w_open < self.w_closed
 
     def equations(self) -> Equations:
         """Power demand, and the resulting torque and ratio."""

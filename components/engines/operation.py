@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain import Axis, Map, ParameterError, parameter, replace
+from powertrain.components.electric import ElectricMachine
 from powertrain.components.engines.interfaces import Engine
 
 Array = NDArray[np.float64]
@@ -165,20 +166,25 @@ def _least_fuel(engine: Engine, power: Array, low: float, high: float, share: fl
     return np.asarray(best)
 
 
-def pull_speeds(engine: Engine, ratios: Sequence[float]) -> tuple[float, ...]:
-    """For each upshift, the engine speed [rad/s] from which the next gear pulls harder with an open throttle.
+def pull_speeds(engine: Engine | ElectricMachine, ratios: Sequence[float]) -> tuple[float, ...]:
+    """For each upshift, the speed [rad/s] from which the next gear pulls as hard or harder with the accelerator fully pressed.
 
     There the tractive forces of two neighbouring gears cross: full-load power at this speed equals that at the speed of the next gear, less
     by the step between the ``ratios``. Losses and inertias of the driveline are neglected. Where the forces do not cross below the rev
-    limiter, it is 98 % of the limiter's speed.
+    limiter, or below the speed from which a machine's torque fades out, it is 98 % of this speed.
     """
     engine = replace(engine)
-    low, high = float(engine.w_idle), BELOW_LIMIT * float(engine.w_limit - engine.band_limit)
-    w, found = np.linspace(low, high, GRID), []
+    full_load: Callable[[Array], Array]
+    if isinstance(engine, ElectricMachine):
+        low, limit, full_load = 0.0, float(engine.w_max - engine.band), engine.limit
+    else:
+        low, limit, full_load = float(engine.w_idle), float(engine.w_limit - engine.band_limit), engine.full_load
+    w, found = np.linspace(low, BELOW_LIMIT * limit, GRID), []
     for one, other in pairwise(ratios):
         lower = w * other / one
-        gain = w * engine.full_load(w) - lower * engine.full_load(lower)
-        last = int(np.flatnonzero(gain > 0)[-1]) if (gain > 0).any() else 0
+        gain = w * full_load(w) - lower * full_load(lower)
+        above = np.flatnonzero(gain > ROUND * np.max(w * full_load(w)))
+        last = int(above[-1]) if above.size else 0
         found.append(float(np.interp(0, -gain[last : last + 2], w[last : last + 2])))
     return tuple(found)
 

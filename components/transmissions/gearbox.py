@@ -8,7 +8,7 @@ from typing import Self
 
 import casadi as ca
 
-from powertrain import Equations, Input, ParameterError, connect, signal_input
+from powertrain import Equations, Input, ModelError, ParameterError, connect, signal_input
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.ratios import gear_ratios
 from powertrain.components.rotational.clutch import Clutch
@@ -33,7 +33,7 @@ class Shiftable(TwoFlanges):
     @property
     def gear_count(self) -> int:
         """The number of forward gears."""
-        raise NotImplementedError(type(self).__name__)
+        raise ModelError(f"{type(self).__name__} does not define gear_count, the number of its forward gears")
 
     @property
     def gear_ratios(self) -> tuple[float, ...]:
@@ -42,7 +42,10 @@ class Shiftable(TwoFlanges):
 
     def in_gear(self, k: int) -> Shiftable:
         """The transmission with the k-th gear permanently engaged."""
-        raise NotImplementedError(type(self).__name__)
+        raise ModelError(
+            f"{type(self).__name__} does not define in_gear(k): maps of operating points and the backward calculation take the gearbox "
+            "with one gear permanently engaged, such as a SingleGear, in its place"
+        )
 
 
 class SingleGear(Shiftable):

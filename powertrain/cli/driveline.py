@@ -13,11 +13,10 @@ import powertrain as pt
 from powertrain.cli.options import progress
 from powertrain.cli.text import columns, number
 from powertrain.components.control import Pedals
-from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.trials import CycleRun, drive_cycle
 from powertrain.trials.driveline import driveline_map
 from powertrain.trials.driveline_figure import plot_driveline_map
-from powertrain.trials.figures import parts_of
+from powertrain.trials.figures import parts_of, variators
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,7 +45,7 @@ def mapped(
         raise click.UsageError(
             f"{type(model).__name__} has no driver whose pedals could be set; choose a vehicle for `powertrain run`"
         )
-    unit = next(parts_of(model, VariableUnit), None)
+    unit = next(variators(model), None)
     positions = np.linspace(0, 1, pedals + 1)[1:]
     found = driveline_map(model, speeds, positions, variator=unit, held=held, progress=progress())
     if not np.isfinite(found["efficiency"].values).any():
@@ -79,7 +78,8 @@ def report(found: xr.Dataset, name: str) -> str:
         cells = [float(at.speed) * 3.6, float(at["force"].max()), float(best["force"]), float(best["efficiency"])]
         cells += [float(best["w"]) * RPM, float(best["tau"])]
         rows.append([*(number(cell, 4) for cell in cells), str(best["case"].values) if "case" in found else ""])
-    head = ("speed [km/h]", "largest force [N]", "best at [N]", "efficiency", "turns at [rpm]", "[N.m]", "power flow")
+    flow = "power flow" if "case" in found else ""
+    head = ("speed [km/h]", "largest force [N]", "best at [N]", "efficiency", "turns at [rpm]", "[N.m]", flow)
     solved = np.isfinite(found["force"].values).mean()
     about = f"{name}: {_told(found)}, up to {number(float(found['efficiency'].max()))}"
     return f"{about}; {solved:.0%} of {found['force'].size} points have an operating point\n\n{columns(rows, head, right=range(6))}"

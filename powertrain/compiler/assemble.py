@@ -24,6 +24,7 @@ from powertrain.compiler.records import (
     switch_records,
     when_record,
     with_impacts,
+    with_turns,
 )
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.source import Source, source_of
@@ -91,11 +92,10 @@ def compile_flat(flat: Flat) -> Compiled:
         known = {key(t.symbol) for t in torques}
         check_structure(reduced, torques)
         system = differentiate(reduced, known)
-        tops = dict(system.top)
         torques = add_rates(system, torques)
         states = select_states(system, _preferences(reduced, torques, others), values)
     solved = solve_blocks(system, states, values)
-    return _assemble(system.reduced, states, solved, torques, others, values, tops)
+    return _assemble(system.reduced, states, solved, torques, others, values, system.written)
 
 
 def schedule_inputs(flat: Flat) -> Flat:
@@ -139,7 +139,7 @@ def _assemble(
     torques: list[LawTorque],
     others: list[tuple[Place, Law]],
     values: dict[int, float],
-    tops: dict[int, int],
+    written: dict[int, int],
 ) -> Compiled:
     flat, recorder = reduced.flat, reduced.flat.recorder
     x = [reduced.derivative(reduced.symbols[b], order) for b, order in states]
@@ -147,6 +147,8 @@ def _assemble(
     units = [_state_unit(flat, base) for base in states]
     resolver = Resolver(reduced, solved, torques, column(x))
     held, laws = held_values(flat, torques, others, resolver), list(enumerate(resolver.closed_laws()))
+    relative = {key(s) for s, (base, order) in zip(x, states, strict=True) if order >= written.get(base, 0)}
+    smooth = smooth_variables(reduced, written, resolver, set(held.layout), relative)
     dae = HybridDae(
         t=time,
         x=column(x),
@@ -171,10 +173,13 @@ def _assemble(
         ),
         guards=tuple(guard_record(g, resolver) for g in recorder.guards),
         residual_places=tuple(resolver.z_places),
-        smooth=smooth_variables(reduced, tops, resolver, set(held.layout)),
+        smooth=smooth,
+        relative=tuple(
+            k for k, s in enumerate(x) if key(s) in relative and ca.depends_on(column([v.value for v in smooth]), s)
+        ),
         nominal=_nominal(reduced, [*states, *((key(s), 0) for s in resolver.z)], values),
     )
-    dae = with_impacts(dae, resolver, held)
+    dae = with_turns(with_impacts(dae, resolver, held))
     return Compiled(
         dae=dae,
         source=source_of(flat),

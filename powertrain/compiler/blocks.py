@@ -43,6 +43,8 @@ class _SquareSystem:
     numbers: list[dict[int, float]]
     constant: list[set[int]]
     varying: list[set[int]]
+    values: dict[int, float]
+    """Values of the parameters, by the keys of their symbols."""
 
 
 def solve_blocks(system: Differentiated, states: list[Base], values: dict[int, float]) -> Solved:
@@ -89,7 +91,7 @@ def _square(system: Differentiated, states: list[Base], values: dict[int, float]
             constant[i].add(j)
         elif any(key(s) not in reduced.flat.recorder.constants for s in free_symbols(entry)):
             varying[i].add(j)
-    return _SquareSystem(residuals, places, unknowns, entries, numeric, constant, varying)
+    return _SquareSystem(residuals, places, unknowns, entries, numeric, constant, varying, values)
 
 
 def _candidates(square: _SquareSystem, e: int) -> list[int]:
@@ -152,4 +154,12 @@ def _next_assignment(square: _SquareSystem, rows: list[int], columns: set[int]) 
 def _not_determined(square: _SquareSystem, rows: list[int]) -> str:
     quoted = "\n  ".join(dict.fromkeys(str(square.places[i]) for i in rows[:8]))
     names = sorted({square.unknowns[j].name() for i in rows for j in square.entries[i]})[:8]
-    return f"the equations below do not determine {', '.join(names)}: one of them repeats or contradicts the others\n  {quoted}"
+    zeros = _zeros(square, rows)
+    hint = f"; {' and '.join(zeros)} {'is' if len(zeros) == 1 else 'are'} 0" if zeros else ""
+    return f"the equations below do not determine {', '.join(names)}: one of them repeats or contradicts the others{hint}\n  {quoted}"
+
+
+def _zeros(square: _SquareSystem, rows: list[int]) -> list[str]:
+    """The parameters that are zero and take unknowns out of the equations, such as an inertia of 0."""
+    gone = [square.entries[i][j] for i in rows for j, number in square.numbers[i].items() if number == 0.0]
+    return sorted({s.name() for entry in gone for s in free_symbols(entry) if square.values.get(key(s)) == 0.0})

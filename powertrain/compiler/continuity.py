@@ -1,6 +1,6 @@
-"""Variables that must not jump: their derivative appears in the equations, and time signals determine them instead of a state.
+"""Variables that must not jump: the model contains their derivative, and signals determine them, alone or together with states.
 
-A jump of such a variable is an impulse. Examples: an exact speed source whose signal steps while an inertia turns with it, or a ratio
+A jump of such a variable is an impulse, unless a state without a derivative in the model, such as the slip of a clutch, jumps instead. Examples: an exact speed source whose signal steps while an inertia turns with it, or a ratio
 that steps between two inertias. A polygon as an exact position is a step in speed.
 """
 
@@ -22,17 +22,21 @@ _NAMES = 4
 
 
 def smooth_variables(
-    reduced: Reduced, tops: Mapping[int, int], resolver: Resolver, held: set[int]
+    reduced: Reduced, written: Mapping[int, int], resolver: Resolver, held: set[int], relative: set[int]
 ) -> tuple[Smooth, ...]:
-    """Variables below their highest derivative (``tops``) that depend on ``held`` values. ModelError if a signal makes one jump."""
-    bases = [(b, order) for b, top in tops.items() for order in range(top)]
+    """Variables below the highest derivative ``written`` in the model that depend on ``held`` values.
+
+    ModelError if a signal makes one jump that no ``relative`` state can keep.
+    """
+    bases = [(b, order) for b, top in written.items() for order in range(top)]
     expressions = resolver.now([reduced.derivative(reduced.symbols[b], order) for b, order in bases])
     found = []
     for base, expression in zip(bases, expressions, strict=True):
-        if any(key(s) in held for s in free_symbols(expression)):
+        inside = {key(s) for s in free_symbols(expression)}
+        if inside & held:
             names, unit = _names(reduced, base)
             found.append(Smooth(names, unit, expression))
-            for entry in reduced.flat.recorder.schedules:
+            for entry in () if inside & relative else reduced.flat.recorder.schedules:
                 _check(entry, found[-1])
     return tuple(found)
 

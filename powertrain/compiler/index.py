@@ -26,11 +26,12 @@ VARYING = 35
 
 
 class Differentiated:
-    """Equations with all their derivatives, and the highest derivative of every variable."""
+    """Equations with all their derivatives, and the highest derivative of every variable: ``written`` in the model, and now."""
 
     def __init__(self, reduced: Reduced, known: set[int]) -> None:
         self.reduced, self.known = reduced, known
         self.top: dict[int, int] = {}
+        self.written: dict[int, int] = {}
         self.chains: list[list[Symbol]] = []
         self.places: list[Place] = []
         self.incidence: list[list[Base]] = []
@@ -103,6 +104,7 @@ def differentiate(reduced: Reduced, known: set[int]) -> Differentiated:
     for base in reduced.symbols:
         if base not in reduced.aliases and base not in known:
             system.top.setdefault(base, 0)
+    system.written = dict(system.top)
     for equation in reduced.equations:
         system.add(equation)
     return system

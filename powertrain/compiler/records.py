@@ -10,15 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.flatten import Flat
+from powertrain.compiler.index import generic
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.torques import LawTorque, is_prescribed, limits_follow
-from powertrain.dae.hybrid import Contact, Friction, Guard, HybridDae, Opened, Reset, Switch, When
+from powertrain.dae.hybrid import Contact, Friction, Guard, HybridDae, Opened, Reset, Switch, TimeSignal, When
 from powertrain.dae.tolerances import alone_tolerance
 from powertrain.errors import ModelError
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw
 from powertrain.language.recorder import GuardEntry, Place, SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
+
+_NO_TURN = 1e-12
+"""Slopes of motions below this are round-off: t0 - t0 in larger expressions."""
 
 
 @dataclass(frozen=True)
@@ -130,6 +134,25 @@ def with_impacts(dae: HybridDae, resolver: Resolver, held: Held) -> HybridDae:
     slopes = ca.jacobian(column([*resolver.opened(rates), *speeds]), column(resolver.tau))[:, laws]
     (response,) = resolver.close([slopes @ ca.diag(ca.DM([b.sense for b in dae.barriers]))])
     return replace(dae, impact_x=response[: len(rates), :], impact_a=response[len(rates) :, :])
+
+
+def with_turns(dae: HybridDae) -> HybridDae:
+    """Mark the signals at whose corners a motion of a law jumps, or a variable that must not.
+
+    Where it does, it depends on the slope at t0, at which the values of all slopes agree.
+    """
+    return replace(dae, schedules=tuple(replace(s, turns=_turns(dae, s)) for s in dae.schedules))
+
+
+def _turns(dae: HybridDae, signal: TimeSignal) -> bool:
+    start, slope = dae.m[signal.index], dae.m[signal.index + 2]
+    motions = ca.vertcat(dae.motions, *(s.value for s in dae.smooth))
+    if not (motions.numel() and ca.depends_on(motions, slope)):
+        return False
+    at_corner = ca.substitute(ca.jacobian(motions, slope), dae.t, start)
+    symbols = ca.symvar(at_corner)
+    values = ca.Function("pt_turns", [column(symbols)], [at_corner])([generic(s) for s in symbols])
+    return not (np.abs(np.array(values)) < _NO_TURN).all()
 
 
 def switch_records(entries: Sequence[SwitchEntry], resolver: Resolver, held: Held) -> tuple[Switch, ...]:

@@ -14,7 +14,7 @@ import math
 
 import casadi as ca
 
-from powertrain.dae.hybrid import Barrier, Friction, HybridDae
+from powertrain.dae.hybrid import JUMPED, Barrier, Friction, HybridDae
 from powertrain.dae.tolerances import CREEP, EPS, INTEGRATED, NO_WIDTH, SWIFT, YIELDING, ZONE
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
@@ -235,8 +235,8 @@ def idles(dae: HybridDae, law: Friction) -> ca.SX:
 
 
 def struck(barrier: Barrier, jumped: ca.SX) -> ca.SX:
-    """Whether a reset or an impact throws a one-way law backward."""
-    return ca.logic_and(jumped > 1, barrier.speed < -ZONE)
+    """Whether a jump throws a one-way law backward; a start must not."""
+    return ca.logic_and(jumped == JUMPED, barrier.speed < -ZONE)
 
 
 def steady_margins(law: Friction) -> dict[float, ca.SX]:

@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 
 from powertrain.dae.tolerances import EPS, LEAST_TORQUE, ZONE
 
+START, JUMPED = 1.0, 2.0
+"""Speeds may be new since modes were found: at a start, which must not need an impact; by an event, which may cause one."""
+
 
 @dataclass(frozen=True)
 class Friction:
@@ -150,12 +153,16 @@ class When:
 
 @dataclass(frozen=True)
 class TimeSignal:
-    """A piecewise linear time signal; m[index:index+3] = (t0, y0, slope) of the current segment."""
+    """A piecewise linear time signal; m[index:index+3] = (t0, y0, slope) of the current segment.
+
+    ``turns``: its derivative is part of the speed of a law or contact, which then jumps at a corner.
+    """
 
     name: str
     index: int
     times: NDArray[np.float64]
     values: NDArray[np.float64]
+    turns: bool = False
 
 
 @dataclass(frozen=True)
@@ -208,7 +215,8 @@ class HybridDae:
     """The symbols, the equations and the laws of one compiled model.
 
     ``opened`` is the model for given torques of the laws. ``impact_x`` and ``impact_a`` are the responses of the states and of the
-    barriers' speeds to their impulses. ``residual_places`` are the source lines of the residuals. ``smooth`` variables must not jump.
+    barriers' speeds to their impulses. ``residual_places`` are the source lines of the residuals. ``smooth`` variables must not jump,
+    ``relative`` states may: the model contains no derivative of them, but of a smooth variable that they determine with held values.
     ``nominal`` are the nominal sizes of x and z, the scale of their absolute tolerance. ``relations`` are the comparisons
     combined in the conditions of ``whens``; nothing else depends on their modes.
     """
@@ -232,6 +240,7 @@ class HybridDae:
     opened: Opened | None = None
     residual_places: tuple[str, ...] = ()
     smooth: tuple[Smooth, ...] = ()
+    relative: tuple[int, ...] = ()
     nominal: tuple[float, ...] = ()
     impact_x: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
     impact_a: ca.SX = field(default_factory=lambda: ca.SX(0, 0))
@@ -247,12 +256,33 @@ class HybridDae:
         return np.array(self.nominal or np.ones(self.x.numel() + self.z.numel()))
 
     @property
+    def free_held(self) -> list[int]:
+        """The places of the held values that are no modes of friction laws or contacts: an event may give them any value at once."""
+        modes = {i for law in self.frictions for i in (law.index, law.rests)} | {law.index for law in self.contacts}
+        return [i for i in range(self.m.numel()) if i not in modes]
+
+    @property
+    def motions(self) -> ca.SX:
+        """The speeds of friction laws, and the gaps of contacts with their speeds."""
+        return ca.vertcat(
+            *(law.w for law in self.frictions), *(e for law in self.contacts for e in (law.gap, law.speed))
+        )
+
+    def may_jump(self, motions: ca.SX) -> bool:
+        """Whether motions of laws depend on held values other than modes of laws."""
+        held = ca.vertcat(*(self.m[i] for i in self.free_held))
+        return bool(held.numel() and motions.numel() and ca.depends_on(motions, held))
+
+    @property
     def barriers(self) -> tuple[Barrier, ...]:
         """Contacts first, then one-way friction laws; empty if no speed can jump.
 
         A law that acts on no inertia, or has a prescribed speed, takes part in no impulse.
         """
-        if not (self.contacts or any(not reset.discrete for when in self.whens for reset in when.resets)):
+        resets = any(not reset.discrete for when in self.whens for reset in when.resets)
+        if not (
+            self.contacts or resets or self.relative or self.may_jump(ca.vertcat(*(law.w for law in self.frictions)))
+        ):
             return ()
         laws = [law for law in self.frictions if not (law.algebraic or law.prescribed)]
         contacts = (_contact_barrier(self.m, contact) for contact in self.contacts)

@@ -1,4 +1,7 @@
-"""Rejects jumps of variables that something with inertia follows exactly: their impulses would be lost silently."""
+"""Variables that must not jump, because something with inertia follows them: relative states keep them, or the run ends.
+
+An impulse would otherwise be lost in silence.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +17,16 @@ from powertrain.numerics.buffers import Array, Bound, Memory, zeros
 
 
 class Continuity:
-    """Compares the variables that must not jump on both sides of an event."""
+    """Keeps and compares the variables that must not jump on both sides of an event."""
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.memory = dae, memory
         self._y, self._m, self._excess = np.zeros_like(memory.y[0]), np.zeros_like(memory.m), zeros(1)
         values = ca.densify(ca.vertcat(*[s.value for s in dae.smooth]))
-        self._function = ca.Function("powertrain_smooth", [dae.t, dae.x, dae.z, dae.m, dae.p], [values])
+        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
+        self._function = ca.Function("powertrain_smooth", inputs, [values])
+        relative = ca.densify(ca.jacobian(values, dae.x)[:, list(dae.relative)])
+        self._jacobian = ca.Function("powertrain_relative", inputs, [relative])
         compared, left = self._compared(), [self._y, self._m]
         right = [[memory.time, *left, y, memory.m, memory.p] for y in memory.y]
         self._compare = [Bound(compared, arguments, [self._excess]) for arguments in right]
@@ -39,6 +45,28 @@ class Continuity:
     def before(self, side: int) -> None:
         """Keep the left limit."""
         self._m[:], self._y[:] = self.memory.m, self.memory.y[side]
+
+    def carry(self, side: int) -> bool:
+        """Give relative states the values with which no variable jumps that must not; False if none changes or that is impossible.
+
+        A speed against a source jumps with the source, so that what has inertia keeps its own speed.
+        """
+        memory, places = self.memory, list(self.dae.relative)
+        if not places or self._m.tobytes() == memory.m.tobytes():
+            return False
+        y = memory.y[side]
+        wanted, reached = self._values(self._m, y), self._values(memory.m, y)
+        change = np.linalg.lstsq(self._slopes(y), wanted - reached, rcond=None)[0]
+        moved = y.copy()
+        moved[places] += change
+        excess = np.abs(self._values(memory.m, moved) - wanted) - JUMP * (1 + np.abs(wanted))
+        if (excess > 0).any():
+            return False
+        self._m[:] = memory.m
+        if (np.abs(change) <= JUMP * (1 + np.abs(y[places]))).all():
+            return False
+        y[:] = moved
+        return True
 
     def check(self, side: int, reset: bool) -> None:
         """Raise SimulationError if held values made a variable jump.
@@ -72,7 +100,14 @@ class Continuity:
             "an infinite torque or force: let the signal change gradually, or use a source that is not exact."
         )
 
+    def _slopes(self, y: Array) -> Array:
+        """The derivatives of these variables with respect to the relative states."""
+        return self._evaluated(self._jacobian, self.memory.m, y)
+
     def _values(self, m: Array, y: Array) -> Array:
+        return self._evaluated(self._function, m, y).ravel()
+
+    def _evaluated(self, function: ca.Function, m: Array, y: Array) -> Array:
         dae, memory, n = self.dae, self.memory, self.dae.x.numel()
         arguments = (memory.time[0], y[:n], y[n : n + dae.z.numel()], m[: dae.m.numel()], memory.p[: dae.p.numel()])
-        return np.array(self._function(*arguments)).ravel()
+        return np.array(function(*arguments))

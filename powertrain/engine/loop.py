@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from powertrain.dae.hybrid import Guard
+from powertrain.dae.hybrid import JUMPED, Guard
 from powertrain.dae.tolerances import EPS, SHORTEST
 from powertrain.engine.chatter import Chatter
 from powertrain.engine.failure import not_finite, underflow
@@ -298,8 +298,7 @@ class Run:
         left = memory.y[self.side].copy()
         engine.admissible.check_rest(self.side)
         self._rest(held_left)
-        memory.jumped[0] = float(jumps)
-        resolver.resolve(self.side)
+        resolver.resolve(self.side, JUMPED if jumps else 0.0)
         engine.admissible.check(self.side)
         held = m.copy()
         changed = (held != held_left).nonzero()[0].tolist()
@@ -307,7 +306,7 @@ class Run:
             self._count()
             self.recorder.enter(held)
             self._choose()
-        if not jumps and not resolver.extra and self.catalogue.quiet.issuperset(changed):
+        if not (jumps or resolver.carried or resolver.extra) and self.catalogue.quiet.issuperset(changed):
             self._idle(located and not changed)
             self._refresh()
             return

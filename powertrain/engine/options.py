@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -54,7 +55,7 @@ def scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue]) -> TimeSig
         raise ParameterError(f"{error}; {wanted}") from None
     if times.size != values.size or not times.size or (np.diff(times) < 0).any():
         raise ParameterError(f"{what}: {wanted}")
-    return TimeSignal(schedule.name, schedule.index, times, values)
+    return replace(schedule, times=times, values=values)
 
 
 def compile_option(value: Any) -> Compile:

@@ -289,7 +289,8 @@ class Prepared:
             ]
         if self.algebra is not None and "newton" in functions:
             self.algebra.hasten(functions["newton"], memory)
-        self.resolver = ModeResolver(self.dae, memory, update, self.fresh, self.algebra)
+        carry = self.continuity.carry if self.continuity is not None else lambda _: False
+        self.resolver = ModeResolver(self.dae, memory, update, self.fresh, self.algebra, carry)
         self.admissible = Admissible(self.dae, memory, self.resolver.notes)
         inputs = [self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p]
         laws: list[Switch | When] = [*self.dae.relations, *(w for w in self.dae.whens if w.time is None)]

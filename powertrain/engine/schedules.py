@@ -36,7 +36,7 @@ class Schedules:
         self.owners: list[int] = owners[order].tolist()
         """The schedule of each breakpoint."""
         self.jumps: list[bool] = jumps[order].tolist()
-        """Whether it jumps there."""
+        """Whether it jumps there, or makes a motion jump."""
 
     def __bool__(self) -> bool:
         return bool(self.places)
@@ -76,7 +76,8 @@ def _segments(schedule: TimeSignal) -> tuple[list[float], Array]:
 
 
 def _breakpoints(schedule: TimeSignal) -> tuple[Array, NDArray[np.bool_]]:
-    """The distinct times, and where the values jump."""
+    """The distinct times, and where the signal jumps, or its derivative if that is part of a motion."""
     t, y = np.asarray(schedule.times, float), np.asarray(schedule.values, float)
     times = np.unique(t)
-    return times, np.isin(times, t[1:][(np.diff(t) == 0) & (np.diff(y) != 0)])
+    jumps = np.isin(times, t[1:][(np.diff(t) == 0) & (np.diff(y) != 0)])
+    return times, jumps | schedule.turns

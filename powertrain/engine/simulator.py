@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.hybrid import JUMPED, START, HybridDae
 from powertrain.dae.tolerances import ZONE
 from powertrain.engine.in_c import LoopInC
 from powertrain.engine.loop import Progress, Run
@@ -102,9 +102,9 @@ class Simulator(Prepared):
         self.rest[0].call()
         memory.y[0][:] = memory.y[1]
         self.keep_left(t, 0)
-        memory.m[: held.size], memory.jumped[0] = held, 1.0
+        memory.m[: held.size] = held
         memory.fire.fill(0.0)
-        self.resolver.resolve(0)
+        self.resolver.resolve(0, JUMPED)
         self.admissible.check(0)
         self.check_jumps(t, 0)
 
@@ -146,7 +146,6 @@ class Simulator(Prepared):
         """Find the modes of a start on side 0 of the buffers."""
         if self.algebra is not None and self.dae.frictions:
             self._guess_modes()
-        self.memory.jumped[0] = 1.0
         self.memory.fire.fill(0.0)
         self.resolver.forget()
         self.fire(t)
@@ -164,7 +163,7 @@ class Simulator(Prepared):
     def _resolve_start(self) -> None:
         m, y = self.memory.m.copy(), self.memory.y[0].copy()
         try:
-            self.resolver.resolve(0)
+            self.resolver.resolve(0, START)
         except SimulationError:
             self.memory.m[:], self.memory.y[0][:] = m, y
             self.admissible.check_speeds(0)

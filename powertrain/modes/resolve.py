@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from itertools import islice, product
 from typing import NoReturn
@@ -12,7 +12,7 @@ import numpy as np
 
 from powertrain.dae.contact import CLOSED, OPEN
 from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
-from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.hybrid import JUMPED, HybridDae
 from powertrain.dae.tolerances import ZONE
 from powertrain.errors import SimulationError
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
@@ -48,23 +48,29 @@ class ModeResolver:
         update: Sequence[Bound],
         fresh: Sequence[Bound],
         algebra: AlgebraicSolver | None,
+        carry: Callable[[int], bool],
     ) -> None:
-        self.dae, self.memory, self.algebra = dae, memory, algebra
+        self.dae, self.memory, self.algebra, self._carry = dae, memory, algebra, carry
         self.n = dae.x.numel()
         self._update, self._fresh = update, fresh
-        self._discontinuities = Discontinuities(dae, memory) if dae.whens or dae.contacts else None
+        self._discontinuities = Discontinuities(dae, memory) if dae.whens or dae.barriers else None
         self.extra: list[tuple[str, str]] = []
+        self.carried = False
         self.notes: list[str] = []
         self._unsolved: NotConsistent | None = None
         self.uniqueness = Uniqueness(dae, memory)
         self._pieces = set(self.uniqueness.pieces)
         self._rests = [f.rests for f in dae.frictions if f.rests is not None]
-        self._flags = view(memory.flags)
+        self._flags, self._jump = view(memory.flags), JUMPED
 
-    def resolve(self, side: int) -> None:
-        """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; uses and clears ``memory.fire`` and ``memory.jumped``."""
+    def resolve(self, side: int, jumped: float) -> None:
+        """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; uses and clears ``memory.fire``.
+
+        ``jumped``: ``START``, ``JUMPED`` if held values have jumped since the last modes, otherwise 0.
+        """
         memory = self.memory
-        self.extra, self._unsolved = [], None
+        memory.jumped[0], self._jump = jumped, jumped or JUMPED
+        self.extra, self.carried, self._unsolved = [], False, None
         if self._discontinuities is not None:
             self._discontinuities.impulses[:] = 0.0
         seen = set[bytes]()
@@ -116,10 +122,13 @@ class ModeResolver:
         memory, flags = self.memory, self._flags
         seen: set[bytes] = set()
         for _ in range(PASSES):
+            if self._jump == JUMPED and self._carry(side):
+                self.carried, memory.jumped[0] = True, JUMPED
             if not self._solvable(side):
                 return None
             self._apply_rules(side, slack)
-            if (flags[1] or flags[2]) and self._discontinuity(side):
+            # what is struck while held values still change the motions may not be struck by their last values
+            if (flags[1] or (flags[2] and not flags[6])) and self._discontinuity(side):
                 return False
             memory.fire.fill(0.0)
             memory.jumped[0] = 0.0
@@ -129,7 +138,7 @@ class ModeResolver:
             if key in seen:
                 return None
             seen.add(key)
-            memory.m[:], memory.jumped[0] = memory.held, flags[6]
+            memory.m[:], memory.jumped[0] = memory.held, self._jump * flags[6]
         return None
 
     @cached_property
@@ -227,7 +236,7 @@ class ModeResolver:
             others = [i for i in np.flatnonzero(m != memory.held).tolist() if i not in problem.laws.index]
             if held and not self._pieces.isdisjoint(others):
                 break
-            m[others], memory.jumped[0] = memory.held[others], self._flags[6]
+            m[others], memory.jumped[0] = memory.held[others], self._jump * self._flags[6]
         return None, ray
 
     def _jam(self, side: int, laws: set[int], pieces: int) -> NoReturn:
@@ -292,5 +301,5 @@ class ModeResolver:
         else:
             struck = np.flatnonzero(memory.closing).tolist()
             self.extra += [(name, "impact") for name in self._discontinuities.impact(side, struck)]
-        memory.jumped[0] = 2.0
+        memory.jumped[0] = JUMPED
         return True

@@ -30,9 +30,9 @@ class Pass:
 def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     """The mode rules.
 
-    ``fire`` marks timed laws whose instant is now. ``jumped`` is above 0 if speeds may have jumped since modes were found, above 1 if by a
-    reset or an impact. ``slack`` is 1 for modes from the complementarity problem and for single trials, else 0: a law at rest
-    that shares its motion with none, or is nonlinear in the torques, may then count as sliding while its rate is negative within its
+    ``fire`` marks timed laws whose instant is now. ``jumped`` is ``START``, ``JUMPED`` or 0. ``slack`` is 1 for modes from the
+    complementarity problem and for single trials, else 0: a law at rest that shares its motion with none, or is nonlinear in the torques,
+    may then count as sliding while its rate is negative within its
     uncertainty. Laws with a ``share`` do not depend on it.
     """
     held = [dae.m[i] for i in range(dae.m.numel())]
@@ -68,12 +68,10 @@ def _flags(dae: HybridDae, held: Sequence[ca.SX], edges: Sequence[ca.SX], closin
 
 def _jumps(dae: HybridDae, held: Sequence[ca.SX]) -> ca.SX:
     """Whether the new held values, other than modes of laws, make the speed of a law or a gap jump: a belt that a signal starts."""
-    modes = {i for law in dae.frictions for i in (law.index, law.rests)} | {law.index for law in dae.contacts}
-    others = [i for i in range(len(held)) if i not in modes]
-    motions = ca.vertcat(*(law.w for law in dae.frictions), *(e for law in dae.contacts for e in (law.gap, law.speed)))
-    places = [dae.m[i] for i in others]
-    if not places or not motions.numel() or not ca.depends_on(motions, ca.vertcat(*places)):
+    motions = dae.motions
+    if not dae.may_jump(motions):
         return ca.SX(0)
-    after = ca.substitute(motions, ca.vertcat(*places), ca.vertcat(*(held[i] for i in others)))
+    free = dae.free_held
+    after = ca.substitute(motions, ca.vertcat(*(dae.m[i] for i in free)), ca.vertcat(*(held[i] for i in free)))
     excess = ca.fabs(after - motions) - JUMP * (1 + ca.fabs(motions) + ca.fabs(after))
     return ca.SX(ca.mmax(ca.densify(excess)) > 0)

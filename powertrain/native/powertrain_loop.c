@@ -162,7 +162,7 @@ static int apply_resets(pt_model *a)
             if (!a->of->reset_discrete[i]) a->reset = a->which[k] = 1;
         }
     }
-    a->jumped[0] = 2;
+    a->jumped[0] = PT_JUMPED;
     return 0;
 }
 
@@ -176,6 +176,7 @@ static int newton(pt_model *a, double slack)
         apply_rules(a, slack);
         if (a->hosted && (a->flags[1] || a->flags[2])) return PT_ASK;
         if (a->flags[1]) return apply_resets(a);
+        if (a->flags[2] && !a->flags[6]) return PT_IMPACT;
         clear(a->fire, a->n->timed);
         a->jumped[0] = 0;
         if (!a->flags[0]) return 1;
@@ -183,7 +184,7 @@ static int newton(pt_model *a, double slack)
         for (int i = 0; i < pass; i++)
             if (same(a->seen + i * m, a->m, m)) return PT_MODES;
         copy(a->m, a->held, m);
-        a->jumped[0] = a->flags[6];
+        a->jumped[0] = PT_JUMPED * a->flags[6];
     }
     return PT_MODES;
 }
@@ -687,7 +688,7 @@ static int event(pt_model *a, int found)
     else if (!found && !jumps && turns(a)) return PT_OK;
     if (a->every_mode) return ask(a, crossed);
     hold(a);
-    a->jumped[0] = jumps;
+    a->jumped[0] = jumps ? PT_JUMPED : 0;
     int status = resolve(a);
     if (a->hosted && (status || a->flags[5] > 0)) return ask(a, crossed);
     if (status) return status;
@@ -708,7 +709,7 @@ int pt_begin(pt_model *a)
             copy(a->before, a->held_left, a->n->m);
             hold(a);
         }
-        a->jumped[0] = 1;
+        a->jumped[0] = a->begun ? PT_JUMPED : PT_START;
         clear(a->fire, a->n->timed);
         status = resolve(a);
     }

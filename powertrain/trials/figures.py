@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 import powertrain as pt
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.transmissions import Shiftable, VariableTransmission
+from powertrain.components.transmissions.power_shift import ShiftedGears
 from powertrain.components.wheels import WheelBrake
 from powertrain.figures.plot import axes_of
 from powertrain.language.component import children
@@ -140,7 +141,7 @@ def plot_powers(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     time = flow.data["time"].values
     brakes = [flow.data["loss"].sel(component=path).values / 1e3 for path in parts_of(run.plant.model, WheelBrake)]
     ax.plot(time, np.sum(brakes, axis=0), color="C3", lw=0.9, label="into the brakes")
-    for unit in parts_of(run.plant.model, VariableUnit):
+    for unit in variators(run.plant.model):
         share = flow.variator(unit)
         power = share["power"].values / 1e3
         ax.plot(time, power, color="C0", lw=0.9, label=f"into {unit}")
@@ -248,6 +249,11 @@ def parts_of(model: pt.Component, kind: type[pt.Component], path: str = "") -> I
             yield f"{path}{name}"
         else:
             yield from parts_of(part, kind, f"{path}{name}.")
+
+
+def variators(model: pt.Component) -> Iterator[str]:
+    """The paths of all variable units; the gears of a power-shift gearbox, which has steps, are none."""
+    return (path for path in parts_of(model, VariableUnit) if not isinstance(value_at(model, path), ShiftedGears))
 
 
 def _short(lost: Any, path: str) -> str:

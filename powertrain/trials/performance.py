@@ -35,7 +35,7 @@ def full_accelerator(
     """Accelerate from rest with the pedal fully pressed until the top speed is reached, in steps of one minute.
 
     ``starts``: initial values by name, such as ``{"battery.soc": 0.95}``. ``options`` are those of ``plant.simulate``.
-    Errors: SimulationError if that takes more than ten minutes, if the vehicle does not move, and if a gear is not engaged.
+    Errors: SimulationError if that takes more than ten minutes, if the vehicle does not move forward, and if a gear is not engaged.
     """
     if taken := sorted({"stop", "points", "times"} & options.keys()):
         raise pt.ParameterError(f"full_accelerator: {taken[0]} cannot be given: the run ends at the top speed")
@@ -55,14 +55,21 @@ def full_accelerator(
 
 
 def _check_moving(result: pt.Result[Any]) -> None:
-    """SimulationError, with the run, if the vehicle does not move."""
+    """SimulationError, with the run, if the vehicle does not move forward."""
     parts = anatomy(result.model)
     path = result[f"{parts.the('body')}.s"]
-    if abs(path[-1] - path[0]) < MOVES:
+    way = float(path[-1] - path[0])
+    if way <= -MOVES:
+        raise pt.SimulationError(
+            f"{parts.vehicle} moves backward: with the accelerator fully pressed it covers {way:.3g} m in {result.time[-1]:.0f} s. "
+            "Check the signs of the ratios between engine or machine and wheels",
+            result,
+        )
+    if way < MOVES:
         check = "Check the torque at low speed, what closes the clutch and selects the gear, and what holds the brakes"
         reason = next(filter(None, (empty(result, battery) for battery in parts.batteries)), check)
         raise pt.SimulationError(
-            f"{parts.vehicle} does not move: with the accelerator fully pressed it covers {abs(path[-1] - path[0]):.2g} m in "
+            f"{parts.vehicle} does not move: with the accelerator fully pressed it covers {abs(way):.2g} m in "
             f"{result.time[-1]:.0f} s. {reason}",
             result,
         )

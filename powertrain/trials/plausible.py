@@ -9,12 +9,13 @@ import numpy as np
 
 import powertrain as pt
 from powertrain.components.body import CoastDownBody, DrivenAxle, LumpedAxle
-from powertrain.components.control import SpeedSchedule
+from powertrain.components.control import BlendedBraking, SpeedSchedule
 from powertrain.components.rotational import Clutch
 from powertrain.components.transmissions import (
     DualClutchGearbox,
     ManualGearbox,
     PowerShiftGearbox,
+    StartingConverter,
     StartingGearbox,
     SynchronisedGearbox,
 )
@@ -54,6 +55,8 @@ MACHINE, SHIFT = 3000.0, 40.0
 """Speed of a machine [rad/s], and of a car that shifts up with the accelerator released [m/s]; usual ones are below."""
 BRAKING = 3.0
 """Deceleration with the brakes fully pressed [m/s2]; the regulations demand 5."""
+BLENDED = 0.75, 1.33
+"""Force of the brakes over the one that the control of blended braking assumes."""
 GEARBOXES = ManualGearbox, SynchronisedGearbox, DualClutchGearbox, PowerShiftGearbox
 GRAVITY, KWH, SPEEDS = 9.80665, 3.6e6, 200
 
@@ -76,6 +79,7 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
         *_resistances(vehicle, parts),
         *(text for path in parts.machines for text in _losses(path, value_at(vehicle, path))),
         *_clutches(vehicle, parts),
+        *_standing(vehicle, parts),
         *_synchronisers(vehicle, parts),
         *_overall_ratio(vehicle, parts),
     )
@@ -152,7 +156,7 @@ def _speeds(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
 
 
 def _brakes(vehicle: pt.Component, path: str, body: Any) -> Iterator[str]:
-    """Brakes that are too weak for the mass, such as those of a car on a truck."""
+    """Brakes that are too weak for the mass, such as those of a car on a truck, or not those that the control counts on."""
     m, force = _number(body, "m"), 0.0
     for _, axle in children(vehicle):
         torque = sum(_number(part, "tau_max") or 0.0 for _, part in children(axle) if isinstance(part, WheelBrake))
@@ -163,6 +167,13 @@ def _brakes(vehicle: pt.Component, path: str, body: Any) -> Iterator[str]:
             f"the brakes decelerate {path}.m = {m:g} kg with {force / m:.2g} m/s2 at most, which is little; "
             "this is their tau_max over the radius of the wheels and the mass"
         )
+    for name, control in children(vehicle):
+        F_brake = _number(control, "F_brake") if isinstance(control, BlendedBraking) else None
+        if F_brake and force and not BLENDED[0] <= force / F_brake <= BLENDED[1]:
+            yield (
+                f"{name}.F_brake = {F_brake:.4g} N, but the brakes give {force:.4g} N with the pedal fully pressed (tau_max over the "
+                "radius of the wheels): with regeneration the vehicle would brake differently than without"
+            )
 
 
 def _stored(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
@@ -234,6 +245,20 @@ def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
                     f"{prefix}{name} slips at full load: it holds {holds:.4g} N.m, {parts.engines[0]} gives up to {torque:.4g} N.m; "
                     f"{prefix}{name}.fn_max = {fn_max * torque / holds:.4g} N would hold them"
                 )
+
+
+def _standing(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
+    """A clutch that the control presses while the engine idles, so that it drags while the vehicle stands."""
+    if len(parts.engines) != 1 or any(isinstance(part, StartingConverter) for _, part in children(vehicle)):
+        return
+    idle = _number(value_at(vehicle, parts.engines[0]), "w_idle")
+    for name, part in children(vehicle):
+        w_open = _number(part, "w_open")
+        if idle and w_open and w_open < idle:
+            yield (
+                f"{name}.w_open = {w_open:g} rad/s is below the idle speed {parts.engines[0]}.w_idle = {idle:g} rad/s: the clutch drags "
+                f"while the vehicle stands; give {name} a w_open above it, and a w_closed above that"
+            )
 
 
 def _synchronisers(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:

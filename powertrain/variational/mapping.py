@@ -86,6 +86,8 @@ class Mapping:
         conditions = ca.densify(column([w.g for w in combined]))
         self.combined = [w.index for w in combined]
         self.conditions = ca.Function("powertrain_combined", system.dae.arguments, [conditions])
+        reset = {*system.discretes, *(w.index for w in dae.whens)}
+        self.given = [i for i in dae.free_held if i not in reset]
         self._curvatures: dict[object, Curvature] = {}
 
     def _barriers(self) -> Partials:
@@ -108,6 +110,7 @@ class Mapping:
         if follow := self._following(run, k, now, rising):
             self._reset(run, k, now, follow)
         if struck := self._struck(run, k):
+            now.m[self.given] = right_m[self.given]  # switches and signals strike with their new values
             self._impact(run, k, now, struck)
         reached = np.concatenate([now.x, now.m[self.system.discretes]])
         found = np.concatenate([events.right.x[k], right_m[self.system.discretes]])

@@ -72,7 +72,7 @@ class Saltation:
         self.before, self.values = Partials(system, self.asked), Many(system.dae.arguments, self.asked)
         self.instants = EventLaws(system, self.indicators, self.timed, self.sticking)
         self.speeds = Partials(system, column([law.w for law in self.sticking]))
-        self.mapping = Mapping(system) if dae.whens or dae.contacts else None
+        self.mapping = Mapping(system) if dae.whens or dae.barriers or dae.relative else None
 
     def jumps(self, run: Record) -> list[SaltationMap]:
         """One jump for each event of a run. NotDifferentiable names an event that has none."""
@@ -104,7 +104,7 @@ class Saltation:
             carried = self.mapping.map(run, k, {shift.index for shift in shifts})
             if carried is None:
                 raise NotDifferentiable(
-                    f"at t = {t:.9g} s resets or impacts follow one another at the same instant "
+                    f"at t = {t:.9g} s resets or impacts follow one another at the same instant, or a source jumps under a law "
                     f"({self.instants.names(run, k)}); the derivative of the run cannot be computed there"
                 )
             s[:n, :n], q[:n], rate[:n] = carried.s, carried.q, carried.t

@@ -70,9 +70,9 @@ def test_corners_are_passed_at_once_unless_a_law_has_to_change(monkeypatch: pyte
     resolved: list[float] = []
     resolve = ModeResolver.resolve
 
-    def count(resolver: ModeResolver, side: int) -> None:
+    def count(resolver: ModeResolver, side: int, jumped: float) -> None:
         resolved.append(float(resolver.memory.time[0]))
-        resolve(resolver, side)
+        resolve(resolver, side, jumped)
 
     monkeypatch.setattr(ModeResolver, "resolve", count)
     run = Simulator(on_a_moving_ground()).run([0.0], [], stop=5.0)

@@ -107,6 +107,29 @@ def test_input_that_is_not_connected() -> None:
     )
 
 
+class Pressed(pt.Component):
+    """A disc between two clutches, which friction alone turns where it has no inertia."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    first: rot.Clutch = rot.Clutch(fn_max=10.0)
+    disc: rot.Inertia = rot.Inertia(J=0.0)
+    second: rot.Clutch = rot.Clutch(fn_max=10.0)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+    press: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.first.flange_a)
+        yield pt.connect(self.first.flange_b, self.disc.flange_a)
+        yield pt.connect(self.disc.flange_b, self.second.flange_a)
+        yield pt.connect(self.second.flange_b, self.J2.flange_a)
+        yield pt.connect(self.press.y, self.first.f_normalized, self.second.f_normalized)
+
+
+def test_an_inertia_of_zero_is_named() -> None:
+    said = "one of them repeats or contradicts the others; disc.J is 0"
+    refused(pt.ModelError, said, do=lambda: pt.compile(Pressed()))
+
+
 class MissingEquation(pt.Component):
     """Two unknowns, one equation."""
 

@@ -73,6 +73,7 @@ def test_wrong_kind_in_a_slot(given: dict[str, Any], said: list[str]) -> None:
         ({"starts": {"J1.w": float("nan")}}, ["starts: J1.w = nan is not a finite number"]),
         ({"guesses": {"J1.ww": 1.0}}, ["guesses: the model has no variable J1.ww", "J1.w"]),
         ({"inputs": {"torque": 1.0}}, ["no input torque"]),
+        ({"inputs": {"J1.J": 1.0}}, ["no input J1.J; it is a parameter", 'parameters={"J1.J": ...}']),
         ({"stop": -1.0}, ["stop = -1 s is before start = 0 s"]),
         ({"stop": float("nan")}, ["stop = nan s"]),
         ({"times": [0.0, 2.0]}, ["times: 2 s lies outside the simulated span [0, 1] s"]),

@@ -9,7 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from small_models import Belt
+from small_models import Belt, Body, Floor, Overrunning
 
 import powertrain as pt
 from powertrain.components import rotational as rot
@@ -31,6 +31,25 @@ class Reset(pt.Component):
     def equations(self) -> pt.Equations:
         yield self.belt.u.value == self.d
         yield pt.when(pt.time > 0.3, pt.reinit(self.d, 1.0))
+
+
+class Shifted(pt.Component):
+    """The place of the belt is a polygon: its speed is 1 m/s from 0.3 to 0.6 s."""
+
+    belt: Belt = Belt()
+    place: pt.Variable = pt.variable("m", "place of the belt")
+
+    def equations(self) -> pt.Equations:
+        yield self.place == pt.schedule([0.0, 0.3, 0.6, 1.0], [0.0, 0.0, 0.3, 0.3])
+        yield self.belt.u.value == pt.der(self.place)
+
+
+@pytest.mark.parametrize("compile", [False, True])
+def test_a_load_slips_on_a_belt_whose_place_has_corners(compile: bool) -> None:
+    """2 N make it 0.6 m/s in 0.3 s, and stop it as fast. It had the speed of the belt at once."""
+    result = pt.simulate(Shifted(), 1.0, compile=compile)
+    np.testing.assert_allclose(result.at([0.3, 0.4, 0.6, 0.7, 0.95], "belt.v"), [0.0, 0.2, 0.6, 0.4, 0.0], atol=1e-9)
+    assert not pt.compile(Belt()).compiled.dae.schedules[0].turns
 
 
 @pytest.mark.parametrize("compile", [False, True])
@@ -64,56 +83,71 @@ def test_a_belt_of_many_speeds(seed: int) -> None:
     assert run["v"] == pytest.approx(expected, abs=1e-8)
 
 
-class Overrunning(pt.Component):
-    """1 kg on a belt that may only push it forward; 0.1 N hold it back."""
-
-    u: pt.Input = pt.signal_input("m/s", "speed of the belt")
-    v: pt.Variable = pt.variable("m/s", "speed", start=0.0)
-    f: pt.Variable = pt.variable("N", "force of the belt")
-
-    def equations(self) -> pt.Equations:
-        yield pt.der(self.v) == self.f - 0.1
-        yield pt.friction(self.v - self.u.value, -self.f, -math.inf, 0.0, name="belt")
-
-
-def test_a_freewheel_overruns_a_belt_that_stops_and_is_not_thrown_forward() -> None:
+def test_a_freewheel_overruns_a_belt_that_stops_and_is_struck_by_one_that_starts() -> None:
     """It went backward with the belt at once, and forward by an impulse of which nothing was said."""
     plant = pt.compile(Overrunning())
 
-    def end(speed: float) -> float:
-        return float(plant.simulate(1.0, inputs={"u": ([0.0, 0.5, 0.5, 1.0], [0.0, 0.0, speed, speed])})["v"][-1])
+    def run(speed: float) -> pt.Result[Overrunning]:
+        return plant.simulate(1.0, inputs={"u": ([0.0, 0.5, 0.5, 1.0], [0.0, 0.0, speed, speed])})
 
-    assert end(-1.0) == pytest.approx(-0.05)
+    assert run(-1.0)["v"][-1] == pytest.approx(-0.05)
+    assert run(1.0)["v"][-1] == pytest.approx(1.0)
+    assert [(e.time, e.kind) for e in run(1.0).events] == [(0.5, "impact")]
+    hand = plant.start()
+    hand.step(0.5, u=0.0)
+    hand.step(0.5, u=1.0)
+    assert hand["v"] == pytest.approx(1.0)
     with pytest.raises(
-        pt.SimulationError, match=r"belt .* moves backward at t = 0\.5 s, where its torque has no limit"
+        pt.InitializationError, match=r"belt .* moves backward at t = 0 s, where its torque has no limit"
     ):
-        end(1.0)
+        plant.simulate(1.0, inputs={"u": 1.0})
 
 
-class Body(pt.Component):
-    """Partial: 1 kg above a floor, on which it lies at the start."""
+class Undone(pt.Component):
+    """A belt whose speed is switched on, and off by another switch at the same instant."""
 
-    start: pt.Parameter = pt.parameter("m", "height at the start", default=0.0)
-    x: pt.Variable = pt.variable("m", "height")
-    v: pt.Variable = pt.variable("m/s", "speed", start=0.0)
-    f: pt.Variable = pt.variable("N", "force of the floor")
-
-    def falling(self, floor: pt.Symbol | float = 0.0) -> pt.Equations:
-        yield pt.der(self.x) == self.v
-        yield pt.der(self.v) == self.f - 10.0
-        yield pt.unilateral(self.x - floor, self.f, name="floor")
-
-    def initial(self) -> pt.Equations:
-        yield self.x == self.start
-
-
-class Floor(Body):
-    """The height of the floor is given."""
-
-    h: pt.Input = pt.signal_input("m", "height of the floor")
+    on: Overrunning = Overrunning()
+    a: pt.Variable = pt.variable("1", "1 from 0.5 s on")
 
     def equations(self) -> pt.Equations:
-        yield from self.falling(self.h.value)
+        yield self.a == pt.switch(pt.time < 0.5, 0.0, 1.0)
+        yield self.on.u.value == self.a - pt.switch(self.a > 0.5, 1.0, 0.0)
+
+
+def test_a_jump_that_another_switch_undoes_strikes_nothing() -> None:
+    result = pt.simulate(Undone(), 1.0)
+    assert {e.kind for e in result.events} == {"switch"}
+    assert result["on.v"][-1] == pytest.approx(0.0, abs=1e-12)
+
+
+class Struck(pt.Component):
+    """A mass that a belt takes along from an instant on, and another on a spring behind it."""
+
+    speed: pt.Parameter = pt.parameter("m/s", "Speed of the belt", default=1.0)
+    instant: pt.Parameter = pt.parameter("s", "When it starts", default=0.3)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=0.0)
+    w: pt.Variable = pt.variable("m/s", "Speed of the other mass", start=0.0)
+    x: pt.Variable = pt.variable("m", "Compression", start=0.0)
+    f: pt.Variable = pt.variable("N", "Force of the belt")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.v) == self.f - 0.1
+        yield pt.der(self.x) == self.v - self.w
+        yield pt.der(self.w) == 5.0 * self.x
+        yield pt.friction(self.v - pt.switch(pt.time < self.instant, 0.0, self.speed), -self.f, -math.inf, 0.0)
+
+
+def test_the_gradient_passes_through_the_impact() -> None:
+    """w = u (1 - cos(a (1 s - T))) with a^2 = 5/s2, as the belt keeps the mass at u from T on."""
+    angle = math.sqrt(5.0) * 0.7
+    result = pt.simulate(Struck(), 1.0, rtol=1e-10)
+    found = pt.gradient(result, "w", ["speed", "instant"])
+    assert result["w"][-1] == pytest.approx(1.0 - math.cos(angle))
+    assert found["speed"] == pytest.approx(1.0 - math.cos(angle))
+    assert found["instant"] == pytest.approx(-math.sqrt(5.0) * math.sin(angle))
+    second = pt.hessian(Struck(), "w", ["speed", "instant"], stop=1.0)
+    mixed = -math.sqrt(5.0) * math.sin(angle)
+    np.testing.assert_allclose(second, [[0.0, mixed], [mixed, 5.0 * math.cos(angle)]], atol=1e-5)
 
 
 def floor(height: float) -> tuple[list[float], list[float]]:

@@ -10,6 +10,7 @@ from test_rear_drive import KINDS
 
 import powertrain as pt
 from powertrain.components.body import (
+    Axle,
     CentreDifferential,
     DrivenAxle,
     LumpedAxle,
@@ -19,7 +20,7 @@ from powertrain.components.control import OpenPedals
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.gearless.circular_cam import CircularCamDifferential
 from powertrain.components.transmissions import Automatic
-from powertrain.trials import CycleRun, drive_cycle
+from powertrain.trials import CycleRun, drive_cycle, driveline_map
 from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.dual_clutch_car import DualClutchCar
 from powertrain.vehicles.electric_car import ElectricCar
@@ -129,6 +130,21 @@ def test_in_a_bend_the_centre_differential_works() -> None:
 def test_axles_that_do_not_fit_are_refused(given: dict[str, Any], said: str) -> None:
     with pytest.raises(pt.ModelError, match=said):
         pt.compile(ManualCar(**given))
+
+
+class Beam(Axle):
+    """An axle of one's own, which says nothing about slip."""
+
+    wheels: RollingAxle = RollingAxle()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.wheels.axle, self.axle)
+        yield pt.connect(self.load, self.wheels.load)
+
+
+def test_a_map_names_an_axle_that_it_cannot_lump() -> None:
+    with pytest.raises(pt.ModelError, match=r"Beam does not define lumped\(\)"):
+        driveline_map(ManualCar(rear=Beam()), [10.0], [0.5])
 
 
 def test_wheels_that_cannot_turn_apart_need_a_centre_differential() -> None:

@@ -10,11 +10,12 @@ from matplotlib.patches import Rectangle
 import powertrain as pt
 from powertrain.cli.running import report
 from powertrain.components.cycles import DriveCycle
-from powertrain.trials import CycleRun, charge_corrected, drive_cycle, electric_share
+from powertrain.trials import CycleRun, charge_corrected, drive_cycle, electric_share, full_accelerator
 from powertrain.trials.anatomy import anatomy
 from powertrain.trials.figures import plot_energy
 from powertrain.trials.sankey import plot_energy_flow
 from powertrain.vehicles.electric_car import ElectricCar
+from powertrain.vehicles.parallel_hybrid import ParallelHybrid
 
 STOP = DriveCycle("stop", ((0.0, 0.0), (12.0, 20.0), (20.0, 20.0), (32.0, 0.0), (36.0, 0.0)))
 
@@ -123,6 +124,28 @@ def test_two_speeds() -> None:
     assert run.time_outside == 0
     assert set(np.unique(run.result["schedule.gear"])) == {1.0, 2.0}
     assert run.audit.closure < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("car", "ratio", "w_limit"),
+    [
+        (pt.replace(ElectricCar.two_speed(), {"gearbox.ratios": (6.0, 1.9)}), 6.0 * 3.6, 1680.0),
+        (pt.replace(ParallelHybrid(), {"front.final_drive.ratio": 8.0}), 3.8 * 8.0, 680.0),
+    ],
+    ids=["electric", "hybrid"],
+)
+def test_shifts_up_before_the_limit_in_first_gear(car: pt.Component, ratio: float, w_limit: float) -> None:
+    """Shift speeds made for longer gears: with the pedal pressed they lie beyond the speed that first gear reaches at the limit."""
+    schedule = car.schedule  # type: ignore[attr-defined]
+    assert schedule.speeds[0][0] * (1 + float(schedule.eager)) > w_limit * 0.3 / ratio
+    result = full_accelerator(car)
+    assert result["schedule.gear"][-1] > 1
+    assert result["body.v"].max() > 1.5 * w_limit * 0.3 / ratio
+
+
+def test_what_drives_backward_is_refused() -> None:
+    with pytest.raises(pt.SimulationError, match=r"ElectricCar moves backward: .* it covers -.* Check the signs"):
+        full_accelerator(pt.replace(ElectricCar(), {"front.final_drive.ratio": -3.6}))
 
 
 def test_anatomy() -> None:

@@ -144,3 +144,14 @@ def test_two_driven_axles_start() -> None:
     result = plant.simulate(1.0)
     assert result["rear.left.Fz"][0] == pytest.approx(result["rear.left.fn"][0])
     assert result["actuator.ratio"][0] == pytest.approx(-0.35)
+
+
+def test_charges_a_flywheel_from_rest() -> None:
+    """Its energy is the work of the engine's crank less what the parts between them lose and store; it ends like one that begins slowly."""
+    runs = [drive_cycle(FlywheelHybrid(), TOWN.part(0, 40), starts={"flywheel.w": w}, rtol=1e-7) for w in (0.0, 0.1)]
+    for run in runs:
+        _balanced(run)
+    assert runs[0].result["flywheel.w"][0] == 0
+    ends = [run.result["flywheel.w"][-1] for run in runs]
+    assert ends[0] > 600
+    assert ends[0] == pytest.approx(ends[1], rel=2e-3)

@@ -91,6 +91,11 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
             ["the brakes decelerate body.m = 12000 kg with 1.2 m/s2 at most"],
         ),
         (
+            ElectricCar(),
+            {"front.brakes.tau_max": 9000},  # (9000 + 1500) N.m/0.3 m
+            ["control.F_brake = 1.5e+04 N, but the brakes give 3.5e+04 N"],
+        ),
+        (
             ManualCar(),
             {"gearbox.synchronisers[0].fn_max": 190},
             ["gearbox.synchronisers[0] slides at full load: its dogs hold 512.4 N.m"],
@@ -107,7 +112,19 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
                 "turns at 150 rpm",
             ],
         ),
-        (ManualCar(), {"engine.w_idle": 85 * 9.55}, ["engine.w_idle = 811.75 rad/s is unusual (30 to 200 rad/s)"]),
+        (
+            ManualCar(),
+            {"engine.w_idle": 85 * 9.55},  # rpm without its unit
+            [
+                "engine.w_idle = 811.75 rad/s is unusual (30 to 200 rad/s)",
+                "schedule.w_open = 95 rad/s is below the idle",
+            ],
+        ),
+        (
+            ManualCar(),
+            {"engine.w_idle": "1500 rpm"},
+            ["schedule.w_open = 95 rad/s is below the idle speed engine.w_idle"],
+        ),
         (ManualCar(), {"engine.heating_value": 43}, ["engine.heating_value = 43 J/kg is unusual"]),
         (ManualCar(), {"engine.fuel_density": 0.745}, ["engine.fuel_density = 0.745 kg/m3 is unusual"]),
         (ManualCar(), {"engine.co2_per_fuel": 3170}, ["engine.co2_per_fuel = 3170 kg/kg is unusual"]),

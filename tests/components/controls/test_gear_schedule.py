@@ -10,7 +10,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.blocks import TimeTable
-from powertrain.components.control import GearSchedule, PowerShiftSchedule, StartStop
+from powertrain.components.control import FixedGear, GearSchedule, OperatingLineControl, PowerShiftSchedule, StartStop
 from powertrain.components.control.shift_rule import Driving
 from powertrain.presets.files import applied
 from powertrain.vehicles.manual_car import ManualCar
@@ -313,3 +313,9 @@ def test_every_rest_counts_anew(start: float) -> None:
 def test_runs_while_the_vehicle_does() -> None:
     result = pt.simulate(Stopping(v=TimeTable(table=((0.0, 5.0), (4.0, 0.0)))), stop=6, max_step=0.5)
     np.testing.assert_allclose(result.at([3.9, 3.95], "switch.on"), [1, 0])
+
+
+@pytest.mark.parametrize("control", [GearSchedule, FixedGear, OperatingLineControl])
+def test_a_clutch_that_closes_below_the_speed_at_which_it_opens_is_refused(control: type[Any]) -> None:
+    with pytest.raises(pt.ParameterError, match="w_open = 200 rad/s, w_closed = 160 rad/s"):
+        control(w_open=200)

@@ -1,0 +1,122 @@
+"""Random stacks of masses over floors that rise and fall in polygons, against Moreau's time stepping."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import powertrain as pt
+
+Array = NDArray[np.float64]
+STOP = 2.0
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Masses on springs to the ground with dampers, pulled down; mass i may lie on its own floor, and on mass i - 1.
+
+    ``floors``: heights at ``times``, by the number of the mass.
+    """
+
+    mass: Array
+    damping: Array
+    stiffness: Array
+    pull: Array
+    times: Array
+    floors: dict[int, Array]
+
+    @classmethod
+    def random(cls, rng: np.random.Generator) -> Stack:
+        n = int(rng.integers(1, 4))
+        times = np.concatenate([[0.0], np.sort(rng.uniform(0.1, 1.9, 4)).round(3), [2.5]])
+        floors = {i: rng.normal(0.0, 0.4, 6) for i in range(n) if i == 0 or rng.random() < 0.5}
+        values = (
+            rng.uniform(0.5, 2.0, n),
+            rng.uniform(0.0, 0.5, n),
+            rng.uniform(0.0, 3.0, n),
+            rng.uniform(-5.0, -0.5, n),
+        )
+        return cls(*values, times, floors)
+
+    @property
+    def start(self) -> Array:
+        """Every mass lies on what is below it."""
+        lowest = [self.floors[i][0] if i in self.floors else -math.inf for i in range(self.mass.size)]
+        return np.maximum.accumulate(lowest)
+
+    @property
+    def contacts(self) -> list[tuple[int, int]]:
+        """The mass above, and that below or -1 for a floor."""
+        return [(i, -1) for i in self.floors] + [(i, i - 1) for i in range(1, self.mass.size)]
+
+    def below(self, t: float) -> Array:
+        """The heights of the floors, and 0 where another mass is below."""
+        return np.array([np.interp(t, self.times, self.floors[i]) if j < 0 else 0.0 for i, j in self.contacts])
+
+
+def stepped(stack: Stack, h: float) -> Array:
+    """The final places: impulses act in contacts that are closed in the middle of a step, and end their approach."""
+    J = np.zeros((len(stack.contacts), stack.mass.size))
+    for row, (i, j) in zip(J, stack.contacts, strict=True):
+        row[i] = 1.0
+        if j >= 0:
+            row[j] = -1.0
+    x, v, impulse = stack.start, np.zeros_like(stack.mass), np.zeros(len(J))
+    inertia = stack.mass + h * stack.damping
+    G = (J / inertia) @ J.T
+    for k in range(round(STOP / h)):
+        middle = x + h / 2 * v
+        free = (stack.mass * v + h * (stack.pull - stack.stiffness * middle)) / inertia
+        closed = J @ middle <= stack.below((k + 0.5) * h)
+        goal = J @ free - (stack.below((k + 1) * h) - stack.below(k * h)) / h
+        impulse[~closed] = 0.0
+        change = math.inf
+        while change > 1e-12:
+            before = impulse.copy()
+            for n in np.flatnonzero(closed):
+                impulse[n] = max(0.0, impulse[n] - (goal[n] + G[n] @ impulse) / G[n, n])
+            change = float(np.abs(impulse - before).max())
+        v = free + J.T @ impulse / inertia
+        x = middle + h / 2 * v
+    return x
+
+
+def model(stack: Stack) -> pt.Component:
+    """The same equations for powertrain."""
+
+    def equations(self: Any) -> pt.Equations:
+        masses = range(stack.mass.size)
+        x, v = ([getattr(self, f"{letter}{i}") for i in masses] for letter in "xv")
+        net = [stack.pull[i] - stack.damping[i] * v[i] - stack.stiffness[i] * x[i] for i in masses]
+        for n, (i, j) in enumerate(stack.contacts):
+            force = getattr(self, f"f{n}")
+            floor = pt.schedule(stack.times.tolist(), stack.floors[i].tolist()) if j < 0 else x[j]
+            net[i] += force
+            if j >= 0:
+                net[j] -= force
+            yield pt.unilateral(x[i] - floor, force, name=f"contact{n}")
+        for i in masses:
+            yield pt.der(x[i]) == v[i]
+            yield float(stack.mass[i]) * pt.der(v[i]) == net[i]
+
+    fields: dict[str, Any] = {f"v{i}": pt.variable("m/s", "Speed", start=0.0) for i in range(stack.mass.size)}
+    fields |= {f"x{i}": pt.variable("m", "Place", start=float(s)) for i, s in enumerate(stack.start)}
+    fields |= {f"f{n}": pt.variable("N", "Force") for n in range(len(stack.contacts))}
+    members = fields | {"equations": equations, "__annotations__": dict.fromkeys(fields, pt.Variable)}
+    masses: pt.Component = type("Masses", (pt.Component,), members)()
+    return masses
+
+
+@pytest.mark.parametrize("seed", [*range(6), *(pytest.param(k, marks=pytest.mark.slow) for k in range(6, 60))])
+def test_a_stack_on_floors_with_kinks(seed: int) -> None:
+    """Where a floor turns upward it strikes the masses on it, where it turns downward they fly. Time stepping converges to that."""
+    stack = Stack.random(np.random.default_rng(seed))
+    result = pt.simulate(model(stack), STOP)
+    found = [result[f"x{i}"][-1] for i in range(stack.mass.size)]
+    coarse, fine = (float(np.abs(stepped(stack, h) - found).max()) for h in (1e-3, 2e-4))
+    assert fine < max(2e-3, 0.5 * coarse)
