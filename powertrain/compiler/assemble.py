@@ -29,7 +29,7 @@ from powertrain.compiler.records import (
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.source import Source, source_of
 from powertrain.compiler.structure import check_structure
-from powertrain.compiler.torques import LawTorque, add_rates, declare_torques
+from powertrain.compiler.torques import LawTorque, declare_torques, with_rates
 from powertrain.dae.hybrid import HybridDae, TimeSignal
 from powertrain.language.component import Component
 from powertrain.language.fields import NOMINAL
@@ -92,7 +92,7 @@ def compile_flat(flat: Flat) -> Compiled:
         known = {key(t.symbol) for t in torques}
         check_structure(reduced, torques)
         system = differentiate(reduced, known)
-        torques = add_rates(system, torques)
+        system, torques = with_rates(system, torques)
         states = select_states(system, _preferences(reduced, torques, others), values)
     solved = solve_blocks(system, states, values)
     return _assemble(system.reduced, states, solved, torques, others, values, system.written)

@@ -1,7 +1,8 @@
 """Variables that must not jump: the model contains their derivative, and signals determine them, alone or together with states.
 
-A jump of such a variable is an impulse, unless a state without a derivative in the model, such as the slip of a clutch, jumps instead. Examples: an exact speed source whose signal steps while an inertia turns with it, or a ratio
-that steps between two inertias. A polygon as an exact position is a step in speed.
+A jump of such a variable is an impulse, unless a state without a derivative in the model, such as the slip of a clutch, jumps instead.
+Examples: an exact speed source whose signal steps while an inertia turns with it, or a ratio that steps between two inertias. A polygon
+as an exact position is a step in speed.
 """
 
 from __future__ import annotations

@@ -37,6 +37,15 @@ class Differentiated:
         self.incidence: list[list[Base]] = []
         self.matching = Matching(self._highest)
 
+    def copied(self) -> Differentiated:
+        """A separate system to which equations can be added."""
+        other = Differentiated(self.reduced, self.known)
+        other.written, other.top, other.chains = self.written, dict(self.top), [list(chain) for chain in self.chains]
+        other.places, other.incidence = list(self.places), list(self.incidence)
+        other.matching.variable_of = dict(self.matching.variable_of)
+        other.matching.equation_of = dict(self.matching.equation_of)
+        return other
+
     def _highest(self, e: int) -> list[int]:
         return [b for b, order in self.incidence[e] if order == self.top[b]]
 

@@ -121,12 +121,12 @@ def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
     )
 
 
-def add_rates(system: Differentiated, torques: Sequence[LawTorque]) -> list[LawTorque]:
-    """Add the speeds and rates of the laws to the system; the laws with these.
+def with_rates(system: Differentiated, torques: Sequence[LawTorque]) -> tuple[Differentiated, list[LawTorque]]:
+    """The system with the speeds and rates of the laws, and the laws with these.
 
     A law's rate is the derivative of its relative speed, or the speed itself if the torque acts on the speed at once.
     """
-    symbols = dict(system.reduced.symbols)
+    system, symbols = system.copied(), dict(system.reduced.symbols)
     rate_of = system.reduced.flat.recorder.derivative
 
     def defined(name: str, expression: Symbol, place: Place) -> Symbol:
@@ -150,7 +150,7 @@ def add_rates(system: Differentiated, torques: Sequence[LawTorque]) -> list[LawT
 
     rates = [rated(torque) for torque in torques]
     system.reduced = replace(system.reduced, symbols=symbols)
-    return rates
+    return system, rates
 
 
 def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> bool:
