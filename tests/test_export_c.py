@@ -189,10 +189,18 @@ def test_long_runs_fill_the_record_many_times(tmp_path: Path, monkeypatch: pytes
     assert len(found.events) == len(wanted.events)
 
 
-def test_a_freewheel_that_a_signal_throws_backward_ends_the_run(tmp_path: Path) -> None:
-    model = pt.compile(Overrunning()).export_c(tmp_path)
-    with pytest.raises(pt.SimulationError, match=r"at t = 0\.5 s a jump throws a one-way law backward"):
-        model.simulate(1.0, inputs={"u": ([0.0, 0.5, 0.5, 1.0], [0.0, 0.0, 1.0, 1.0])})
+def test_a_freewheel_that_a_signal_or_a_switch_throws_backward_ends_the_run(tmp_path: Path) -> None:
+    class Switched(pt.Component):
+        load: Overrunning = Overrunning()
+
+        def equations(self) -> pt.Equations:
+            yield self.load.u.value == pt.switch(pt.time < 0.5, 0.0, 1.0)
+
+    by_input = {"u": ([0.0, 0.5, 0.5, 1.0], [0.0, 0.0, 1.0, 1.0])}
+    for model, inputs in ((Overrunning(), by_input), (Switched(), None)):
+        exported = pt.compile(model).export_c(tmp_path / type(model).__name__)
+        with pytest.raises(pt.SimulationError, match=r"at t = 0\.5 s a jump throws a one-way law backward"):
+            exported.simulate(1.0, inputs=inputs)
 
 
 def test_fixed_steps_converge_with_the_order_of_the_method(tmp_path: Path) -> None:

@@ -306,7 +306,7 @@ class Run:
             self._count()
             self.recorder.enter(held)
             self._choose()
-        if not (jumps or resolver.carried or resolver.extra) and self.catalogue.quiet.issuperset(changed):
+        if not jumps and not resolver.extra and self.catalogue.quiet.issuperset(changed):
             self._idle(located and not changed)
             self._refresh()
             return

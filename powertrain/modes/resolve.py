@@ -55,7 +55,6 @@ class ModeResolver:
         self._update, self._fresh = update, fresh
         self._discontinuities = Discontinuities(dae, memory) if dae.whens or dae.barriers else None
         self.extra: list[tuple[str, str]] = []
-        self.carried = False
         self.notes: list[str] = []
         self._unsolved: NotConsistent | None = None
         self.uniqueness = Uniqueness(dae, memory)
@@ -70,7 +69,7 @@ class ModeResolver:
         """
         memory = self.memory
         memory.jumped[0], self._jump = jumped, jumped or JUMPED
-        self.extra, self.carried, self._unsolved = [], False, None
+        self.extra, self._unsolved = [], None
         if self._discontinuities is not None:
             self._discontinuities.impulses[:] = 0.0
         seen = set[bytes]()
@@ -123,7 +122,7 @@ class ModeResolver:
         seen: set[bytes] = set()
         for _ in range(PASSES):
             if self._jump == JUMPED and self._carry(side):
-                self.carried, memory.jumped[0] = True, JUMPED
+                memory.jumped[0] = JUMPED
             if not self._solvable(side):
                 return None
             self._apply_rules(side, slack)

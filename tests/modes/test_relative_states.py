@@ -64,6 +64,18 @@ def test_a_clutch_slips_after_a_step_of_an_exact_speed(compile: bool) -> None:
     assert run["load.w"] == pytest.approx(5.0)
 
 
+def test_the_step_may_be_a_table_of_the_model() -> None:
+    """Which would be refused at once if the load followed it."""
+
+    class Tabled(pt.Component):
+        car: ByClutch = ByClutch()
+
+        def equations(self) -> pt.Equations:
+            yield self.car.u.value == pt.schedule([0.0, 0.3, 0.3, 2.0], [0.0, 0.0, 10.0, 10.0])
+
+    assert pt.simulate(Tabled(), 2.0).at(0.8, "car.load.w") == pytest.approx(5.0)
+
+
 @pytest.mark.parametrize("compile", [False, True])
 def test_a_freewheel_is_struck_by_a_step_of_an_exact_speed(compile: bool) -> None:
     """The spring transmits no impulse. Afterwards the source holds the load at 10 rad/s while the far one swings behind it."""
