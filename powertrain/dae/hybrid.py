@@ -155,7 +155,7 @@ class When:
 class TimeSignal:
     """A piecewise linear time signal; m[index:index+3] = (t0, y0, slope) of the current segment.
 
-    ``turns``: its derivative is part of the speed of a law or contact, which then jumps at a corner.
+    ``turns``: its derivative is part of a motion of a law, or of a variable that must not jump, so that a corner is a jump of that.
     """
 
     name: str

@@ -49,6 +49,8 @@ class Continuity:
     def carry(self, side: int) -> bool:
         """Give relative states the values with which no variable jumps that must not; False if none changes or that is impossible.
 
+        S(x + d, m) = S(x, m before),  d = 0 except for relative states
+
         A speed against a source jumps with the source, so that what has inertia keeps its own speed.
         """
         memory, places = self.memory, list(self.dae.relative)
@@ -56,7 +58,8 @@ class Continuity:
             return False
         y = memory.y[side]
         wanted, reached = self._values(self._m, y), self._values(memory.m, y)
-        change = np.linalg.lstsq(self._slopes(y), wanted - reached, rcond=None)[0]
+        slopes = self._evaluated(self._jacobian, memory.m, y)
+        change = np.linalg.lstsq(slopes, wanted - reached, rcond=None)[0]
         moved = y.copy()
         moved[places] += change
         excess = np.abs(self._values(memory.m, moved) - wanted) - JUMP * (1 + np.abs(wanted))
@@ -99,10 +102,6 @@ class Continuity:
             f"{with_unit(f'{right[k]:.6g}', smooth.unit)}. Something with inertia (or a derivative) follows it exactly, which takes "
             "an infinite torque or force: let the signal change gradually, or use a source that is not exact."
         )
-
-    def _slopes(self, y: Array) -> Array:
-        """The derivatives of these variables with respect to the relative states."""
-        return self._evaluated(self._jacobian, self.memory.m, y)
 
     def _values(self, m: Array, y: Array) -> Array:
         return self._evaluated(self._function, m, y).ravel()

@@ -104,8 +104,8 @@ class Saltation:
             carried = self.mapping.map(run, k, {shift.index for shift in shifts})
             if carried is None:
                 raise NotDifferentiable(
-                    f"at t = {t:.9g} s resets or impacts follow one another at the same instant, or a source jumps under a law "
-                    f"({self.instants.names(run, k)}); the derivative of the run cannot be computed there"
+                    f"at t = {t:.9g} s resets or impacts follow one another at the same instant, or a source jumps under a clutch "
+                    f"or contact ({self.instants.names(run, k)}); the derivative of the run cannot be computed there"
                 )
             s[:n, :n], q[:n], rate[:n] = carried.s, carried.q, carried.t
             rounds = carried.rounds

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from moreau import Array, masses, project
 
 import powertrain as pt
 
-Array = NDArray[np.float64]
 STOP = 2.0
 
 
@@ -74,13 +73,7 @@ def stepped(stack: Stack, h: float) -> Array:
         free = (stack.mass * v + h * (stack.pull - stack.stiffness * middle)) / inertia
         closed = J @ middle <= stack.below((k + 0.5) * h)
         goal = J @ free - (stack.below((k + 1) * h) - stack.below(k * h)) / h
-        impulse[~closed] = 0.0
-        change = math.inf
-        while change > 1e-12:
-            before = impulse.copy()
-            for n in np.flatnonzero(closed):
-                impulse[n] = max(0.0, impulse[n] - (goal[n] + G[n] @ impulse) / G[n, n])
-            change = float(np.abs(impulse - before).max())
+        project(impulse, -goal, G, np.zeros(len(J)), np.full(len(J), math.inf), closed)
         v = free + J.T @ impulse / inertia
         x = middle + h / 2 * v
     return x
@@ -90,9 +83,9 @@ def model(stack: Stack) -> pt.Component:
     """The same equations for powertrain."""
 
     def equations(self: Any) -> pt.Equations:
-        masses = range(stack.mass.size)
-        x, v = ([getattr(self, f"{letter}{i}") for i in masses] for letter in "xv")
-        net = [stack.pull[i] - stack.damping[i] * v[i] - stack.stiffness[i] * x[i] for i in masses]
+        every = range(stack.mass.size)
+        x, v = ([getattr(self, f"{letter}{i}") for i in every] for letter in "xv")
+        net = [stack.pull[i] - stack.damping[i] * v[i] - stack.stiffness[i] * x[i] for i in every]
         for n, (i, j) in enumerate(stack.contacts):
             force = getattr(self, f"f{n}")
             floor = pt.schedule(stack.times.tolist(), stack.floors[i].tolist()) if j < 0 else x[j]
@@ -100,16 +93,11 @@ def model(stack: Stack) -> pt.Component:
             if j >= 0:
                 net[j] -= force
             yield pt.unilateral(x[i] - floor, force, name=f"contact{n}")
-        for i in masses:
+        for i in every:
             yield pt.der(x[i]) == v[i]
             yield float(stack.mass[i]) * pt.der(v[i]) == net[i]
 
-    fields: dict[str, Any] = {f"v{i}": pt.variable("m/s", "Speed", start=0.0) for i in range(stack.mass.size)}
-    fields |= {f"x{i}": pt.variable("m", "Place", start=float(s)) for i, s in enumerate(stack.start)}
-    fields |= {f"f{n}": pt.variable("N", "Force") for n in range(len(stack.contacts))}
-    members = fields | {"equations": equations, "__annotations__": dict.fromkeys(fields, pt.Variable)}
-    masses: pt.Component = type("Masses", (pt.Component,), members)()
-    return masses
+    return masses(stack.start.tolist(), len(stack.contacts), equations)
 
 
 @pytest.mark.parametrize("seed", [*range(6), *(pytest.param(k, marks=pytest.mark.slow) for k in range(6, 60))])

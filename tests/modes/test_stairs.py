@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from moreau import Array, masses, project
 
 import powertrain as pt
 
-Array = NDArray[np.float64]
 STOP = 2.0
 
 
@@ -65,7 +64,7 @@ class Case:
 
 
 def stepped(case: Case, h: float = 2e-4) -> tuple[Array, Array]:
-    """Moreau's scheme: forces are impulses over a step, found by projected Gauss-Seidel; the final places and speeds."""
+    """The final places and speeds by steps of h."""
     x, v, impulse = np.zeros_like(case.mass), np.zeros_like(case.mass), np.zeros(len(case.laws))
     low, high = (h * np.array([getattr(law, side) for law in case.laws]) for side in ("low", "high"))
     inertia = case.mass + h * case.damping
@@ -73,12 +72,7 @@ def stepped(case: Case, h: float = 2e-4) -> tuple[Array, Array]:
         at = int(np.searchsorted(case.times, (k + 0.5) * h))
         J, belts = case.slopes(at), np.array([law.belt[at] for law in case.laws])
         free = (case.mass * v + h * (case.pull - case.stiffness * (x + h / 2 * v))) / inertia
-        G, drive, change = (J / inertia) @ J.T, J @ free - belts, math.inf
-        while change > 1e-12:
-            before = impulse.copy()
-            for n in range(impulse.size):
-                impulse[n] = np.clip(impulse[n] + (drive[n] - G[n] @ impulse) / G[n, n], low[n], high[n])
-            change = float(np.abs(impulse - before).max())
+        project(impulse, J @ free - belts, (J / inertia) @ J.T, low, high, np.ones(len(J), bool))
         after = free - J.T @ impulse / inertia
         x, v = x + h / 2 * (v + after), after
     return x, v
@@ -95,9 +89,9 @@ def model(case: Case) -> pt.Component:
     """The same equations for powertrain."""
 
     def equations(self: Any) -> pt.Equations:
-        masses = range(case.mass.size)
-        v, x = ([getattr(self, f"{letter}{i}") for i in masses] for letter in "vx")
-        net = [case.pull[i] - case.damping[i] * v[i] - case.stiffness[i] * x[i] for i in masses]
+        every = range(case.mass.size)
+        v, x = ([getattr(self, f"{letter}{i}") for i in every] for letter in "vx")
+        net = [case.pull[i] - case.damping[i] * v[i] - case.stiffness[i] * x[i] for i in every]
         for n, law in enumerate(case.laws):
             force, ratio = getattr(self, f"f{n}"), stairs(case.times, law.ratio)
             net[law.i] -= force
@@ -105,16 +99,11 @@ def model(case: Case) -> pt.Component:
                 net[law.j] += ratio * force
             other = ratio * v[law.j] if law.j >= 0 else 0.0
             yield pt.friction(v[law.i] - other - stairs(case.times, law.belt), force, law.low, law.high, name=f"law{n}")
-        for i in masses:
+        for i in every:
             yield pt.der(x[i]) == v[i]
             yield float(case.mass[i]) * pt.der(v[i]) == net[i]
 
-    fields: dict[str, Any] = {f"v{i}": pt.variable("m/s", "Speed", start=0.0) for i in range(case.mass.size)}
-    fields |= {f"x{i}": pt.variable("m", "Place", start=0.0) for i in range(case.mass.size)}
-    fields |= {f"f{n}": pt.variable("N", "Force") for n in range(len(case.laws))}
-    members = fields | {"equations": equations, "__annotations__": dict.fromkeys(fields, pt.Variable)}
-    masses: pt.Component = type("Masses", (pt.Component,), members)()
-    return masses
+    return masses(np.zeros_like(case.mass).tolist(), len(case.laws), equations)
 
 
 @pytest.mark.parametrize("seed", [*range(8), *(pytest.param(k, marks=pytest.mark.slow) for k in range(8, 120))])
