@@ -125,18 +125,17 @@ class Trajectory:
         """Unknowns and held values at ascending times, one row per time; each column of the unknowns is contiguous."""
         if not len(self.times):
             return np.tile(self.final, (len(times), 1)), np.tile(self.final_held, (len(times), 1))
-        counts = np.empty(len(self.times), np.int64)
-        first = times.searchsorted(self.times)
-        np.subtract(first[1:], first[:-1], out=counts[:-1])
-        counts[-1] = len(times) - first[-1]
-        q = times - self.times.repeat(counts)
-        q /= self.sizes.repeat(counts)
-        columns = self.dense.transpose(1, 2, 0).copy()
+        counts = np.diff(times.searchsorted(self.times), append=len(times))
+        asked = counts.nonzero()[0]
+        counts = counts[asked]
+        q = times - self.times[asked].repeat(counts)
+        q /= self.sizes[asked].repeat(counts)
+        columns = self.dense[asked].transpose(1, 2, 0).copy()
         y = columns[4].repeat(counts, axis=1)
         for k in (3, 2, 1, 0):
             y *= q
             y += columns[k].repeat(counts, axis=1)
-        held = self.held.take(self.mode_of_step.repeat(counts), axis=0)
+        held = self.held.take(self.mode_of_step[asked].repeat(counts), axis=0)
         if len(times) and times[-1] == self.end:
             last = times.searchsorted(self.end)
             y[:, last:] = self.final[:, None]
