@@ -87,8 +87,10 @@ class Solutions:
         known = np.flatnonzero(best.done)
         at, rest = best.at(grid).some(known), best.at_rest(side).some(known)
         several[known[undetermined(laws, at, rest)]] = True
-        after, resting = laws.next_modes(at, rest), np.zeros_like(best.given)
-        resting[known] = rest.given & after.still & after.open
+        resting = np.zeros_like(best.given)
+        if rest.given.any():
+            after = laws.next_modes(at, rest)
+            resting[known] = rest.given & after.still & after.open
         return Best(best, several, resting, differing)
 
     def _nothing(self, rest: AtRest) -> SolvedPoints:
