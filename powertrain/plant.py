@@ -23,7 +23,8 @@ from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
 from powertrain.initialization.conditions import start_values
-from powertrain.initialization.initial import Initializer, InitialReport
+from powertrain.initialization.initial import Initializer
+from powertrain.initialization.report import InitialReport
 from powertrain.language import htmltext
 from powertrain.language.arguments import (
     by_name,
@@ -141,7 +142,8 @@ class Plant(Generic[M]):
         parameters : mapping of str to float, optional
             Values that replace those of the model, by name, in SI units.
         starts : mapping of str to float, optional
-            Initial values of variables, by name, in SI units or as texts with a unit.
+            Initial values of variables, by name, in SI units or as texts with a unit. Variables without a start begin at zero; if they
+            cannot all do so, ``result.notes`` says which value would settle the start.
         guesses : mapping of str to float, optional
             Values from which the initial conditions are solved.
         inputs : mapping, optional

@@ -66,7 +66,7 @@ class Result(Generic[M]):
         trajectory: Trajectory,
         times: ArrayLike,
         p: Array,
-        report: Any = None,
+        report: Any,
         record: str | Sequence[str] | None = None,
         message: str = "",
         inputs: Mapping[str, tuple[Array, Array]] | None = None,
@@ -165,8 +165,8 @@ class Result(Generic[M]):
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """Notes on what is not unique in this result."""
-        return tuple(self.trajectory.notes)
+        """What is not unique in this result: its start, or the torques of laws that share a load."""
+        return (*self.report.notes, *self.trajectory.notes)
 
     @cached_property
     def modes(self) -> dict[str, str]:

@@ -419,7 +419,7 @@ def test_threads_have_their_own_functions(plant: Plant[Drive]) -> None:
     def read(run: Result[Drive]) -> None:
         for _ in range(20):
             other: Result[Drive] = Result(
-                plant.compiled, run.trajectory, np.linspace(0, 6, 3001), plant.parameter_vector()
+                plant.compiled, run.trajectory, np.linspace(0, 6, 3001), plant.parameter_vector(), run.report
             )
             found.append(bool(np.array_equal(other["disc.a.tau"], expected)))
 
@@ -482,7 +482,7 @@ def test_notebook(result: Result[Drive]) -> None:
 def test_result_costs_nothing_before_it_is_asked(plant: Plant[Drive]) -> None:
     """The constructor does not touch the trajectory."""
     untouched: Any = SimpleNamespace()
-    Result(plant.compiled, untouched, [0, 1], plant.parameter_vector())
+    Result(plant.compiled, untouched, [0, 1], plant.parameter_vector(), None)
 
 
 def test_reading_signals_imports_nothing_heavy() -> None:

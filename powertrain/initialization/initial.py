@@ -7,10 +7,8 @@ it. Guesses only say where the search begins.
 
 from __future__ import annotations
 
-import heapq
-from collections.abc import Mapping, Sequence, Set
-from functools import cached_property
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property, partial
 
 import casadi as ca
 import numpy as np
@@ -21,91 +19,25 @@ from powertrain.dae.hybrid import HybridDae
 from powertrain.dae.tolerances import MISSED, ROUND_OFF, STARTED
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import InitializationError, ParameterError, suggestion
+from powertrain.initialization.choice import Choice, Pattern, independent
 from powertrain.initialization.conditions import (
     DECLARED,
     Discretes,
-    StartCondition,
     StartEquation,
     declared_conditions,
     signal_condition,
     unsettled,
 )
+from powertrain.initialization.report import InitialReport
+from powertrain.initialization.uniqueness import is_default, not_unique
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
 from powertrain.numerics.buffers import Bound, zeros
-from powertrain.numerics.newton import HALVINGS, Solver, dense, newton
-from powertrain.numerics.pivots import difference
+from powertrain.numerics.newton import HALVINGS, newton
 
 Array = NDArray[np.float64]
 _ROUNDS = 20
 _ITERATIONS = 60
-_SLIGHT = 1e-9
-"""A row is dependent if elimination leaves less than this share of it."""
-_DENSE = 200
 _KEPT = 16
-
-
-class InitialReport:
-    """The start of one run: the conditions used, those that follow from others, and the resulting states.
-
-    ``given``: the discrete variables with values given for this run.
-    """
-
-    def __init__(
-        self,
-        asked: Sequence[StartEquation],
-        values: Array,
-        chosen: Set[int],
-        states: Sequence[str],
-        y: Array,
-        open_states: Sequence[int],
-        given: frozenset[str],
-    ) -> None:
-        self._asked, self._values, self._chosen = asked, values, chosen
-        self._names, self._y, self._open = states, y, open_states
-        self.given = given
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {"used": self.used, "implied": self.implied, "states": self.states, "given": self.given}
-
-    @property
-    def solved(self) -> tuple[StartEquation, ...]:
-        """The conditions that were solved, with their expressions; a pickled report has none."""
-        return tuple(a for i, a in enumerate(self._asked) if i in self._chosen)
-
-    @property
-    def open(self) -> tuple[int, ...]:
-        """The indices of the states that no condition affects."""
-        return tuple(self._open)
-
-    @cached_property
-    def used(self) -> tuple[StartCondition, ...]:
-        """The conditions that were solved, and the states that none of them affects."""
-        rest = [StartCondition(self._names[k], "not determined otherwise", float(self._y[k])) for k in self._open]
-        return (*self._conditions(True), *rest)
-
-    @cached_property
-    def implied(self) -> tuple[StartCondition, ...]:
-        """The conditions that follow from earlier ones."""
-        return self._conditions(False)
-
-    @cached_property
-    def states(self) -> dict[str, float]:
-        """The states at the start."""
-        return dict(zip(self._names, self._y.tolist(), strict=False))
-
-    def _conditions(self, used: bool) -> tuple[StartCondition, ...]:
-        pairs = enumerate(zip(self._asked, self._values.tolist(), strict=True))
-        return tuple(StartCondition(a.label, a.source, v, a.unit) for i, (a, v) in pairs if (i in self._chosen) == used)
-
-    def __str__(self) -> str:
-        rows = [(c.label, f"{c.value:.6g} {c.unit}", c.source) for c in self.used]
-        rows += [
-            (c.label, f"{c.value:.6g} {c.unit}", f"{c.source}; not needed, it follows from the others")
-            for c in self.implied
-        ]
-        rows += [(name, f"{value:.6g}", "state") for name, value in self.states.items()]
-        widths = [max((len(row[k]) for row in rows), default=0) for k in (0, 1)]
-        return "\n".join(f"{a:<{widths[0]}}  {b:>{widths[1]}}  {c}" for a, b, c in rows)
 
 
 class Initializer:
@@ -156,7 +88,9 @@ class _Plan:
         rows = column([*residuals, *(c.expression for c in conditions)])
         jacobian = ca.jacobian(rows, ca.vertcat(dae.x, dae.z))
         inputs = [dae.t, ca.vertcat(dae.x, dae.z), dae.m, dae.p]
-        function = ca.Function("powertrain_initial", inputs, [ca.densify(rows), ca.densify(jacobian.nz[:])])
+        self.function = function = ca.Function(
+            "powertrain_initial", inputs, [ca.densify(rows), ca.densify(jacobian.nz[:])]
+        )
         self.arguments = [zeros(function.nnz_in(i)) for i in range(4)]
         self.results = [zeros(function.nnz_out(i)) for i in range(2)]
         self.values = Bound(function, self.arguments, self.results)
@@ -179,7 +113,9 @@ class _Plan:
         self.implied = np.array(
             [i < given or not (given or c.source == DECLARED) for i, c in enumerate(conditions)], bool
         )
-        self.choices: dict[bytes, _Choice] = {}
+        self.defaults = np.array([is_default(c) for c in conditions], bool)
+        self.pattern = Pattern(self.rows, self.columns, self.nz, len(conditions), self.n, self.size)
+        self.choices: dict[bytes, Choice] = {}
 
     def solve(
         self, engine: Simulator, t: float, p: Array, m: Array, given: Array, guesses: Mapping[str, float]
@@ -255,10 +191,10 @@ class _Plan:
         self.values.call()
         return self.results[0], self.results[1]
 
-    def _newton(self, t: float, y: Array, m: Array, p: Array, target: Array) -> _Choice:
+    def _newton(self, t: float, y: Array, m: Array, p: Array, target: Array) -> Choice:
         """Solve the chosen conditions for the unknowns they own, in place; other unknowns keep their guesses."""
         if not len(target) or not len(y):
-            return _Choice(self, [], [])
+            return Choice(self.pattern, [], [])
         choice, open_rows = self._choose(self._evaluate(t, y, m, p)[1])
         if open_rows or choice.displaces:
             y[self.n :] += 1e-3 * (1.0 + np.abs(y[self.n :])) * np.linspace(0.7, 1.3, self.nz)
@@ -312,46 +248,71 @@ class _Plan:
     def _label(self, row: int) -> str:
         return self.conditions[row - self.nz].label if row >= self.nz else self.compiled.dae.equation(row)
 
-    def _choose(self, nonzeros: Array) -> tuple[_Choice, list[int]]:
-        """Independent rows and the unknowns they own, in order, and implicit rows without an unknown."""
+    def _choose(self, nonzeros: Array) -> tuple[Choice, list[int]]:
+        """As ``independent``; choices are kept."""
         known = self.choices.get(nonzeros.tobytes())
         if known is not None:
             return known, []
-        table: list[dict[int, float]] = [{} for _ in range(self.nz + len(self.conditions))]
-        for i, k, a in zip(self.rows.tolist(), self.columns.tolist(), nonzeros.tolist(), strict=False):
-            if a != 0.0 and np.isfinite(a):
-                table[i][k] = a
-        chosen: list[int] = []
-        open_rows: list[int] = []
-        basis: dict[int, tuple[int, dict[int, float]]] = {}
-        for i, row in enumerate(table):
-            size = max(map(abs, row.values()), default=0.0)
-            _reduce(row, basis)
-            implicit = i < self.nz
-            pivot = max(row, key=lambda k: (abs(row[k]) * (1e3 if implicit and k >= self.n else 1.0), -k), default=None)
-            if pivot is None or abs(row[pivot]) <= _SLIGHT * size:
-                if implicit:
-                    open_rows.append(i)
-                continue
-            chosen.append(i)
-            basis[pivot] = (len(basis), row)
-        choice = _Choice(self, chosen, list(basis))
+        choice, open_rows = independent(self.pattern, nonzeros)
         if not open_rows:
             if len(self.choices) >= _KEPT:
                 self.choices.clear()
             self.choices[nonzeros.tobytes()] = choice
         return choice, open_rows
 
-    def _report(self, t: float, y: Array, m: Array, p: Array, target: Array, choice: _Choice) -> InitialReport:
+    def _report(self, t: float, y: Array, m: Array, p: Array, target: Array, choice: Choice) -> InitialReport:
         values = target[self.nz :]
         left = choice.left[self.implied[choice.left]]
         if len(left):
             reached = self._evaluate(t, y, m, p)[0][self.nz :]
             for i in left[~(np.abs(reached - values)[left] <= MISSED * (1.0 + np.abs(reached[left])))].tolist():
                 self._refuse(self.conditions[i], float(values[i]), float(reached[i]))
+        notes = partial(self._notes, t, y.copy(), m.copy(), p.copy(), choice)
         return InitialReport(
-            self.conditions, values, choice.taken, self.compiled.states, y, choice.open_states, self.held
+            self.conditions, values, choice.taken, self.compiled.states, y, choice.open_states, self.held, notes
         )
+
+    def _notes(self, t: float, y: Array, m: Array, p: Array, choice: Choice) -> tuple[str, ...]:
+        """What is not unique in the start."""
+        left = choice.left[self.defaults[choice.left]]
+        reached, nonzeros = (np.array(found).ravel() for found in self.function(t, y, m, p))
+        missed = left[np.abs(reached[self.nz + left]) > MISSED]
+        kept = np.flatnonzero(np.isin(choice.chosen - self.nz, np.flatnonzero(self.defaults)))
+        if not len(missed) or not len(kept):
+            return ()
+        solve, jacobian = choice.factors(nonzeros[None]), self._rows_of(self.nz + missed, nonzeros)
+
+        def changes(starts: Array) -> tuple[Array, Array]:
+            right, moved = np.zeros((1, len(choice.owned), starts.shape[1])), np.zeros((self.size, starts.shape[1]))
+            right[0, kept] = starts
+            moved[choice.owned] = solve(right)[0]
+            return jacobian(moved), np.array(self._rates(t, y, m, p) @ moved)
+
+        conditions = [self.conditions[i - self.nz] for i in choice.chosen[kept]]
+        values = reached[self.nz + missed].tolist()
+        note = not_unique([self.conditions[i] for i in missed], values, conditions, changes)
+        return (note,) if note else ()
+
+    def _rows_of(self, rows: NDArray[np.intp], nonzeros: Array) -> Callable[[Array], Array]:
+        """Some rows of the Jacobian, as the product with a matrix."""
+        place = np.full(self.nz + len(self.conditions), -1)
+        place[rows] = np.arange(len(rows))
+        inside = np.flatnonzero(place[self.rows] >= 0)
+        i, k, entries = place[self.rows[inside]], self.columns[inside], nonzeros[inside, None]
+
+        def product(matrix: Array) -> Array:
+            found = np.zeros((len(rows), matrix.shape[1]))
+            np.add.at(found, i, entries * matrix[k])
+            return found
+
+        return product
+
+    @cached_property
+    def _rates(self) -> ca.Function:
+        """The slopes of the rates: (t, y, m, p) -> matrix."""
+        dae = self.compiled.dae
+        y = ca.vertcat(dae.x, dae.z)
+        return ca.Function("powertrain_start_rates", [dae.t, y, dae.m, dae.p], [ca.jacobian(dae.xdot, y)])
 
     def _refuse(self, condition: StartEquation, value: float, reached: float) -> None:
         """An omitted condition must hold, unless a value given for this run replaced it or it is only a declared start."""
@@ -361,64 +322,3 @@ class _Plan:
         if condition.source == "initial()":
             asked = f"cannot hold: the other conditions leave left minus right at {reached:g}"
         raise InitializationError(f"inconsistent initial conditions: {condition.label}\n  {asked}; remove one of them")
-
-
-class _Choice:
-    """The rows that are solved, the unknowns they own, and the positions of the entries of their square system.
-
-    ``displaces``: an implicit equation owns a state.
-    """
-
-    def __init__(self, plan: _Plan, chosen: list[int], owned: list[int]) -> None:
-        self.chosen, self.owned = np.array(chosen, int), np.array(owned, int)
-        self.displaces = bool((self.owned[self.chosen < plan.nz] < plan.n).any())
-        rows, unknowns = plan.nz + len(plan.conditions), plan.size
-        row_place, column_place = np.full(rows, -1), np.full(unknowns, -1)
-        row_place[self.chosen], column_place[self.owned] = np.arange(len(chosen)), np.arange(len(owned))
-        i, k = row_place[plan.rows], column_place[plan.columns]
-        self.inside = np.flatnonzero((i >= 0) & (k >= 0))
-        self.i, self.k = i[self.inside], k[self.inside]
-        self.taken = frozenset(i - plan.nz for i in chosen)
-        self.left = np.array([i for i in range(len(plan.conditions)) if i not in self.taken], int)
-        self.open_states = sorted(set(range(plan.n)) - set(owned))
-
-    def factors(self, nonzeros: Array) -> Solver:
-        """The solver of the square system with these nonzeros; each row has all of them."""
-        entries, size = nonzeros[0, self.inside], len(self.chosen)
-        if size > _DENSE and np.isfinite(entries).all():
-            return _sparse(entries, self.i, self.k, size)
-        matrix = np.zeros((1, size, size))
-        matrix[0, self.i, self.k] = entries
-        return dense(matrix)
-
-
-def _sparse(entries: Array, rows: NDArray[np.intp], columns: NDArray[np.intp], size: int) -> Solver:
-    """Dense elimination grows with the cube of the size; SciPy's sparse solver is slow to import, but pivots at run time as needed here."""
-    from scipy.sparse import csc_array
-    from scipy.sparse.linalg import splu
-
-    try:
-        factors = splu(csc_array((entries, (rows, columns)), shape=(size, size)))
-    except RuntimeError:  # singular
-        return lambda right: np.full(right.shape, np.nan)
-    return lambda right: np.asarray(factors.solve(right[0]), float)[None]
-
-
-def _reduce(row: dict[int, float], basis: dict[int, tuple[int, dict[int, float]]]) -> None:
-    """Subtract basis rows until ``row`` has no entry at a pivot. ``basis``: pivot -> (age, row), zero at older pivots."""
-    pending = [(basis[k][0], k) for k in row if k in basis]
-    heapq.heapify(pending)
-    while pending:
-        _, pivot = heapq.heappop(pending)
-        if pivot not in row:
-            continue
-        other = basis[pivot][1]
-        factor = row[pivot] / other[pivot]
-        for k, a in other.items():
-            new = difference(row.get(k, 0.0), factor * a)
-            if k == pivot or new == 0.0:
-                row.pop(k, None)
-                continue
-            if k not in row and k in basis:
-                heapq.heappush(pending, (basis[k][0], k))
-            row[k] = new
