@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from powertrain.dae.friction import FORWARD, STUCK
 from powertrain.dae.hybrid import JUMPED, START, HybridDae
 from powertrain.dae.tolerances import ZONE
 from powertrain.engine.in_c import LoopInC
@@ -149,6 +150,7 @@ class Simulator(Prepared):
         self.memory.fire.fill(0.0)
         self.resolver.forget()
         self.fire(t)
+        self._hold_one_way_laws()
         try:
             self._resolve_start()
             if self.overlaps is not None:
@@ -159,6 +161,18 @@ class Simulator(Prepared):
             said = str(error).removeprefix(f"at t = {t:.9g} s ")
             raise InitializationError(f"start at t = {t:.9g} s: {said}") from None
         return 0
+
+    def _hold_one_way_laws(self) -> None:
+        """Set to zero what little a freewheel turns backward: a start may be the end of another run."""
+        memory = self.memory
+        beyond = self.admissible.barely_beyond(0)
+        if not beyond:
+            return
+        m = memory.m.copy()
+        memory.m[[law.index for law in self.dae.frictions]] = FORWARD
+        memory.m[beyond] = STUCK
+        self.rest[0].call()
+        memory.y[0][:], memory.m[:] = memory.y[1], m
 
     def _resolve_start(self) -> None:
         m, y = self.memory.m.copy(), self.memory.y[0].copy()

@@ -9,7 +9,7 @@ import casadi as ca
 
 from powertrain.dae.friction import rest_margin
 from powertrain.dae.hybrid import Friction, HybridDae
-from powertrain.dae.tolerances import NO_WIDTH, ZONE
+from powertrain.dae.tolerances import INTEGRATED, NO_WIDTH, ZONE
 from powertrain.errors import SimulationError
 from powertrain.modes.jam import law_values, resting_note
 from powertrain.modes.selflocking import SelfLocking
@@ -74,6 +74,11 @@ class Admissible:
         for k, law, mode in self._one_way:
             if mode * speeds[k] > ZONE:
                 self._refuse(law, mode)
+
+    def barely_beyond(self, side: int) -> list[int]:
+        """The places of the modes of one-way laws that move against their unlimited torque by no more than an integration leaves."""
+        speeds = law_values(self.dae, self.memory, side)[:, 0] if self._one_way else ()
+        return [law.index for k, law, mode in self._one_way if ZONE < mode * speeds[k] <= INTEGRATED]
 
     def _refuse(self, law: Friction, mode: float) -> NoReturn:
         way = "forward" if mode > 0 else "backward"
