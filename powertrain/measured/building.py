@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import Any
 
 import powertrain as pt
-from powertrain.components.body import Axle, CoastDownBody, LumpedAxle, RollingAxle
+from powertrain.components.body import CoastDownBody, LumpedAxle, RollingAxle
 from powertrain.components.body.body import G_N
 from powertrain.components.control import (
     AlwaysOn,
@@ -99,7 +99,7 @@ def _common(car: TestCar, technology: Technology, cool: bool) -> dict[str, Any]:
     }
 
 
-def _axles(car: TestCar, final_drive: TwoFlanges) -> dict[str, Axle]:
+def _axles(car: TestCar, final_drive: TwoFlanges) -> dict[str, Any]:
     """The driven axle, with the inertia of all that turns with the wheels, and the other; rolling resistance is part of the road load.
 
     Four driven wheels are one axle, which carries the whole weight.
