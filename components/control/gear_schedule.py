@@ -263,7 +263,9 @@ class PowerShiftSchedule(SpeedSchedule):
     """
 
     t_shift: Parameter = parameter("s", "Duration of a shift", default=0.4, above=0)
-    cut: Parameter = parameter("1", "Part of the throttle taken back in the middle of an upshift", default=0.0, min=0, max=1)
+    cut: Parameter = parameter(
+        "1", "Part of the throttle taken back in the middle of an upshift", default=0.0, min=0, max=1
+    )
 
     def equations(self) -> Equations:
         """When to shift, and the position of the lever."""

@@ -126,7 +126,9 @@ class Pressed(pt.Component):
 
 
 def test_an_inertia_of_zero_is_named() -> None:
-    said = "one of them repeats or contradicts the others; disc.J is 0"
+    said = (
+        "one of them repeats or contradicts the others; disc.J is 0, which removes .* or connect a part that determines"
+    )
     refused(pt.ModelError, said, do=lambda: pt.compile(Pressed()))
 
 

@@ -76,8 +76,8 @@ def test_a_full_pedal_launches_with_a_slipping_clutch_in_first_gear(
 ) -> None:
     """At 350 rad/s a clutch that closes from 200 to 400 rad/s holds three quarters, and 100 rad/s later one quarter."""
     schedule = kind(speeds=SPEEDS, eager=0, kick=0.8, w_open=200, w_closed=400, launch=100)
-    v_u_w = (TimeTable(table=((0.0, value),)) for value in (v, pedal, 350.0))
-    result = pt.simulate(Scheduled(*v_u_w, schedule=schedule), stop=3)
+    speed, u, w = (TimeTable(table=((0.0, value),)) for value in (v, pedal, 350.0))
+    result = pt.simulate(Scheduled(v=speed, u=u, w=w, schedule=schedule), stop=3)
     assert result["schedule.gear"][-1] == (2 if v > 4 else 1)
     assert result["schedule.clutch"][-1] == pytest.approx(pressed)
 
