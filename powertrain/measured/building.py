@@ -117,8 +117,8 @@ def _front_share(car: TestCar) -> float:
 
 def _body(car: TestCar) -> CoastDownBody:
     F_0, F_1, F_2 = car.road_load
-    height = {} if car.drive in FRONT_SHARE else {"h": 0.0}
-    return CoastDownBody(m=car.mass, F_0=F_0, F_1=F_1, F_2=F_2, front_share=_front_share(car), **height)
+    body = CoastDownBody(m=car.mass, F_0=F_0, F_1=F_1, F_2=F_2, front_share=_front_share(car))
+    return body if car.drive in FRONT_SHARE else pt.replace(body, h=0.0)
 
 
 def _force(car: TestCar) -> float:

@@ -74,9 +74,7 @@ class Technology:
     )
     eta_manual: float = shared(0.9629, 0.965, 0.01, "1", "efficiency under load, manual gearbox and final drive")
     eta_dual: float = shared(0.9656, 0.965, 0.01, "1", "efficiency under load, dual-clutch gearbox and final drive")
-    eta_automatic: float = shared(
-        0.968, 0.965, 0.01, "1", "efficiency under load, planetary automatic and final drive"
-    )
+    eta_automatic: float = shared(0.968, 0.965, 0.01, "1", "efficiency under load, planetary automatic and final drive")
     eta_belt: float = shared(0.932, 0.93, 0.02, "1", "efficiency under load, belt variator and final drive")
     eta_split: float = shared(
         0.9731, 0.975, 0.01, "1", "efficiency under load, from the ring of a power split to the wheels"

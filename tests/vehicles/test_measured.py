@@ -243,7 +243,7 @@ def test_sprints_are_what_is_simulated(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["volkswagen-golf-gti-manual", "mazda-mx-5-manual"])
 def test_the_driven_axle_transmits_what_its_load_permits(name: str) -> None:
-    """With mu = 1 a front axle with a share s of the weight pulls at most s g/(1 + h/l), a rear axle (1 - s) g/(1 - h/l), less the road load."""
+    """With mu = 1 a front axle with a share s of the weight accelerates at most by s g/(1 + h/l), a rear axle by (1 - s) g/(1 - h/l)."""
     sprint = full_accelerator(pt.vehicles.load(name))
     share, lever = (0.6, 1 + 0.55 / 2.7) if "golf" in name else (0.5, 1 - 0.55 / 2.7)
     limit = share * 9.80665 / lever

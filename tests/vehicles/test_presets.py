@@ -13,7 +13,7 @@ from test_rear_drive import KINDS
 
 import powertrain as pt
 from powertrain.components import rotational, translational
-from powertrain.components.body import Body, DrivenAxle, RoadProfile
+from powertrain.components.body import Body, DrivenAxle, RoadProfile, VehicleBody
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.differentials import LimitedSlipDifferential
 from powertrain.components.electric import cells_in_series
@@ -389,9 +389,9 @@ def test_roads_are_not_steeper_than_45_degrees() -> None:
 
 def test_a_tailwind_reduces_the_relative_speed_of_the_air() -> None:
     """At 20 m/s against 10 m/s the drag Cd A rho u^2/2 is that of 30 m/s."""
-    body = assigned(ManualCar(), [("body.tailwind", "-10 m/s")]).body
+    body = assigned(VehicleBody(Cd=0.3, A=2.0), [("tailwind", "-10 m/s")])
     result = pt.simulate(PulledBody(body=body), stop=1)
-    assert result["body.chassis.drag"][-1] == pytest.approx(float(body.Cd) * float(body.A) * 1.2 * 30**2 / 2)
+    assert result["body.chassis.drag"][-1] == pytest.approx(0.3 * 2.0 * 1.2 * 30**2 / 2)
 
 
 class PulledBody(pt.Component):
