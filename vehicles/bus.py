@@ -42,7 +42,7 @@ def _at_rest(machine: ElectricMachine) -> float:
 def known_machine(control: BlendedBraking, machine: ElectricMachine, left: Symbol) -> Equations:
     """Tell the control the machine's largest torque and losses; ``left`` is the power [W] that it may draw, including losses."""
     idle = machine.loss_at(Symbol(0.0))
-    most = machine.limit(machine.w, machine.bus.v)
+    most = machine.full_load(machine.w, machine.bus.v)
     yield control.limit.value == most
     yield control.added_loss.value == machine.loss_at(most) - idle
     yield control.discharge_power.value == left - idle

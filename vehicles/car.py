@@ -92,40 +92,61 @@ class Car(Component):
         yield connect(self.body.v, cooling.v)
 
 
-class GearedCar(Car):
+class ShiftedCar(Car):
+    """Partial: a car with a ``mover``, its engine or electric machine, that drives a gearbox whose gears a schedule changes."""
+
+    schedule: Shifting = GearSchedule()
+    gearbox: Shiftable = ManualGearbox()
+
+    @property
+    def mover(self) -> Engine | ElectricMachine:
+        """What drives the gearbox."""
+        raise NotImplementedError
+
+    def pull_speeds(self) -> tuple[list[float], list[float]]:
+        """For each upshift, the speed of the mover from which the next gear pulls harder, before and after the shift [rad/s].
+
+        Empty for a gearbox that does not say its ratios.
+        """
+        return pulls(self.mover, self.gearbox)
+
+    def _shifted(self) -> Equations:
+        """The schedule sees the drive and operates the lever."""
+        check_gears(self, self.schedule, self.gearbox)
+        if isinstance(self.schedule, SpeedSchedule):
+            yield from self.schedule.pulled(*self.pull_speeds())
+        yield connect(self.body.v, self.schedule.v)
+        yield connect(self.driver.accelerator, self.schedule.accelerator)
+        yield connect(self.mover.speed, self.schedule.w)
+        yield connect(self.schedule.lever, self.gearbox.lever)
+
+
+class GearedCar(ShiftedCar):
     """Partial: a car with one engine; a schedule shifts the gearbox and operates throttle and clutch. The engine idles at the start.
 
     ``cooling`` is ``WarmEngine()``, or ``CoolantCircuit()`` for a cold start.
     """
 
-    schedule: Shifting = GearSchedule()
     start_stop: EngineSwitch = AlwaysOn()
     engine: Engine = WillansEngine()
     accessories: AccessoryDrive = AccessoryDrive()
     cooling: EngineCooling = WarmEngine()
-    gearbox: Shiftable = ManualGearbox()
+
+    @property
+    def mover(self) -> Engine:
+        """The engine."""
+        return self.engine
 
     def _by_schedule(self, clutch: Input) -> Equations:
         """The schedule operates lever, throttle and ``clutch``; ``start_stop`` decides whether the engine runs."""
-        check_gears(self, self.schedule, self.gearbox)
-        if isinstance(self.schedule, SpeedSchedule):
-            yield from self.schedule.pulled(*self.pull_speeds())
         yield from self._on_the_cycle()
-        yield connect(self.body.v, self.schedule.v, self.start_stop.v)
-        yield connect(self.driver.accelerator, self.schedule.accelerator, self.start_stop.accelerator)
-        yield connect(self.engine.speed, self.schedule.w)
+        yield from self._shifted()
+        yield connect(self.body.v, self.start_stop.v)
+        yield connect(self.driver.accelerator, self.start_stop.accelerator)
         yield connect(self.schedule.throttle, self.engine.throttle)
         yield connect(self.schedule.clutch, clutch)
-        yield connect(self.schedule.lever, self.gearbox.lever)
         yield connect(self.start_stop.on, self.engine.on)
         yield from self._cooled(self.engine, self.cooling)
-
-    def pull_speeds(self) -> tuple[list[float], list[float]]:
-        """For each upshift, the engine speed from which the next gear pulls harder, before and after the shift [rad/s].
-
-        Empty for a gearbox that does not say its ratios.
-        """
-        return pulls(self.engine, self.gearbox)
 
     def initial(self) -> Equations:
         """At rest, with the engine idling and the first gear engaged."""

@@ -11,7 +11,6 @@ from powertrain.components.control import (
     Pedals,
     PowerShiftSchedule,
     Shifting,
-    SpeedSchedule,
 )
 from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.electric import (
@@ -25,7 +24,7 @@ from powertrain.components.electric import (
 from powertrain.components.rotational import IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable, SingleGear
 from powertrain.vehicles.bus import known_machine, one_bus
-from powertrain.vehicles.car import Car, check_gears, pulls
+from powertrain.vehicles.car import ShiftedCar
 
 BATTERY = PolarizedBattery(
     ocv=cells_in_series(96),
@@ -45,7 +44,7 @@ OIL = ChurningLoss(d=8e-4)
 """Drag of bearings and oil at the machine's shaft."""
 
 
-class ElectricCar(Car):
+class ElectricCar(ShiftedCar):
     """A front-wheel-drive car of 1,700 kg with a 150 kW machine, a fixed reduction gear and a 54 kW.h battery.
 
     The control blends regenerative and friction braking. ``gearbox`` accepts one gear, or that of ``ElectricCar.two_speed()``: two gears,
@@ -85,21 +84,18 @@ class ElectricCar(Car):
         yield from self._signals()
 
     def _signals(self) -> Equations:
-        check_gears(self, self.schedule, self.gearbox)
-        if isinstance(self.schedule, SpeedSchedule):
-            yield from self.schedule.pulled(*self.pull_speeds())
         yield from self._on_the_cycle()
-        yield connect(self.body.v, self.control.v, self.schedule.v)
-        yield connect(self.driver.accelerator, self.schedule.accelerator)
+        yield from self._shifted()
+        yield connect(self.body.v, self.control.v)
         yield connect(self.schedule.throttle, self.control.accelerator)
         yield connect(self.driver.brake, self.control.brake)
-        yield connect(self.machine.speed, self.control.w, self.schedule.w)
+        yield connect(self.machine.speed, self.control.w)
         yield connect(self.battery.charge_power, self.control.charge_power)
         left = self.battery.discharge_power.value - self.accessories.lossPower
         yield from known_machine(self.control, self.machine, left)
-        yield connect(self.schedule.lever, self.gearbox.lever)
         yield connect(self.control.tau, self.machine.torque_demand)
 
-    def pull_speeds(self) -> tuple[list[float], list[float]]:
-        """As ``GearedCar.pull_speeds``, for the machine."""
-        return pulls(self.machine, self.gearbox)
+    @property
+    def mover(self) -> ElectricMachine:
+        """The machine."""
+        return self.machine

@@ -65,7 +65,7 @@ class ElectricFourWheelDriveCar(Car):
         yield connect(self.driver.brake, self.control.brake)
         yield self.control.w.value == (1 - share) * front.w + share * rear.w
         yield connect(self.battery.charge_power, self.control.charge_power)
-        ahead, behind = (machine.limit(machine.w, machine.bus.v) for machine in (front, rear))
+        ahead, behind = (machine.full_load(machine.w, machine.bus.v) for machine in (front, rear))
         most = ca.fmin(ahead / (1 - share), behind / share)
         idle = front.loss_at(Symbol(0.0)) + rear.loss_at(Symbol(0.0))
         yield self.control.limit.value == most

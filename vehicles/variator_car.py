@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import casadi as ca
 
 from powertrain import Equations, Parameter, connect, parameter
@@ -34,7 +36,7 @@ class VariatorCar(Car):
     drives in bends.
     """
 
-    share: float = 0.85
+    share: Annotated[float, "1"] = 0.85
     w_least: Parameter = parameter("rad/s", "Least speed of the engine on its line", default=125.0, above=0)
     driver: Pedals = Driver(k_a=1300 / 6000, hold=0.3)
     control: OperatingLineControl = OperatingLineControl(ratio_min=0.4, ratio_max=2.6)

@@ -131,7 +131,7 @@ class Chassis(_InAir, MovingBody):
 class VehicleBody(_InAir):
     """The body of a vehicle between its two axles, which are rigidly attached to one mass.
 
-    m a = front.f + rear.f - drag - m g sin(alpha),  tan(alpha) = grade,  drag = Cd A rho (v - wind) |v - wind|/2
+    m a = front.f + rear.f - drag - m g sin(alpha),  tan(alpha) = grade,  drag = Cd A rho (v - u) |v - u|/2,  u = wind + tailwind
     front_load = m g cos(alpha) front_share - h/wheelbase (front.f + rear.f),  front_load + rear_load = m g cos(alpha)
 
     The forces at the flanges are the tractive forces of the axles. Air and weight act at the centre of mass, so only the axles' forces
@@ -141,6 +141,7 @@ class VehicleBody(_InAir):
 
     heat_port: HeatPort = support(HeatPort)
     wind: Input = signal_input("m/s", "Speed of the wind along the road, positive with the vehicle", default=0.0)
+    tailwind: Parameter = parameter("m/s", "Constant part of it, negative for a head wind", default=0.0)
     chassis: Chassis = Chassis()
     surroundings: Wind = Wind()
 
@@ -150,5 +151,5 @@ class VehicleBody(_InAir):
             yield getattr(self.chassis, name) == getattr(self, name)
         for name in ("front", "rear", "heat_port", "grade", "v", "s", "front_load", "rear_load"):
             yield connect(getattr(self, name), getattr(self.chassis, name))
-        yield connect(self.wind, self.surroundings.v)
+        yield self.surroundings.v.value == self.wind.value + self.tailwind
         yield connect(self.surroundings.air, self.chassis.air)

@@ -35,6 +35,8 @@ EASED = 0.25
 """Share of the distance between two points, at either end, over which the slope changes."""
 ROUND = 1e-12
 """Slopes that differ by less are equal."""
+STEEPEST = 1.0
+"""Largest grade of a road, in both directions: steeper than any, and exceeded by percentages passed as fractions."""
 HALVINGS = 60
 """Bisections of the range of angles, -90 to 90 degrees, down to round-off."""
 
@@ -99,7 +101,7 @@ class RoadProfile(Component):
     """The slope of a road along its length: grade = profile(s).
 
     ``profile`` is a map with one argument, the path in m, to tan(alpha); ``from_heights`` makes one from heights.
-    Errors: ParameterError for a map with other arguments or another unit.
+    Errors: ParameterError for a map with other arguments or another unit, and for grades above 100 %.
     """
 
     profile: Map = Map.constant(0.0, x="s", x_unit="m", name="grade")
@@ -115,6 +117,12 @@ class RoadProfile(Component):
             raise ParameterError(
                 f"{self._path}.profile gives {self.profile.name} [{self.profile.unit}]; it must give the slope tan(alpha) [1]; "
                 "RoadProfile.from_heights takes heights"
+            )
+        steepest = float(self.profile.values.flat[np.abs(self.profile.values).argmax()])
+        if abs(steepest) > STEEPEST:
+            raise ParameterError(
+                f"{self._path}.profile has a grade of {steepest:g}, {steepest:.0%}; no road is steeper than {STEEPEST:.0%}. Grades are the "
+                "tangent of the slope, 0.06 for 6 %"
             )
         yield self.grade.value == self.profile(self.s.value)
 

@@ -29,7 +29,8 @@ from powertrain import (
     when,
 )
 from powertrain.components.control.interfaces import LONG, Switching
-from powertrain.components.control.shift_rule import NEVER, Driving, KickLimits, ShiftRule, Shifts, kick_limits
+from powertrain.components.control.shift_rule import NEVER, Driving, KickLimits, ShiftRule, Shifts, beyond, kick_limits
+from powertrain.components.limited import limited
 from powertrain.components.ratios import RATIO, gear_ratios
 from powertrain.components.wheels.interfaces import Wheel
 
@@ -54,8 +55,9 @@ class Shifting(Component):
         """The clutch closes as the engine gets faster."""
         yield self.w_open < self.w_closed
 
-    def _pressed(self) -> Symbol:
-        return (self.w.value - self.w_open) / (self.w_closed - self.w_open)
+    def _pressed(self, later: Symbol | float = 0.0) -> Symbol:
+        """The pressure of the clutch, which closes ``later`` by a speed of the engine [rad/s]."""
+        return (self.w.value - self.w_open - later) / (self.w_closed - self.w_open)
 
 
 class FixedGear(Shifting):
@@ -89,6 +91,9 @@ class SpeedSchedule(Shifting, Switching):
     kick: Parameter = parameter("1", "Accelerator position for kick-down", default=0.8, min=0, max=1)
     patience: Parameter = parameter("s", "Time after a kick-down without upshifts", default=10.0, min=0)
     dwell: Parameter = parameter("s", "Minimum time between shifts", default=2.0, above=0)
+    launch: Parameter = parameter(
+        "rad/s", "Rise of w_open and w_closed in first gear with the accelerator fully pressed", default=0.0, min=0
+    )
     gear: Discrete = discrete("1", "Gear that is engaged, or will be", start=1.0)
     before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
     began: Discrete = discrete("s", "Time at which the last shift began", start=-LONG)
@@ -178,6 +183,10 @@ class SpeedSchedule(Shifting, Switching):
         kicks = ca.logic_and(due.kick_down, rested)
         yield when(kicks, reinit(self.gear, self.gear - 1), reinit(self.kicked, time), *marks)
 
+    def _launched(self) -> Symbol:
+        """The pressure of the clutch, at which a fully pressed accelerator lets the engine rise further in first gear."""
+        return self._pressed(self.launch * beyond(self.kick, self.accelerator.value) * limited(2 - self.gear))
+
     def _check(self) -> None:
         where = f"{self._path or type(self).__name__}.speeds"
         for k, (up, down) in enumerate(self.speeds, 1):
@@ -200,7 +209,8 @@ class GearSchedule(SpeedSchedule):
       depth = (accelerator - kick)/(1 - kick), at least 0
       t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
       ..+ t_close: hold rises to 1
-    throttle = hold accelerator,  clutch = min(hold, (w - w_open)/(w_closed - w_open))
+    throttle = hold accelerator,  clutch = min(hold, (w - w_open - rise)/(w_closed - w_open))
+    rise = depth launch in first gear, else 0
 
     ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below
     up, and the difference is the hysteresis; "15 km/h" is converted. A pressed accelerator shifts up later and, up to the middle between
@@ -211,7 +221,8 @@ class GearSchedule(SpeedSchedule):
     the best acceleration and the highest speed. ``w_kick`` is down/up times the engine speed after the upshift to the present gear at
     which both gears pull equally hard; a kick-down above it would give less force, and the next upshift would follow. Without these
     speeds only the shift speeds count. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed like a centrifugal
-    clutch: below w_open it is open, so the vehicle starts and stops in first gear.
+    clutch: below w_open it is open, so the vehicle starts and stops in first gear. A driver who wants the best acceleration lets the engine
+    rise further and holds it there with the slipping clutch until the vehicle has caught up; ``launch`` is this rise.
     Errors: ParameterError for speeds without hysteresis or not in order.
     """
 
@@ -226,7 +237,7 @@ class GearSchedule(SpeedSchedule):
         yield from self._choose()
         yield from self._shift(time - self.began)
         yield self.throttle.value == self.hold * self.accelerator.value
-        yield self.clutch.value == ca.fmin(self._pressed(), self.hold)
+        yield self.clutch.value == ca.fmin(self._launched(), self.hold)
 
     def _shift(self, t: Symbol) -> Equations:
         moved, closing = self.t_open + self.t_lever, self.t_open + self.t_lever + self.t_close
@@ -245,16 +256,23 @@ class PowerShiftSchedule(SpeedSchedule):
       kick-down to gear where accelerator > kick and w < w_kick and (v < down (1 + eager pressed) or w < depth w_down)
     ``w_down`` is equal to ``w_kick`` where the gearbox says its ratios, else 0.
     t = time since the shift began, 0..t_shift: the lever moves uniformly to the new gear
-    throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
+    throttle = accelerator (1 - cut 4 x (1 - x)) in an upshift with x = t/t_shift within 0..1, else accelerator
+    clutch = (w - w_open - rise)/(w_closed - w_open)
+
+    In an upshift the engine gives up kinetic energy; ``cut`` reduces its torque meanwhile, so that the shift is not felt as a push.
     """
 
     t_shift: Parameter = parameter("s", "Duration of a shift", default=0.4, above=0)
+    cut: Parameter = parameter(
+        "1", "Part of the throttle taken back in the middle of an upshift", default=0.0, min=0, max=1
+    )
 
     def equations(self) -> Equations:
         """When to shift, and the position of the lever."""
         yield from self._choose()
         t = time - self.began
         way = switch(t < self.t_shift, t / self.t_shift, 1.0, continuous=True)
+        up = limited(self.gear - self.before)
         yield self.lever.value == self.before + (self.gear - self.before) * way
-        yield self.throttle.value == self.accelerator.value
-        yield self.clutch.value == self._pressed()
+        yield self.throttle.value == self.accelerator.value * (1 - self.cut * up * 4 * way * (1 - way))
+        yield self.clutch.value == self._launched()

@@ -17,6 +17,11 @@ SHORTEST = 1e-6
 """Smallest travel of the pedal from ``kick`` to the floor: with ``kick`` = 1 there is no kick-down, and no division by zero."""
 
 
+def beyond(kick: Symbol | float, accelerator: Symbol) -> Symbol:
+    """How far the accelerator is pressed between the position for kick-down and the floor, 0 to 1."""
+    return limited((accelerator - kick) / ca.fmax(1 - kick, SHORTEST))
+
+
 class Driving(NamedTuple):
     """What a schedule chooses the gear by."""
 
@@ -91,7 +96,7 @@ class ShiftRule:
         down = _of(now.gear, [row[1] for row in self.speeds], 2, -NEVER)
         middle = _of(now.gear, [sum(row) / 2 for row in self.speeds], 2, -NEVER)
         pressed = ca.fmax(now.accelerator - self.relaxed, 0) / (1 - self.relaxed)
-        depth = limited((now.accelerator - self.kick) / ca.fmax(1 - self.kick, SHORTEST))
+        depth = beyond(self.kick, now.accelerator)
         later = 1 + self.eager * pressed
 
         released = _any(now.since_kick > self.patience, now.v > up * (1 + self.eager))

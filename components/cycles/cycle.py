@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain import Map, ParameterError, arguments_checked, parameter
-from powertrain.components.body import RoadProfile
+from powertrain.components.body.path import STEEPEST, RoadProfile
 from powertrain.components.cycles.cyclefiles import one_of, read_columns
 
 CYCLES = {
@@ -43,8 +43,6 @@ PHASES = {
 """Cycles that are a part of another one: its name, start and end [s]."""
 CHANGE = 1.0
 """Distance [m] after a halt over which the slope of the road changes, if the cycle changes its grade during the halt."""
-STEEPEST = 1.0
-"""Largest grade of a row, in both directions: steeper than any road, and exceeded by percentages passed as fractions."""
 TIME = parameter("s", "time in the cycle")
 """Start and end of a part of a cycle."""
 

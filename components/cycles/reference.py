@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from powertrain import Component, Equations, Output, ParameterError, schedule, signal_output
 from powertrain.components.cycles.cycle import DriveCycle
 
@@ -17,7 +19,7 @@ class CycleSpeed(Component):
     """
 
     cycle: DriveCycle = AT_REST
-    preview: float = 1.0
+    preview: Annotated[float, "s"] = 1.0
     v_ref: Output = signal_output("m/s", "Speed of the cycle")
     a_ref: Output = signal_output("m/s2", "Mean acceleration of the cycle over the preview")
 

@@ -24,7 +24,7 @@ def plot_machine_map(
     """Efficiency over speed [rpm] and torque [N.m], driving (above) and generating (below), within the limits. Returns the Axes."""
     ax = plt.subplots(layout="constrained")[1] if ax is None else ax
     w = np.linspace(0.5, float(machine.w_max), 201)
-    limit = machine.limit(w)
+    limit = machine.full_load(w)
     tau = np.linspace(-1, 1, 241)[:, None] * limit
     speeds, efficiency = np.broadcast_to(w * RPM, tau.shape), machine.efficiency(w, tau)
     ax.contourf(speeds, tau, efficiency, [0.0, *levels, 1.0], cmap="viridis", alpha=0.4)

@@ -174,9 +174,14 @@ class ElectricMachine(Lossy):
         """The loss by the formula or the map."""
         return self._loss(self.w, self.tau, self.heat_port.T)
 
-    def limit(self, w: ArrayLike, v: ArrayLike = math.inf) -> Any:
+    def full_load(self, w: ArrayLike, v: ArrayLike = math.inf) -> Any:
         """The largest torque [N.m] at speeds w [rad/s] and voltages v [V] of the bus."""
         return numbers(self._limit, w, numbers(self._supply, v))
+
+    @property
+    def speed_range(self) -> tuple[float, float]:
+        """The speeds [rad/s] between which the full load counts: up to that from which the torque fades out."""
+        return 0.0, float(self.w_max - self.band)
 
     def losses(self, w: ArrayLike, tau: ArrayLike, T: ArrayLike = HeatPort.reference) -> Any:
         """The loss [W] at speeds w [rad/s], torques tau [N.m] and temperatures T [K]."""
@@ -196,7 +201,7 @@ class ElectricMachine(Lossy):
     def operating_map(self) -> OperatingMap:
         """Efficiency [%] over speed [rpm] and torque [N.m] of both signs, within the limits."""
         w = np.linspace(-float(self.w_max), float(self.w_max), 121)
-        limit = self.limit(w)
+        limit = self.full_load(w)
         tau = np.linspace(-float(limit.max()), float(limit.max()), 81)
         inside = np.abs(tau[:, None]) <= limit
         efficiency = np.where(inside, 100 * self.efficiency(w, np.where(inside, tau[:, None], 0.0)), np.nan)

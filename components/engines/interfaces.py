@@ -164,6 +164,11 @@ class Engine(Component):
         """Torque [N.m] with an open throttle at speeds w [rad/s], numbers or an expression."""
         return numbers(self._full_load, w)
 
+    @property
+    def speed_range(self) -> tuple[float, float]:
+        """The speeds [rad/s] between which the full load counts: from idling to the start of the rev limiter."""
+        return float(self.w_idle), float(self.w_limit - self.band_limit)
+
     def motoring(self, w: ArrayLike | Symbol) -> Any:
         """Torque [N.m] >= 0 that turns the engine without fuel at speeds w [rad/s], numbers or an expression."""
         return numbers(self._motoring, w)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -85,8 +85,8 @@ def best_fuel_line(
         For a power that the engine cannot deliver within these limits, and for limits that contain no operating points.
     """
     engine = replace(engine)
-    low = float(engine.w_idle) if w_min is None else w_min
-    high = float(engine.w_limit - engine.band_limit) if w_max is None else w_max
+    idle, limit = engine.speed_range
+    low, high = idle if w_min is None else w_min, limit if w_max is None else w_max
     share = SHARE.check(share, "best_fuel_line: share")
     if not 0 < low < high:
         raise ParameterError(f"best_fuel_line: speeds {low:g}..{high:g} rad/s contain no operating points")
@@ -166,24 +166,20 @@ def _least_fuel(engine: Engine, power: Array, low: float, high: float, share: fl
     return np.asarray(best)
 
 
-def pull_speeds(engine: Engine | ElectricMachine, ratios: Sequence[float]) -> tuple[float, ...]:
+def pull_speeds(mover: Engine | ElectricMachine, ratios: Sequence[float]) -> tuple[float, ...]:
     """For each upshift, the speed [rad/s] from which the next gear pulls as hard or harder with the accelerator fully pressed.
 
     There the tractive forces of two neighbouring gears cross: full-load power at this speed equals that at the speed of the next gear, less
     by the step between the ``ratios``. Losses and inertias of the driveline are neglected. Where the forces do not cross below the rev
     limiter, or below the speed from which a machine's torque fades out, it is 98 % of this speed.
     """
-    engine = replace(engine)
-    full_load: Callable[[Array], Array]
-    if isinstance(engine, ElectricMachine):
-        low, limit, full_load = 0.0, float(engine.w_max - engine.band), engine.limit
-    else:
-        low, limit, full_load = float(engine.w_idle), float(engine.w_limit - engine.band_limit), engine.full_load
+    mover = replace(mover)
+    low, limit = mover.speed_range
     w, found = np.linspace(low, BELOW_LIMIT * limit, GRID), []
     for one, other in pairwise(ratios):
         lower = w * other / one
-        gain = w * full_load(w) - lower * full_load(lower)
-        above = np.flatnonzero(gain > ROUND * np.max(w * full_load(w)))
+        gain = w * mover.full_load(w) - lower * mover.full_load(lower)
+        above = np.flatnonzero(gain > ROUND * np.max(w * mover.full_load(w)))
         last = int(above[-1]) if above.size else 0
         found.append(float(np.interp(0, -gain[last : last + 2], w[last : last + 2])))
     return tuple(found)
@@ -196,7 +192,8 @@ def throttle_table(engine: Engine, *, speeds: int = 41, torques: int = 61) -> Ma
     the idle controller, which adds throttle, are not included.
     """
     engine = replace(engine)
-    w = np.linspace(0.5 * float(engine.w_idle), float(engine.w_limit - engine.band_limit), speeds)
+    idle, limit = engine.speed_range
+    w = np.linspace(0.5 * idle, limit, speeds)
     tau = np.linspace(-np.max(engine.motoring(w)), np.max(engine.full_load(w)), torques)
     low, high = np.zeros((speeds, torques)), np.ones((speeds, torques))
     for _ in range(HALVINGS):

@@ -6,7 +6,20 @@ from itertools import pairwise
 
 import casadi as ca
 
-from powertrain import Equations, Input, Map, Parameter, ParameterError, Symbol, connect, parameter, signal_input
+from powertrain import (
+    Equations,
+    Input,
+    Map,
+    Parameter,
+    ParameterError,
+    Symbol,
+    Variable,
+    connect,
+    der,
+    parameter,
+    signal_input,
+    variable,
+)
 from powertrain.components.cvu import CVU
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.limited import limited
@@ -121,17 +134,22 @@ class StartingClutch(StartingDevice):
 class StartingConverter(StartingDevice):
     """A torque converter whose lock-up clutch closes with the speed of its turbine.
 
-    lockup = (w_turbine - w_lock)/band within 0..1
+    demand = (w_turbine - w_lock)/band within 0..1,  lockup = min(filled, demand),  T_fill der(filled) = demand - filled
 
-    It needs no control: ``pressed`` is ignored.
+    Oil fills the clutch with the time constant ``T_fill``, so that it slips to its new speed, and leaves it at once. It needs no control:
+    ``pressed`` is ignored.
     """
 
     w_lock: Parameter = parameter("rad/s", "Speed of the turbine from which the lock-up closes", default=105.0, above=0)
     band: Parameter = parameter("rad/s", "Speed range in which it closes", default=10.0, above=0)
+    T_fill: Parameter = parameter("s", "Time constant of filling the lock-up clutch", default=0.3, above=0)
     converter: TorqueConverter = TorqueConverter()
+    filled: Variable = variable("1", "Oil in the lock-up clutch, 0 empty to 1 full", start=0.0)
 
     def equations(self) -> Equations:
         """The converter and its lock-up."""
         yield connect(self.flange_a, self.converter.flange_a)
         yield connect(self.converter.flange_b, self.flange_b)
-        yield self.converter.lockup.value == limited((self.converter.w_b - self.w_lock) / self.band)
+        demand = limited((self.converter.w_b - self.w_lock) / self.band)
+        yield self.T_fill * der(self.filled) == demand - self.filled
+        yield self.converter.lockup.value == ca.fmin(self.filled, demand)

@@ -32,12 +32,13 @@ def mapped(
     speeds: Any,
     pedals: int,
     *,
+    name: str,
     held: Mapping[str, float] | None = None,
     cycle: DriveCycle | None = None,
     run: CycleRun | None = None,
     draw: bool = True,
 ) -> tuple[str, xr.Dataset, Figure | None]:
-    """The text, the data and (where it is to be drawn) the picture of a vehicle's map, over speeds [m/s].
+    """The text, the data and (where it is to be drawn) the picture of the map of the vehicle ``name``, over speeds [m/s].
 
     Over the map lie the operating points of a ``run``, or of a ``cycle`` that is driven for that.
     """
@@ -56,8 +57,8 @@ def mapped(
     if draw:
         figure = Figure(figsize=(9, 6), layout="constrained")
         ax = plot_driveline_map(found, run, ax=figure.add_subplot())
-        ax.set_title(f"{type(model).__name__}: {_told(found)}")
-    return report(found, type(model).__name__), found, figure
+        ax.set_title(f"{name}: {_told(found)}")
+    return report(found, name), found, figure
 
 
 def _told(found: xr.Dataset) -> str:

@@ -146,7 +146,9 @@ def command(
         from powertrain.cli.driveline import mapped
 
         speeds = values(speed, 47) / 3.6
-        shown, data, figure = mapped(model, speeds, pedals, held=dict(held), cycle=cycle, draw=plot is not None)
+        shown, data, figure = mapped(
+            model, speeds, pedals, name=what.name, held=dict(held), cycle=cycle, draw=plot is not None
+        )
     else:
         shown, data, figure = _transmission_map(model, ratio, load, input_speed, draw=plot is not None)
     click.echo(shown)

@@ -157,9 +157,9 @@ def command(
         if backward:
             click.echo(_beside(run, model))
         if plot is not None:
-            _draw_run(run, plot)
+            _draw_run(run, vehicle.name, plot)
         if chart is not None:
-            click.echo(f"\n{_draw_map(run, model, chart)}")
+            click.echo(f"\n{_draw_map(run, vehicle.name, model, chart)}")
         if page is not None:
             run.explore(page)
     for path in (write_params, out, plot, chart, page):
@@ -195,14 +195,14 @@ def _beside(run: CycleRun, model: pt.Component) -> str:
     return f"{title('Backward, from steady operating points')}\n{columns(rows, right=[1])}"
 
 
-def _draw_run(run: CycleRun, plot: Path) -> None:
+def _draw_run(run: CycleRun, name: str, plot: Path) -> None:
     """The picture of the run."""
     from powertrain.trials.figures import cycle_figure
 
-    cycle_figure(run).savefig(plot, dpi=120)
+    cycle_figure(run, name).savefig(plot, dpi=120)
 
 
-def _draw_map(run: CycleRun, model: pt.Component, chart: Path) -> str:
+def _draw_map(run: CycleRun, name: str, model: pt.Component, chart: Path) -> str:
     """The picture of the vehicle's map up to the cycle's speeds; what it says in text."""
     import numpy as np
 
@@ -210,7 +210,7 @@ def _draw_map(run: CycleRun, model: pt.Component, chart: Path) -> str:
     from powertrain.trials.driveline import SLOWEST
 
     speeds = np.linspace(SLOWEST, 1.05 * max(run.cycle.top_speed, 10.0), MAP[0])
-    text, _, figure = mapped(model, speeds, MAP[1], run=run)
+    text, _, figure = mapped(model, speeds, MAP[1], name=name, run=run)
     assert figure is not None
     figure.savefig(chart, dpi=120)
     return text

@@ -155,7 +155,17 @@ def _not_determined(square: _SquareSystem, rows: list[int]) -> str:
     quoted = "\n  ".join(dict.fromkeys(str(square.places[i]) for i in rows[:8]))
     names = sorted({square.unknowns[j].name() for i in rows for j in square.entries[i]})[:8]
     zeros = _zeros(square, rows)
-    hint = f"; {' and '.join(zeros)} {'is' if len(zeros) == 1 else 'are'} 0" if zeros else ""
+    if zeros:
+        told, which = (
+            ("is 0, which removes", "another value") if len(zeros) == 1 else ("are 0, which removes", "other values")
+        )
+        unknown = "an unknown" if len(names) > 1 else "it"
+        hint = (
+            f"; {' and '.join(zeros)} {told} {unknown} from them: give {which}, or connect a part that determines "
+            f"{' or '.join(names)}, such as an inertia"
+        )
+    else:
+        hint = ""
     return f"the equations below do not determine {', '.join(names)}: one of them repeats or contradicts the others{hint}\n  {quoted}"
 
 

@@ -67,6 +67,22 @@ def check_kind(where: str, kind: Any, value: Any) -> None:
     raise ParameterError(f"{where} = {value!r} is {wanted}")
 
 
+def scalar(where: str, kind: Any, value: Any) -> float:
+    """The value of a field ``Annotated[float, "1"]``; a text such as "85 %" is converted. Errors: ParameterError for anything else."""
+    unit = bare(kind)[1]
+    if isinstance(value, str) and has_unit(value):
+        value = quantity(value, unit, where)
+    if not _is_a(value, float):
+        raise ParameterError(f"{where} = {value!r} is not a number like {0.85 if unit == '1' else f'1.5 {unit}'}")
+    return float(value)
+
+
+def is_scalar(kind: Any) -> bool:
+    """Whether a field is a number with a unit."""
+    kind, unit = bare(kind)
+    return bool(unit) and kind is float
+
+
 def rows(where: str, kind: Any, value: Any) -> Any:
     """The value of a field ``tuple[tuple[float, ...], ...]``; with ``Annotated[..., "m/s"]``, texts such as "15 km/h" are converted.
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, dataclass_transform
 
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language import htmltext
-from powertrain.language.checks import check_conditions, check_kind, is_row, is_rows, row, rows
+from powertrain.language.checks import check_conditions, check_kind, is_row, is_rows, is_scalar, row, rows, scalar
 from powertrain.language.fields import (
     MISSING,
     Frozen,
@@ -157,6 +157,8 @@ class Component(metaclass=_Kind):
             raise ParameterError(f"{where} must be given{f': a {kind.__name__}' if isinstance(kind, type) else ''}")
         if is_rows(kind := self._slot_types().get(name)):
             return rows(where, kind, value)
+        if is_scalar(kind):
+            return scalar(where, kind, value)
         if is_row(kind):
             value = row(where, value)
         self._check_slot(where, name, value)

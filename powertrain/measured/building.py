@@ -33,7 +33,7 @@ from powertrain.components.transmissions import (
     StartingDevice,
     TorqueConverter,
 )
-from powertrain.components.wheels import RigidWheel
+from powertrain.components.wheels import RigidWheel, SlipWheel
 from powertrain.measured.record import SPREAD, TestCar
 from powertrain.measured.technology import BELT_SPREAD, ROTATING, RPM, Technology, rated_speed, stops
 from powertrain.vehicles.automatic_car import AutomaticCar
@@ -44,8 +44,9 @@ from powertrain.vehicles.variator_car import VariatorCar
 
 RADIUS = 0.32
 """Rolling radius [m]: it cancels, as the list has engine speed over vehicle speed."""
-PROGRESSION = 1.05
-"""Factor by which the step between two gears grows from the top gear down, H. Naunheimer et al., Automotive Transmissions, 2nd ed., 4.2."""
+PROGRESSION, PROGRESSION_MANUAL = 1.05, 1.1
+"""Factor by which the step between two gears grows from the top gear down: 1.0 to 1.2, H. Naunheimer et al., Automotive Transmissions,
+2nd ed., 4.2; manual gearboxes, with few gears, have 1.07 to 1.15."""
 MPH = 0.44704
 MANUAL = 15 * MPH, 25 * MPH, 40 * MPH, 45 * MPH, 50 * MPH, 55 * MPH
 """Speeds [m/s] at which a manual gearbox is shifted up, 40 CFR 86.128-79."""
@@ -53,6 +54,14 @@ DOWN = 0.82
 """Speed of shifting down over that of shifting up."""
 W_OPEN, W_CLOSED = 80.0, 200.0
 """Speeds of the engine [rad/s] from which a start clutch presses, and at which it presses fully."""
+LAUNCH = 3200 * RPM - (W_OPEN + W_CLOSED) / 2
+"""Rise of these speeds with the accelerator fully pressed: the clutch, which can hold twice the largest torque, then slips at 3,200 rpm."""
+CUT = 0.5
+"""Part of the torque taken back in an upshift under load: at full load, about what the slowing engine adds."""
+MU, STIFFNESS = 1.0, 20.0
+"""Grip of a tyre on dry asphalt, and its slip stiffness over the load, H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., 4.3."""
+FRONT_SHARE = {"F": 0.6, "R": 0.5}
+"""Part of the weight on the front axle of a front-wheel and a rear-wheel drive."""
 W_DRAG = 150.0
 """Speed [rad/s] at which a gearbox's drag is given."""
 SPLIT_POWER, SPLIT_RING = 71.6e3, 10.3
@@ -86,21 +95,30 @@ def _common(car: TestCar, technology: Technology, cool: bool) -> dict[str, Any]:
         "accessories": AccessoryDrive(P=technology.accessories),
         "driver": Driver(k_a=car.mass / _force(car), hold=0.3),
         "body": _body(car),
-        "front": _driven(car, IdealGear(ratio=car.axle_ratio)),
-        "rear": RollingAxle(wheels=RigidWheel(J=0, radius=RADIUS, Cr=0)),
+        **_axles(car, IdealGear(ratio=car.axle_ratio)),
     }
 
 
-def _driven(car: TestCar, final_drive: TwoFlanges) -> LumpedAxle:
-    """The driven axle, with the inertia of all that turns with the wheels; its rolling resistance is part of the road load."""
-    return LumpedAxle(
-        final_drive=final_drive, wheels=RigidWheel(J=ROTATING * car.mass * RADIUS**2, radius=RADIUS, Cr=0)
-    )
+def _axles(car: TestCar, final_drive: TwoFlanges) -> dict[str, Any]:
+    """The driven axle, with the inertia of all that turns with the wheels, and the other; rolling resistance is part of the road load.
+
+    Four driven wheels are one axle, which carries the whole weight.
+    """
+    load = car.mass * G_N * (1 - _front_share(car) if car.drive == "R" else _front_share(car))
+    tyres = SlipWheel(J=ROTATING * car.mass * RADIUS**2, radius=RADIUS, Cr=0, mu=MU, C=STIFFNESS * load)
+    driven = LumpedAxle(final_drive=final_drive, wheels=tyres)
+    rolling = RollingAxle(wheels=RigidWheel(J=0, radius=RADIUS, Cr=0))
+    return {"front": rolling, "rear": driven} if car.drive == "R" else {"front": driven, "rear": rolling}
+
+
+def _front_share(car: TestCar) -> float:
+    return FRONT_SHARE.get(car.drive, 1.0)
 
 
 def _body(car: TestCar) -> CoastDownBody:
     F_0, F_1, F_2 = car.road_load
-    return CoastDownBody(m=car.mass, F_0=F_0, F_1=F_1, F_2=F_2)
+    body = CoastDownBody(m=car.mass, F_0=F_0, F_1=F_1, F_2=F_2, front_share=_front_share(car))
+    return body if car.drive in FRONT_SHARE else pt.replace(body, h=0.0)
 
 
 def _force(car: TestCar) -> float:
@@ -118,10 +136,15 @@ def _drag(car: TestCar, technology: Technology, cool: bool) -> ChurningLoss:
 
 def ratios(car: TestCar) -> tuple[float, ...]:
     """Ratios of the gears, first gear first: geometric with progressive steps, by number and spread, down from the list's top gear."""
-    top, n = car.w_per_v * RADIUS / car.axle_ratio, car.gears
+    top, n, growth = car.w_per_v * RADIUS / car.axle_ratio, car.gears, progression(car)
     steps = n - 1
-    step = (SPREAD[n] / PROGRESSION ** (steps * (steps - 1) / 2)) ** (1 / steps)
-    return tuple(top * step**k * PROGRESSION ** (k * (k - 1) / 2) for k in range(steps, -1, -1))
+    step = (SPREAD[n] / growth ** (steps * (steps - 1) / 2)) ** (1 / steps)
+    return tuple(top * step**k * growth ** (k * (k - 1) / 2) for k in range(steps, -1, -1))
+
+
+def progression(car: TestCar) -> float:
+    """Factor by which its gear steps grow."""
+    return PROGRESSION_MANUAL if car.transmission == "manual" else PROGRESSION
 
 
 def _clutch(engine: WillansEngine) -> Clutch:
@@ -148,9 +171,15 @@ def _manual(car: TestCar, technology: Technology, cool: bool) -> ManualCar:
     full = min(rated * RADIUS / (i * car.axle_ratio) / up for i, up in zip(gears, ups, strict=False))
     box = ManualGearbox.of_ratios(*gears)
     eta = technology.gearbox(car)[0]
-    parts["front"] = _driven(car, CrownGear(ratio=car.axle_ratio, eta_ab=eta, eta_ba=eta))
+    parts |= _axles(car, CrownGear(ratio=car.axle_ratio, eta_ab=eta, eta_ba=eta))
     schedule = GearSchedule(
-        speeds=rows, eager=max(full - 1, 0.3), relaxed=0.6, kick=0.95, w_open=W_OPEN, w_closed=W_CLOSED
+        speeds=rows,
+        eager=max(full - 1, 0.3),
+        relaxed=0.6,
+        kick=0.95,
+        launch=LAUNCH,
+        w_open=W_OPEN,
+        w_closed=W_CLOSED,
     )
     return ManualCar(
         schedule=schedule,
@@ -169,7 +198,15 @@ def _stepped(car: TestCar, technology: Technology, cool: bool) -> AutomaticCar:
     full = min(rated / (low * i / j) for i, j in pairwise(gears))
     relaxed = min(technology.preferred(car), 0.9)
     schedule = PowerShiftSchedule(
-        speeds=rows, eager=full - 1, relaxed=relaxed, kick=0.9, dwell=1.0, w_open=W_OPEN, w_closed=W_CLOSED
+        speeds=rows,
+        eager=full - 1,
+        relaxed=relaxed,
+        kick=0.9,
+        dwell=1.0,
+        launch=LAUNCH,
+        cut=CUT,
+        w_open=W_OPEN,
+        w_closed=W_CLOSED,
     )
     unit = ShiftedGears(eta_ab=eta, eta_ba=eta)
     engine = parts["engine"]
@@ -213,13 +250,13 @@ def _split(car: TestCar, technology: Technology, cool: bool) -> PowerSplitHybrid
     return pt.replace(
         whole,
         {
-            **{name: parts[name] for name in ("driver", "body", "rear")},
+            **{name: parts[name] for name in ("driver", "body")},
             "engine": pt.replace(parts["engine"], tau_starter=0.0),
             "machine_1": _machine(45e3 * size, 60 * size, 1250.0, geared=False),
             "machine_2": _machine(53e3 * size, 163 * 3.1 * size, 560.0, geared=True),
             "battery": PolarizedBattery(R=0.2 / size, Q=3.6 * 3600 * 1.6 * size, ocv=cells_in_series(56)),
             "accessories": AccessoryLoad(P=0.75 * technology.accessories),
-            "front": _driven(car, CrownGear(ratio=ring, eta_ab=eta, eta_ba=eta)),
+            **_axles(car, CrownGear(ratio=ring, eta_ab=eta, eta_ba=eta)),
             "control.tau_full": 163 * 3.1 * size,
         },
     )
@@ -232,14 +269,12 @@ def _electric(car: TestCar, technology: Technology, cool: bool) -> ElectricCar:
     turn when the car coasts; so ``cool`` makes no difference.
     """
     eta = technology.gearbox(car)[0]
-    front = _driven(car, CrownGear(ratio=1.0001, eta_ab=eta, eta_ba=eta))
     size, ratio = car.power / ELECTRIC_POWER, car.w_per_v * RADIUS
     return ElectricCar(
         driver=Driver(k_a=car.mass / _force(car), hold=0.3),
         control=ElectricDriveControl(F_brake=4500 / RADIUS, F_most=0.3 * car.mass * G_N),
         body=_body(car),
-        front=front,
-        rear=RollingAxle(wheels=front.wheels if car.drive in ("A", "4") else pt.replace(front.wheels, J=0.0)),
+        **_axles(car, CrownGear(ratio=1.0001, eta_ab=eta, eta_ba=eta)),
         machine=_machine(car.power, car.power / (0.35 * W_MACHINE), W_MACHINE, geared=True),
         battery=pt.replace(
             BATTERY, {"Q": size * float(BATTERY.Q), "R": float(BATTERY.R) / size, "i_discharge": 600 * size}

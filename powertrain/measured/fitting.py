@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.language.makers import arguments_checked
-from powertrain.measured.prediction import CYCLES, predict
+from powertrain.measured.building import build
+from powertrain.measured.prediction import COOL, CYCLES, predict
 from powertrain.measured.record import TestCar
 from powertrain.measured.technology import Technology, priors
 
@@ -52,7 +53,7 @@ class Sensitivities:
     @classmethod
     @arguments_checked
     def computed(cls, cars: Collection[TestCar], technology: Technology) -> Self:
-        """By difference quotients: one drive for each car, cycle and number."""
+        """By difference quotients: one drive for each car, cycle and number that enters the car."""
         names = tuple(priors())
         burners = [car for car in cars if car.transmission != "electric"]
         keys = [(car, cycle) for car in burners for cycle in CYCLES]
@@ -61,7 +62,9 @@ class Sensitivities:
         for j, name in enumerate(names):
             moved = replace(technology, **{name: getattr(technology, name) + STEP * priors()[name][1]})
             for i, (car, cycle) in enumerate(keys):
-                slopes[i, j] = (_error(car, cycle, moved) - errors[i]) / STEP
+                cool = cycle == COOL
+                if build(car, moved, cool=cool) != build(car, technology, cool=cool):
+                    slopes[i, j] = (_error(car, cycle, moved) - errors[i]) / STEP
         return cls(
             tuple(c.test_vehicle for c, _ in keys), tuple(c for _, c in keys), names, _places(names), errors, slopes
         )

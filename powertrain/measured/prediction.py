@@ -13,7 +13,8 @@ from powertrain.measured.record import TestCar
 from powertrain.measured.technology import Technology
 from powertrain.trials import charge_corrected, drive_cycle
 
-CYCLES = "udds", "hwfet"
+CYCLES = COOL, _ = "udds", "hwfet"
+"""The cycles, and the one on which engine and gearbox are only as warm as in the bags of the FTP."""
 CHARGER = 0.88
 """Efficiency from the wall into the battery: what is measured of an electric car comes from the wall."""
 LITRES_PER_GALLON = 235.214583
@@ -44,7 +45,7 @@ def predict(car: TestCar, cycle: str, technology: Technology | None = None) -> P
 
     A hybrid's is corrected for the charge by ``charge_corrected``, an electric car's is of gasoline equivalent from the wall.
     """
-    run = drive_cycle(build(car, technology or Technology(), cool=cycle == "udds"), cycle)
+    run = drive_cycle(build(car, technology or Technology(), cool=cycle == COOL), cycle)
     if car.transmission == "electric":
         mpg = run.mpg(CHARGER)
     else:

@@ -27,6 +27,8 @@ CHARGED_FROM = 72e6
 """Rated power over displacement [W/m3] from which an engine is taken to be turbocharged."""
 CHARGED_AT = 85e6
 """Rated power over displacement [W/m3] at which ``p_0_turbo`` is the friction: bearings, rings and valve train are sized for the load."""
+RATED_PRESSURE = 11.4 * BAR
+"""Mean effective pressure at the rated power of engines that breathe naturally: mean of 20 data sheets, standard deviation 0.7 bar."""
 FAMILIES = {
     ("Mazda", 2.0): "high compression",
     ("Mazda", 2.5): "high compression",
@@ -56,45 +58,45 @@ class Technology:
     An engine's fuel power is (tau + V/(4 pi) (p_0 + p_2 (w/400)^2)) w/e + heat V.
     """
 
-    e_port: float = shared(0.418, 0.425, 0.015, "1", "indicated efficiency, port injection, compression ratio 10 to 11")
-    e_high: float = shared(0.4404, 0.445, 0.015, "1", "indicated efficiency, direct injection, compression ratio 13")
-    e_late: float = shared(0.4577, 0.455, 0.015, "1", "indicated efficiency, late closing, cooled recirculation")
-    e_turbo: float = shared(0.4341, 0.43, 0.015, "1", "indicated efficiency, turbocharged, direct injection")
-    p_0: float = shared(0.6218, 0.75, 0.12, "bar", "friction and pumping, naturally aspirated")
+    e_port: float = shared(
+        0.4222, 0.425, 0.015, "1", "indicated efficiency, port injection, compression ratio 10 to 11"
+    )
+    e_high: float = shared(0.4411, 0.445, 0.015, "1", "indicated efficiency, direct injection, compression ratio 13")
+    e_late: float = shared(0.4611, 0.455, 0.015, "1", "indicated efficiency, late closing, cooled recirculation")
+    e_turbo: float = shared(0.4359, 0.43, 0.015, "1", "indicated efficiency, turbocharged, direct injection")
+    p_0: float = shared(0.6355, 0.75, 0.12, "bar", "friction and pumping, naturally aspirated")
     p_0_turbo: float = shared(
-        1.047, 0.90, 0.15, "bar", "friction and pumping, turbocharged, 85 kW/l; in proportion to kW/l"
+        1.083, 0.90, 0.15, "bar", "friction and pumping, turbocharged, 85 kW/l; in proportion to kW/l"
     )
-    heat: float = shared(1.758, 2.0, 0.4, "kW/l", "heat to the walls while the engine fires")
+    heat: float = shared(1.794, 2.0, 0.4, "kW/l", "heat to the walls while the engine fires")
     accessories: float = shared(
-        414.4, 400.0, 80.0, "W", "alternator and pumps at the crank; 3/4 of it on a hybrid's bus"
+        408.2, 400.0, 80.0, "W", "alternator and pumps at the crank; 3/4 of it on a hybrid's bus"
     )
-    eta_manual: float = shared(0.9606, 0.965, 0.01, "1", "efficiency under load, manual gearbox and final drive")
-    eta_dual: float = shared(0.9657, 0.965, 0.01, "1", "efficiency under load, dual-clutch gearbox and final drive")
-    eta_automatic: float = shared(
-        0.9685, 0.965, 0.01, "1", "efficiency under load, planetary automatic and final drive"
-    )
-    eta_belt: float = shared(0.9329, 0.93, 0.02, "1", "efficiency under load, belt variator and final drive")
+    eta_manual: float = shared(0.9629, 0.965, 0.01, "1", "efficiency under load, manual gearbox and final drive")
+    eta_dual: float = shared(0.9656, 0.965, 0.01, "1", "efficiency under load, dual-clutch gearbox and final drive")
+    eta_automatic: float = shared(0.968, 0.965, 0.01, "1", "efficiency under load, planetary automatic and final drive")
+    eta_belt: float = shared(0.932, 0.93, 0.02, "1", "efficiency under load, belt variator and final drive")
     eta_split: float = shared(
-        0.9723, 0.975, 0.01, "1", "efficiency under load, from the ring of a power split to the wheels"
+        0.9731, 0.975, 0.01, "1", "efficiency under load, from the ring of a power split to the wheels"
     )
-    drag_manual: float = shared(0.7461, 1.0, 0.5, "N.m", "drag at the input at 150 rad/s, manual gearbox")
-    drag_dual: float = shared(2.849, 2.5, 1.0, "N.m", "drag at the input at 150 rad/s, dual-clutch gearbox")
-    drag_automatic: float = shared(2.835, 3.0, 1.5, "N.m", "drag at the input at 150 rad/s, automatic with its pump")
-    drag_belt: float = shared(2.406, 3.0, 1.5, "N.m", "drag at the input at 150 rad/s, variator with its pump")
-    cool_gearbox: float = shared(1.724, 1.6, 0.3, "1", "drag in the bags of the FTP over that of warm oil")
+    drag_manual: float = shared(1.014, 1.0, 0.5, "N.m", "drag at the input at 150 rad/s, manual gearbox")
+    drag_dual: float = shared(2.813, 2.5, 1.0, "N.m", "drag at the input at 150 rad/s, dual-clutch gearbox")
+    drag_automatic: float = shared(2.543, 3.0, 1.5, "N.m", "drag at the input at 150 rad/s, automatic with its pump")
+    drag_belt: float = shared(2.412, 3.0, 1.5, "N.m", "drag at the input at 150 rad/s, variator with its pump")
+    cool_gearbox: float = shared(1.63, 1.6, 0.3, "1", "drag in the bags of the FTP over that of warm oil")
     cool_engine: float = shared(
-        1.086, 1.10, 0.05, "1", "friction of the engine in the bags of the FTP over that of a warm one"
+        1.119, 1.10, 0.05, "1", "friction of the engine in the bags of the FTP over that of a warm one"
     )
     stop_delay: float = shared(
-        5.461, 4.5, 2.3, "s", "standstill after which the engine stops, all inhibitions included"
+        5.236, 4.5, 2.3, "s", "standstill after which the engine stops, all inhibitions included"
     )
-    pressure: float = shared(7.072, 7.0, 0.7, "bar", "mean effective pressure up to which a low speed is preferred")
-    pressure_turbo: float = shared(9.014, 9.0, 1.0, "bar", "the same, turbocharged")
+    pressure: float = shared(7.046, 7.0, 0.7, "bar", "mean effective pressure up to which a low speed is preferred")
+    pressure_turbo: float = shared(8.991, 9.0, 1.0, "bar", "the same, turbocharged")
     schedule: float = shared(
-        0.9139, 1.0, 0.08, "1", "speeds of shifting a manual gearbox over those of 40 CFR 86.128-79"
+        0.9482, 1.0, 0.08, "1", "speeds of shifting a manual gearbox over those of 40 CFR 86.128-79"
     )
-    n_stepped: float = shared(1401, 1300.0, 120.0, "rpm", "engine speed after shifting up, automatic and dual clutch")
-    n_belt: float = shared(1253, 1250.0, 120.0, "rpm", "least engine speed with a belt variator")
+    n_stepped: float = shared(1361, 1300.0, 120.0, "rpm", "engine speed after shifting up, automatic and dual clutch")
+    n_belt: float = shared(1242, 1250.0, 120.0, "rpm", "least engine speed with a belt variator")
 
     def engine(self, car: TestCar, *, cool: bool = False) -> WillansEngine:
         """The engine of a car."""
@@ -152,8 +154,10 @@ def is_charged(car: TestCar) -> bool:
 
 
 def rated_speed(car: TestCar) -> float:
-    """Speed [rad/s] of the rated power."""
-    return (5500 if is_charged(car) else 6200) * RPM
+    """Speed [rad/s] of the rated power P = p V w/(4 pi): the pressure p is limited by the filling, so more power per litre needs speed."""
+    if is_charged(car):
+        return 5500 * RPM
+    return max(6200 * RPM, 4 * math.pi * car.power / (RATED_PRESSURE * car.displacement))
 
 
 def family(car: TestCar) -> str:

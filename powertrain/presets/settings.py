@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 import powertrain as pt
 from powertrain.errors import suggestion
-from powertrain.language.checks import is_rows, rows
+from powertrain.language.checks import is_rows, is_scalar, rows, scalar
 from powertrain.language.component import variants
 from powertrain.language.fields import is_given
 from powertrain.presets.catalogue import Entry, components, find, fitting
@@ -208,6 +208,8 @@ def _located(
 def _read(text: str, found: Adjustable) -> Any:
     """The value of a plain field from its text."""
     _check_plain(found)
+    if is_scalar(found.kind):
+        return scalar(found.path, found.kind, number_or_text(text))
     if isinstance(found.value, str):
         return text
     if text.lower() in ("true", "false"):
@@ -225,6 +227,8 @@ def _fitted(value: Any, found: Adjustable) -> Any:
         value = _tuples(value)
     if is_rows(found.kind):
         return rows(found.path, found.kind, value)
+    if is_scalar(found.kind):
+        return scalar(found.path, found.kind, value)
     if typing.get_origin(found.kind) is typing.Literal:
         choice = typing.get_args(found.kind)
         if value not in choice:

@@ -13,8 +13,7 @@ from powertrain.components.control import FixedGear, SpeedSchedule
 from powertrain.components.control.shift_rule import Driving
 from powertrain.components.transmissions import Shiftable
 from powertrain.trials.operating import operating_map
-from powertrain.vehicles.car import GearedCar
-from powertrain.vehicles.electric_car import ElectricCar
+from powertrain.vehicles.car import ShiftedCar
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,7 +107,7 @@ def _shifts(vehicle: pt.Component) -> ca.Function:
     """The rule of the schedule as a function of ``Driving``: 1 for each of ``Shifts`` that is due, else 0."""
     schedule = getattr(vehicle, _named(vehicle, SpeedSchedule))
     now = Driving(*(pt.Symbol.sym(name) for name in Driving._fields))
-    pulls = vehicle.pull_speeds() if isinstance(vehicle, GearedCar | ElectricCar) else ((), ())
+    pulls = vehicle.pull_speeds() if isinstance(vehicle, ShiftedCar) else ((), ())
     return ca.Function("shifts", [*now], [*schedule.shifts(now, schedule.kick_limits(now.gear, *pulls))])
 
 

@@ -126,7 +126,7 @@ class Pressed(pt.Component):
 
 
 def test_an_inertia_of_zero_is_named() -> None:
-    said = "one of them repeats or contradicts the others; disc.J is 0"
+    said = "one of them repeats or contradicts the others; disc.J is 0, which removes it from them: give another value"
     refused(pt.ModelError, said, do=lambda: pt.compile(Pressed()))
 
 

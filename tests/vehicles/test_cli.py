@@ -597,6 +597,10 @@ def test_performance_from_another_charge() -> None:
             "battery.soc=95",
             "--start: battery.soc = 95 is outside its range, 0 (empty) to 1 (full); write 0.95 for 95 %",
         ),
+        (
+            "battery.soc=0",
+            "--start: battery.soc = 0: an empty battery cannot supply the accessories; start above battery",
+        ),
         ("battery.soc=0.9 V", "--start: battery.soc = '0.9 V': V cannot be converted to 1"),
         ("battery.socc=0.9", "--start: the model has no variable battery.socc; did you mean battery.soc"),
         ("battery.soc", "--start 'battery.soc': write path=value, such as battery.soc=0.95"),

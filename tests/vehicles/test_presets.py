@@ -13,7 +13,7 @@ from test_rear_drive import KINDS
 
 import powertrain as pt
 from powertrain.components import rotational, translational
-from powertrain.components.body import DrivenAxle, RoadProfile
+from powertrain.components.body import Body, DrivenAxle, RoadProfile, VehicleBody
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.differentials import LimitedSlipDifferential
 from powertrain.components.electric import cells_in_series
@@ -32,6 +32,7 @@ from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.parallel_hybrid import ParallelHybrid
 from powertrain.vehicles.split_path_car import SplitPathCar
+from powertrain.vehicles.variator_car import VariatorCar
 
 HILL = DriveCycle("hill", ((0.0, 0.0), (10.0, 12.5), (20.0, 0.0)), "mine", (0.0, 0.05, -0.01))
 
@@ -366,3 +367,38 @@ def test_makers_that_cannot_take_what_they_get(path: str, text: str) -> None:
     maker, wrong = text.partition("(")[0], text.split("'")[1]
     assert wrong in str(caught.value)
     assert path in str(caught.value) or maker in str(caught.value) or "teeth" in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["85 %", "0.85"])
+def test_a_plain_number_takes_percent_everywhere(text: str) -> None:
+    """In Python, as a text of the command line, and in a file."""
+    car = VariatorCar(share=0.7)
+    assert assigned(car, [("share", text)]).share == 0.85
+    assert applied(car, {"share": text if "%" in text else 0.85})[0].share == 0.85
+    for wrong in ("85 kg", "much"):
+        with pytest.raises(pt.ParameterError, match=f"^share = '{wrong}'"):
+            assigned(car, [("share", wrong)])
+
+
+def test_roads_are_not_steeper_than_45_degrees() -> None:
+    """500 % is a percentage passed as a fraction."""
+    steep = pt.Map.curve([0.0, 100.0], [0.0, -5.0], x="s", x_unit="m", name="grade")
+    with pytest.raises(pt.ParameterError, match=r"road.profile has a grade of -5, -500%; no road is steeper than 100%"):
+        pt.compile(ManualCar(road=RoadProfile(profile=steep)))
+
+
+def test_a_tailwind_reduces_the_relative_speed_of_the_air() -> None:
+    """At 20 m/s against 10 m/s the drag Cd A rho u^2/2 is that of 30 m/s."""
+    body = assigned(VehicleBody(Cd=0.3, A=2.0), [("tailwind", "-10 m/s")])
+    result = pt.simulate(PulledBody(body=body), stop=1)
+    assert result["body.chassis.drag"][-1] == pytest.approx(0.3 * 2.0 * 1.2 * 30**2 / 2)
+
+
+class PulledBody(pt.Component):
+    """A body that is pulled at 20 m/s."""
+
+    body: Body
+    pull: translational.ConstantSpeed = translational.ConstantSpeed(v_fixed=20)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.pull.flange, self.body.front)

@@ -67,6 +67,29 @@ def test_course_of_a_shift() -> None:
     np.testing.assert_allclose(result.at(times, "schedule.lever"), [1, 1, 1, 1.5, 2, 2, 2, 2], atol=1e-6)
 
 
+@pytest.mark.parametrize("kind", [GearSchedule, PowerShiftSchedule])
+@pytest.mark.parametrize(
+    ("pedal", "v", "pressed"), [(1.0, 1.0, 0.25), (0.9, 1.0, 0.5), (0.5, 1.0, 0.75), (1.0, 5.0, 0.75)]
+)
+def test_a_full_pedal_launches_with_a_slipping_clutch_in_first_gear(
+    kind: type[GearSchedule | PowerShiftSchedule], pedal: float, v: float, pressed: float
+) -> None:
+    """At 350 rad/s a clutch that closes from 200 to 400 rad/s holds three quarters, and 100 rad/s later one quarter."""
+    schedule = kind(speeds=SPEEDS, eager=0, kick=0.8, w_open=200, w_closed=400, launch=100)
+    speed, u, w = (TimeTable(table=((0.0, value),)) for value in (v, pedal, 350.0))
+    result = pt.simulate(Scheduled(v=speed, u=u, w=w, schedule=schedule), stop=3)
+    assert result["schedule.gear"][-1] == (2 if v > 4 else 1)
+    assert result["schedule.clutch"][-1] == pytest.approx(pressed)
+
+
+def test_the_torque_is_reduced_in_upshifts_only() -> None:
+    """Up at 4 s, down at 18 s, in 0.4 s each: in the middle of an upshift 60 % of half a throttle is left, a quarter before it 70 %."""
+    schedule = PowerShiftSchedule(speeds=SPEEDS, eager=0, cut=0.4)
+    result = pt.simulate(Scheduled(v=UP_AND_DOWN, schedule=schedule), stop=20, max_step=0.5)
+    times = np.array([3.9, 4.1, 4.2, 4.3, 4.5, 18.2])
+    np.testing.assert_allclose(result.at(times, "schedule.throttle"), [0.5, 0.35, 0.3, 0.35, 0.5, 0.5], atol=1e-6)
+
+
 def test_accelerator_shifts_later_and_dwell_is_kept() -> None:
     """eager = 1 and half an accelerator: up at 6 m/s. With the speed of third gear from the start, the shifts are a dwell apart."""
     car = pt.replace(Scheduled(v=UP_AND_DOWN), {"schedule.eager": 1.0})

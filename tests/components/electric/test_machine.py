@@ -39,7 +39,7 @@ def held(machine: ElectricMachine, w: float, demand: float) -> dict[str, float]:
 )
 def test_limits(w: float, demand: float, tau: float) -> None:
     assert held(MACHINE, w, demand)["tau"] == pytest.approx(tau, rel=1e-12, abs=1e-12)
-    assert MACHINE.limit(w) >= abs(tau) * (1 - 1e-12)
+    assert MACHINE.full_load(w) >= abs(tau) * (1 - 1e-12)
 
 
 @pytest.mark.parametrize("w", [-300.0, 0.0, 300.0])
@@ -222,7 +222,7 @@ def test_round_trip_through_a_flywheel() -> None:
 def test_a_low_voltage_takes_power_and_top_speed(V: float, w: float, limit: float) -> None:
     """50 kW and 1,200 rad/s from 150 V on; at 120 V 40 kW and 960 rad/s."""
     machine = pt.replace(MACHINE, tau_max=200, P_max=50e3, w_max=1200, band=20, V_full=150)
-    assert machine.limit(w, V) == pytest.approx(limit)
+    assert machine.full_load(w, V) == pytest.approx(limit)
     rig = HeldMachine(machine=machine, drive=ConstantSpeed(w_fixed=w), source=VoltageSource(V=V))
     result = pt.simulate(rig, 0.1, inputs={"demand": 1000.0})
     assert result["machine.tau"][-1] == pytest.approx(limit)
@@ -231,9 +231,9 @@ def test_a_low_voltage_takes_power_and_top_speed(V: float, w: float, limit: floa
 def test_without_voltage_there_is_no_torque() -> None:
     """Nor at rest, where the power's limit is 0/0."""
     machine = pt.replace(MACHINE, V_full=300)
-    assert machine.limit([0.0, 1e-15, 1.0, -500.0], 0.0).tolist() == [0.0] * 4
-    assert machine.limit(0.0, 300.0) == pytest.approx(200)
-    assert machine.limit(0.0, 1.0) == pytest.approx(200 * 1200 / 300 / 20)
+    assert machine.full_load([0.0, 1e-15, 1.0, -500.0], 0.0).tolist() == [0.0] * 4
+    assert machine.full_load(0.0, 300.0) == pytest.approx(200)
+    assert machine.full_load(0.0, 1.0) == pytest.approx(200 * 1200 / 300 / 20)
 
 
 def test_a_warm_winding_loses_more() -> None:

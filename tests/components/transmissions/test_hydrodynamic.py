@@ -11,8 +11,8 @@ from joined import joined, run
 
 import powertrain as pt
 from powertrain.components import rotational as rot
-from powertrain.components.blocks import Constant
-from powertrain.components.transmissions import FluidCoupling, TorqueConverter
+from powertrain.components.blocks import Constant, TimeTable
+from powertrain.components.transmissions import FluidCoupling, StartingConverter, TorqueConverter
 
 ROWS = ((0.0, 17.0, 2.0), (0.4, 18.0, 1.5), (0.8, 20.0, 1.1), (0.86, 22.0, 1.0), (0.97, 40.0, 1.0))
 CONVERTER = TorqueConverter(table=ROWS)
@@ -99,6 +99,16 @@ def test_lockup_joins_pump_and_turbine() -> None:
     result = driven_off(1.0, 5.0)
     np.testing.assert_allclose(result["parts[3].w"], 150 / 10.2 * result.time, rtol=1e-6, atol=1e-9)
     assert np.abs(result["parts[0].lossPower"]).max() < 1e-9
+
+
+def test_the_lockup_fills_slowly_and_empties_at_once() -> None:
+    """A turbine at 200 rad/s from 1 s to 3 s, above the speeds of closing: filling is 1 - exp(-t/T), and a slow turbine has no lock-up."""
+    device = StartingConverter(converter=CONVERTER, w_lock=105, band=10, T_fill=0.5)
+    turbine = rot.Speed(), TimeTable(table=((0.0, 50.0), (1.0, 50.0), (1.0001, 200.0), (3.0, 200.0), (3.0001, 50.0)))
+    parts = device, rot.ConstantSpeed(w_fixed=220), *turbine
+    result = run(joined(*parts, joints="1.flange=0.flange_a 0.flange_b=2.flange 3.y=2.w_ref"), 4)
+    found = result.at([0.5, 1.5, 2.0, 3.1], "parts[0].converter.lockup")
+    np.testing.assert_allclose(found, [0, 1 - math.exp(-1), 1 - math.exp(-2), 0], atol=3e-3)
 
 
 @pytest.mark.parametrize(
