@@ -46,7 +46,7 @@ RADIUS = 0.32
 """Rolling radius [m]: it cancels, as the list has engine speed over vehicle speed."""
 PROGRESSION, PROGRESSION_MANUAL = 1.05, 1.1
 """Factor by which the step between two gears grows from the top gear down: 1.0 to 1.2, H. Naunheimer et al., Automotive Transmissions,
-2nd ed., 4.2; manual gearboxes, with few gears, have 1.07 to 1.15."""
+2nd ed., 4.2. Manual gearboxes have few gears and take the middle of that range."""
 MPH = 0.44704
 MANUAL = 15 * MPH, 25 * MPH, 40 * MPH, 45 * MPH, 50 * MPH, 55 * MPH
 """Speeds [m/s] at which a manual gearbox is shifted up, 40 CFR 86.128-79."""
