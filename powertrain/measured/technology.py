@@ -28,8 +28,8 @@ CHARGED_FROM = 72e6
 CHARGED_AT = 85e6
 """Rated power over displacement [W/m3] at which ``p_0_turbo`` is the friction: bearings, rings and valve train are sized for the load."""
 RATED_PRESSURE = 11.4 * BAR
-"""Mean effective pressure at the rated power of engines of high output without a turbocharger, 120 P/(V n) with n in rpm: Mazda's 2.0 l (135 kW at
-7,000 rpm) has 11.6 bar, Toyota's 2.0 l (126 kW at 6,600 rpm) 11.5 bar, Mazda's 2.5 l (139 kW at 6,000 rpm) 11.2 bar.
+"""Mean effective pressure at the rated power of engines of high output without a turbocharger, 120 P/(V n) with n in rpm: Mazda's 2.0 l
+(135 kW at 7,000 rpm) has 11.6 bar, Toyota's 2.0 l (126 kW at 6,600 rpm) 11.5 bar, Mazda's 2.5 l (139 kW at 6,000 rpm) 11.2 bar.
 """
 FAMILIES = {
     ("Mazda", 2.0): "high compression",
