@@ -149,3 +149,32 @@ def test_a_loop_of_decimal_ratios_closes_within_round_off(seed: int) -> None:
     first, second = (round(ratio, 2) for ratio in np.random.default_rng(seed).uniform(0.1, 5.0, 2).tolist())
     with pytest.raises(pt.ModelError, match="rigid loop"):
         pt.compile(Geared(ratios=(first, second, round(first * second, 4))))
+
+
+class Value(pt.Component):
+    x: pt.Variable = pt.variable("1", "Value")
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+
+class Sums(pt.Component):
+    """The first value grows; every other one is minus the sum of some before it, in any order of the equations."""
+
+    values: tuple[Value, ...]
+    sums: tuple[tuple[int, ...], ...]
+    order: tuple[int, ...]
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.values[0].x) == 1
+        for k in self.order:
+            yield self.values[k + 1].x + sum(self.values[i].x for i in self.sums[k]) == 0
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_sums_become_usable_when_their_terms_are_known(seed: int) -> None:
+    """In whatever order they are written, all are eliminated: each has one unknown root once those before it have."""
+    rng = np.random.default_rng(seed)
+    sums = tuple(tuple(int(i) for i in rng.choice(k + 1, min(k + 1, 3), replace=False)) for k in range(12))
+    model = Sums(values=tuple(Value() for _ in range(13)), sums=sums, order=tuple(int(k) for k in rng.permutation(12)))
+    assert len(eliminate_aliases(flatten(model), {}).equations) == 1

@@ -262,3 +262,15 @@ def test_events_without_a_change_are_counted_until_they_are_too_many() -> None:
         model.record.idle = 5
         assert resume(*event) == 0
         assert model.record.idle == 0
+
+
+def test_a_start_sees_no_instant() -> None:
+    """What an event that failed has left behind does not fire when a run begins again."""
+    arrays = {name: np.zeros(7) for name in "flags jumped m held held_left time first y_0 y_1 seen".split()}
+    arrays["fire"] = np.ones(1)
+    model = Model(arrays, m=1, timed=1, y=1)
+    model.function("update", lambda: seen.append(float(arrays["fire"][0])))
+    model.function("fresh", lambda: None)
+    model.record.changed, seen = 1, list[float]()
+    assert model.call("pt_begin") == 0
+    assert seen == [0.0]
