@@ -262,6 +262,12 @@ def test_laws_that_are_not_linear_share_their_motion_evenly() -> None:
     np.testing.assert_allclose(found, total / 2, atol=1e-3)
 
 
+def test_laws_may_all_be_replaced_where_no_slope_is_known() -> None:
+    tau = ca.SX.sym("tau")
+    law = FrictionLaw(ca.SX(0), ca.SX(0), ca.SX(-1), ca.SX(1), ca.SX(1), "mode")
+    assert _replaceable([LawTorque(Place("", "", 1), law, tau, ca.SX(0), rate=ca.sqrt(ca.SX(-1)) * tau)], [tau]) == {0}
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_laws_that_others_can_replace(seed: int) -> None:
     """Those without which the laws hold as many motions: the ranks of whole numbers, while inertias differ by 1e10."""
