@@ -194,5 +194,5 @@ def test_dimensions_in_any_order() -> None:
     flow = written(beside(13.0, -3.0), a=2, b=3)
     flow.data["power"] = flow.data["power"] * xr.DataArray([[1.0, 2, 3], [4, 5, 6]], dims=("a", "b"))
     turned = PowerFlow(flow.graph, flow.data.assign(power=flow.data.power.transpose("b", "port", "a")))
-    np.testing.assert_allclose(flow.circulating, [[3.0, 6, 9], [12, 15, 18]])
+    np.testing.assert_allclose(flow.circulating, np.array([[3.0, 6, 9], [12, 15, 18]]))
     xr.testing.assert_allclose(turned.circulating.transpose("a", "b"), flow.circulating)

@@ -361,7 +361,7 @@ def test_what_does_not_fit_together_is_refused() -> None:
         pt.power_flow(plant, {"drive": 40.0}, at=1.0)
     for options in ({"variator": "mesh"}, {"shafts": ("mesh.a", "mesh.b")}):
         with pytest.raises(pt.ParameterError, match="belong together"):
-            pt.power_flow(result, **options)  # type: ignore[arg-type]
+            pt.power_flow(result, **options)
 
 
 def test_dataset_of_steady(example: pt.PowerFlow) -> None:
