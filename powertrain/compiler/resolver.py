@@ -66,10 +66,11 @@ class Resolver:
         v(z) with R(z, tau) = 0 becomes v - v_z R_z^-1 R: the same value, with the slope of the implicit function theorem.
         """
         hidden = [k for k, own in enumerate(self.tau) if is_prescribed(laws[k], own) and contains(laws[k].rate, z)]
-        if hidden:
-            residual = column(self.open_residuals())
-            slopes = ca.jacobian(residual, z)
-            step = -factorize(slopes, match_rows(slopes.sparsity(), generic_values(slopes)))(residual)
+        if not hidden:
+            return laws
+        residual = column(self.open_residuals())
+        slopes = ca.jacobian(residual, z)
+        step = -factorize(slopes, match_rows(slopes.sparsity(), generic_values(slopes)))(residual)
         for k in hidden:
             rate = laws[k].rate + ca.jacobian(laws[k].rate, z) @ step
             slope = ca.jacobian(rate, self.tau[k])
