@@ -7,8 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import xarray as xr
 
+import powertrain as pt
 from powertrain.power.directedflow import DirectedFlow
+from powertrain.power.powerflow import PowerFlow
 from powertrain.power.powergraph import PowerGraph, Terminal
 from powertrain.power.variator import VARIATOR_CASES
 
@@ -146,3 +149,50 @@ def test_paths_from_everything_that_enters() -> None:
     assert sum(path.flow for path in paths) == pytest.approx(9.0)
     ends = {end: sum(p.flow for p in paths if flow.end(p) == end) for end in ("loss", "delivered", "stored")}
     assert ends == pytest.approx({"loss": 1.0, "delivered": 6.0, "stored": 2.0})
+
+
+def written(flow: DirectedFlow, **dims: int) -> PowerFlow:
+    """The same as users see it, at one point or at equal points over several dimensions."""
+    ports, components = [t.port for t in flow.graph.terminals], list(flow.graph.components)
+
+    def over(values: np.ndarray, first: str) -> xr.DataArray:
+        shape = (len(values), *(1 for _ in dims))
+        return xr.DataArray(np.tile(values.reshape(shape), (1, *dims.values())), dims=(first, *dims))
+
+    data = {"power": over(flow.power, "port")}
+    data |= {n: over(getattr(flow, n), "component") for n in ("supplied", "loss", "delivered", "stored")}
+    return PowerFlow(flow.graph, xr.Dataset(data, coords={"port": ports, "component": components}))
+
+
+def test_round_off_is_no_power() -> None:
+    """It gives no efficiency, no K, no branch, and no share of what leaves a vertex."""
+    flow = directed(
+        [*chain("flywheel", "gear", "load"), ("motor", "node 0", NOISE), ("node 1", V, NOISE)],
+        supplied={"motor": NOISE}, stored={"flywheel": -10.0}, delivered={"load": 10.0},
+    )  # fmt: skip
+    seen = written(flow)
+    assert np.isnan(seen.efficiency)
+    assert np.isnan(seen.variator("gear").K)
+    assert float(seen.variator("gear", source="flywheel").K) == pytest.approx(1.0)
+    assert {(b.source, b.target) for b in seen.branches} == {("flywheel", "gear"), ("gear", "load")}
+    assert seen.splits == {}
+    assert np.isnan(seen.split("load")).all()
+    assert np.isnan(seen.variator("motor").efficiency)
+    with pytest.raises(pt.ParameterError, match="has no component wheel"):
+        seen.split("wheel")
+
+
+def test_input_and_output_are_unknown_with_any_of_their_parts() -> None:
+    flow = beside(4.0, 6.0)
+    flow.supplied[0] = flow.delivered[0] = np.nan
+    assert np.isnan(written(flow).input)
+    assert np.isnan(written(flow).output)
+
+
+def test_dimensions_in_any_order() -> None:
+    """Powers over two dimensions, in the order of neither ports nor points."""
+    flow = written(beside(13.0, -3.0), a=2, b=3)
+    flow.data["power"] = flow.data["power"] * xr.DataArray([[1.0, 2, 3], [4, 5, 6]], dims=("a", "b"))
+    turned = PowerFlow(flow.graph, flow.data.assign(power=flow.data.power.transpose("b", "port", "a")))
+    np.testing.assert_allclose(flow.circulating, np.array([[3.0, 6, 9], [12, 15, 18]]))
+    xr.testing.assert_allclose(turned.circulating.transpose("a", "b"), flow.circulating)

@@ -22,6 +22,7 @@ from powertrain.components.rotational import (
     ConstantSpeed,
     Damper,
     Fixed,
+    Flange,
     IdealGear,
     Inertia,
     Torque,
@@ -125,6 +126,7 @@ def test_worked_example(example: pt.PowerFlow) -> None:
     assert float(share.K) == pytest.approx(-4.92, abs=5e-3)
     assert share["case"].item() == "negative recirculation"
     assert float(share.efficiency) == pytest.approx(0.9)
+    assert not example.data["stored"].any()
 
 
 def test_loop_of_worked_example(example: pt.PowerFlow) -> None:
@@ -246,9 +248,9 @@ def test_the_outermost_whole_hides_what_is_in_it() -> None:
 
 
 class Box(TwoFlanges):
-    """An inertia in a composite."""
+    """An inertia, or another box, in a composite."""
 
-    inner: Inertia = Inertia(J=2.0)
+    inner: TwoFlanges = Inertia(J=2.0)
 
     def equations(self) -> pt.Equations:
         yield pt.connect(self.flange_a, self.inner.flange_a)
@@ -274,6 +276,108 @@ def test_an_open_flange_is_no_connection() -> None:
     assert len(graph.nodes) == 2
     assert all(len(graph.at_node(n)) == 2 for n in range(2))
     assert not any(terminal.port.endswith("flange_b") and "last" in terminal.port for terminal in graph.terminals)
+
+
+class Pair(TwoFlanges):
+    """Two inertias in a composite."""
+
+    one: Inertia = Inertia(J=1.0)
+    two: Inertia = Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.flange_a, self.one.flange_a)
+        yield pt.connect(self.one.flange_b, self.two.flange_a)
+        yield pt.connect(self.two.flange_b, self.flange_b)
+
+
+class Nested(pt.Component):
+    """A pair in a box behind an inertia, and a box behind it with a longer name."""
+
+    drive: Torque = Torque()
+    first: Inertia = Inertia(J=1.0)
+    box: Box = Box(inner=Pair())
+    box2: Box = Box()
+    rise: Ramp = Ramp(height=1.0, duration=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.rise.y, self.drive.tau)
+        yield pt.connect(self.drive.flange, self.first.flange_a)
+        yield pt.connect(self.first.flange_b, self.box.flange_a)
+        yield pt.connect(self.box.flange_b, self.box2.flange_a)
+
+
+PAIR = ("box.inner.one", "box.inner.two")
+
+
+@pytest.mark.parametrize(
+    ("whole", "components", "nodes"),
+    [
+        ("", (*PAIR, "box2.inner"), ("box.flange_a", "box.inner.one.flange_b", "box.flange_b")),
+        ("box.inner", ("box.inner", "box2.inner"), ("box.flange_a", "box.flange_b")),
+        ("box", ("box", "box2.inner"), ("first.flange_b", "box2.flange_a")),
+        ("box2", (*PAIR, "box2"), ("box.flange_a", "box.inner.one.flange_b", "box.flange_b")),
+    ],
+)
+def test_boxes_in_boxes(whole: str, components: tuple[str, ...], nodes: tuple[str, ...]) -> None:
+    """The connections that are seen, named by the outermost port of a box that is open, whichever box is treated as one."""
+    graph = pt.power_flow(pt.simulate(Nested(), 1.0), whole=whole or ()).graph
+    assert graph.components == ("drive", "first", *components)
+    assert sorted(graph.nodes) == sorted(("drive.flange", *nodes))
+    assert all(len(graph.at_node(n)) == 2 for n in range(len(graph.nodes)))
+
+
+class Heater(pt.Component):
+    """A source of torque that stores and loses power of its own."""
+
+    boundary: ClassVar[bool] = True
+    flange: Flange = pt.port(Flange)
+    x: pt.Variable = pt.variable("J", "Energy stored in the source", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.flange.tau == -3.0
+        yield pt.der(self.x) == 5.0
+
+    def energy(self) -> pt.Symbol:
+        return self.x
+
+    def loss(self) -> pt.Symbol:
+        return pt.Symbol(7.0)
+
+
+class Heated(pt.Component):
+    source: Heater = Heater()
+    load: Inertia = Inertia(J=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.source.flange, self.load.flange_a)
+
+
+def test_a_source_supplies_what_it_stores_and_loses_too() -> None:
+    """3 N.m accelerate 2 kg.m2: after 1 s 4.5 W, with 5 W stored and 7 W lost in the source."""
+    flow = pt.power_flow(pt.simulate(Heated(), 2.0), at=1.0)
+    assert float(flow.input) == pytest.approx(4.5 + 5.0 + 7.0)
+    assert abs(flow.imbalance).max() < 1e-9
+
+
+def test_samples_are_those_of_the_run() -> None:
+    """With both limits of a jump."""
+    result = pt.simulate(Chain(), stop=1.0, inputs={"drive": ([0.0, 0.4, 0.4, 1.0], [40.0, 40.0, 80.0, 80.0])})
+    flow = pt.power_flow(result)
+    np.testing.assert_array_equal(flow.data.time, result.time)
+    np.testing.assert_allclose(flow.data.torque.sel(port="first.flange_a"), result["first.flange_a.tau"], atol=1e-9)
+
+
+def test_what_does_not_fit_together_is_refused() -> None:
+    plant = pt.compile(Chain())
+    result = plant.simulate(1.0)
+    with pytest.raises(pt.ParameterError, match="a grid is for a plant"):
+        pt.power_flow(result, free=["first.w"])
+    with pytest.raises(pt.ParameterError, match=r"at=... is for a result"):
+        pt.power_flow(plant, {"drive": 40.0}, at=1.0)
+    with pytest.raises(pt.ParameterError, match="belong together"):
+        pt.power_flow(result, variator="mesh")
+    with pytest.raises(pt.ParameterError, match="belong together"):
+        pt.power_flow(result, shafts=("mesh.a", "mesh.b"))
 
 
 def test_dataset_of_steady(example: pt.PowerFlow) -> None:

@@ -17,7 +17,10 @@ from powertrain.compiler.torques import (
     Motion,
     cancels,
     compliance,
+    contains,
+    generic_values,
     held_by_others,
+    is_prescribed,
     mobility,
     set_apart,
     shares,
@@ -27,6 +30,8 @@ from powertrain.dae.tolerances import alone_tolerance, condition_tolerance, roun
 from powertrain.language.laws import FrictionLaw
 from powertrain.language.recorder import SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
+from powertrain.numerics.pivots import match_rows
+from powertrain.numerics.sparse_lu import factorize
 
 
 class Resolver:
@@ -45,6 +50,7 @@ class Resolver:
         self.roots, self.tau, self._given = _torque_symbols(torques)
         self._opened = self._in_torques([self._opened])[0]
         laws = [self._open_law(t, own) for t, own in zip(torques, self.tau, strict=True)]
+        laws = self._through_implicit(laws, column(solved.implicit))
         self.laws = set_apart(laws, self.tau, Motion(x, column(self._open_rates()), column(solved.implicit)))
         found = solve_torques(self.laws, self.tau)
         self.torque, self._creep = column(found.tau), found.creep
@@ -53,6 +59,24 @@ class Resolver:
         self._largest: dict[frozenset[int], Symbol] = {}
         self.z = [*solved.implicit, *(self.tau[i] for i in found.implicit)]
         self.z_places = [*map(str, solved.places), *(str(torques[i].place) for i in found.implicit)]
+
+    def _through_implicit(self, laws: list[LawTorque], z: Symbol) -> list[LawTorque]:
+        """The laws; where a torque acts on its own rate only through implicit unknowns, with the rate after a Newton step of these.
+
+        v(z) with R(z, tau) = 0 becomes v - v_z R_z^-1 R: the same value, with the slope of the implicit function theorem.
+        """
+        hidden = [k for k, own in enumerate(self.tau) if is_prescribed(laws[k], own) and contains(laws[k].rate, z)]
+        if not hidden:
+            return laws
+        residual = column(self.open_residuals())
+        slopes = ca.jacobian(residual, z)
+        step = -factorize(slopes, match_rows(slopes.sparsity(), generic_values(slopes)))(residual)
+        for k in hidden:
+            rate = laws[k].rate + ca.jacobian(laws[k].rate, z) @ step
+            slope = ca.jacobian(rate, self.tau[k])
+            if not slope.is_zero():
+                laws[k] = replace(laws[k], rate=rate)
+        return laws
 
     def opened(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of roots in terms of (t, x, z, m, p) and the torques of the laws."""

@@ -200,7 +200,7 @@ def set_apart(laws: Sequence[LawTorque], tau: Sequence[Symbol], motion: Motion) 
 
 def _replaceable(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> set[int]:
     """The laws whose columns of G are combinations of the others, for parameters without special values; all if that is not known."""
-    slopes = _generic(ca.jacobian(column([t.rate for t in laws]), column(list(tau))))
+    slopes = generic_values(ca.jacobian(column([t.rate for t in laws]), column(list(tau))))
     if not np.isfinite(slopes).all():
         return set(range(len(laws)))
     sizes = np.sqrt(np.abs(np.diag(slopes)))
@@ -212,20 +212,21 @@ def _replaceable(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> set[int]:
 
 def _moved(t: LawTorque, motion: Motion) -> set[int]:
     """The states on which the speed of a law depends; with an implicit unknown this may be any state."""
-    if _contains(t.speed, motion.implicit):
+    if contains(t.speed, motion.implicit):
         return set(range(motion.x.numel()))
     return set(ca.jacobian_sparsity(t.speed, motion.x).get_col())
 
 
 def _constantly_moved(t: LawTorque, own: Symbol, motion: Motion) -> set[int]:
     """The states that the torque of a law moves, and on which its speed depends with a constant coefficient."""
-    if t.algebraic or _contains(t.speed, motion.implicit):
+    if t.algebraic or contains(t.speed, motion.implicit):
         return set()
     slopes, driven = ca.jacobian(t.speed, motion.x), set(ca.jacobian_sparsity(motion.rates, own).row())
     return {j for j in driven if slopes[j].is_constant() and not slopes[j].is_zero()}
 
 
-def _contains(expression: Symbol, symbols: Symbol) -> bool:
+def contains(expression: Symbol, symbols: Symbol) -> bool:
+    """Whether any element of the expression depends on any of the symbols."""
     return bool(symbols.numel()) and any(ca.which_depends(expression, symbols, 1, False))
 
 
@@ -296,12 +297,12 @@ def _rate_held(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
 
 def is_prescribed(t: LawTorque, own: Symbol) -> bool:
     """Whether its own torque never changes the motion of a law."""
-    return not _contains(t.rate, own)
+    return not contains(t.rate, own)
 
 
 def limits_follow(law: FrictionLaw, tau: Symbol) -> bool:
     """Whether the limits of a law depend on torques."""
-    return _contains(ca.vertcat(law.lower, law.upper), tau)
+    return contains(ca.vertcat(law.lower, law.upper), tau)
 
 
 def _loose(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
@@ -334,7 +335,7 @@ def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
 def shares(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
     """Whether the torques of other laws take part in the motion of this one."""
     others = [s for s in scalars(tau) if key(s) != key(own)]
-    return _contains(t.rate, column(others))
+    return contains(t.rate, column(others))
 
 
 def held_by_others(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
@@ -414,10 +415,10 @@ def _coefficients(rows: list[Symbol], tau: list[Symbol]) -> list[tuple[Row, Symb
 
 def cancels(slope: Symbol) -> bool:
     """Whether the terms of an expression cancel each other whatever the values."""
-    return bool(_generic(ca.fabs(slope) <= _ROUND_OFF * terms(slope)).item())
+    return bool(generic_values(ca.fabs(slope) <= _ROUND_OFF * terms(slope)).item())
 
 
-def _generic(expression: Symbol) -> np.ndarray[Any, Any]:
+def generic_values(expression: Symbol) -> np.ndarray[Any, Any]:
     """An expression for parameters and states without special values."""
     inside = free_symbols(expression)
     numbers = ca.DM([generic(s) for s in inside]) if inside else ca.DM(0, 1)

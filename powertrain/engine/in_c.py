@@ -76,14 +76,19 @@ class _Model(ctypes.Structure):
     ]
 
 
-@lru_cache
-def _loop() -> ctypes.CDLL:
-    """The loop, compiled at its first use on a machine."""
+def loop_source() -> str:
+    """The loop with its headers and limits, in one piece."""
     code = (SOURCES / "powertrain_loop.c").read_text(encoding="utf-8")
     headers = {name: (SOURCES / name).read_text(encoding="utf-8") for name in ("powertrain_loop.h", "powertrain_run.h")}
     for name, text in (headers | {"powertrain_limits.h": limits()}).items():
         code = code.replace(f'#include "{name}"\n', text)
-    return ctypes.CDLL(str(library(code, compiler())))
+    return code
+
+
+@lru_cache
+def _loop() -> ctypes.CDLL:
+    """The loop, compiled at its first use on a machine."""
+    return ctypes.CDLL(str(library(loop_source(), compiler())))
 
 
 def signal_tables(schedules: Schedules) -> dict[str, np.ndarray]:

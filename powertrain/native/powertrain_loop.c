@@ -665,8 +665,6 @@ static int ask(pt_model *a, double crossed)
 {
     copy(a->m, a->before, a->n->m);
     copy(a->y[a->side], a->left, a->n->y);
-    clear(a->fire, a->n->timed);
-    a->jumped[0] = 0;
     a->crossed = crossed;
     return PT_ASK;
 }

@@ -135,7 +135,7 @@ def eliminate(
     rough = [set(v) for v in varying] or [set[int]() for _ in rows]
 
     def rank(i: int) -> tuple[bool, int, int]:
-        return rough[i].issuperset(table[i]) and bool(rough[i]), len(table[i]), i
+        return rough[i].issuperset(table[i]), len(table[i]), i
 
     holders: dict[int, set[int]] = {}
     for i, row in enumerate(table):

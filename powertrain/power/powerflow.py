@@ -267,7 +267,7 @@ class PowerFlow:
     def splits(self) -> dict[str, dict[str, float]]:
         """Every component and connection at which power branches at one point, with the share of every port through which it leaves."""
         found: dict[str, dict[str, float]] = {}
-        for vertex in [*self.graph.components, *self._branching_nodes()]:
+        for vertex in [*self.graph.components, *self.graph.nodes]:
             shares = self.split(vertex)
             leaving = {
                 str(port): float(s) for port, s in zip(shares.port.values, shares.values, strict=True) if s > FLOOR
@@ -341,9 +341,6 @@ class PowerFlow:
         if vertex in self.graph.nodes:
             return self.graph.at_node(self.graph.nodes.index(vertex)), 1.0
         return self.graph.of_component(self.graph.component(vertex)), -1.0
-
-    def _branching_nodes(self) -> list[str]:
-        return [name for n, name in enumerate(self.graph.nodes) if len(self.graph.at_node(n)) > 2]
 
     def _input_of(self, source: str | None) -> Array:
         if source is None:

@@ -72,7 +72,7 @@ def power_graph(
     ends: dict[Face, list[tuple[str, str]]] = {}
     for name in ports:
         path = parts[owner_of[name]].path
-        if _shown(path, patterns) != path or (name, True) in inward:
+        if (name, True) in inward:
             continue
         root = joined.get((name, False))
         if root is not None:
@@ -111,7 +111,6 @@ def _joined(nodes: Sequence[Sequence[Face]], closed: set[str]) -> tuple[dict[Fac
 
     def find(face: Face) -> Face:
         while parent.setdefault(face, face) != face:
-            parent[face] = parent[parent[face]]
             face = parent[face]
         return face
 

@@ -89,12 +89,12 @@ def from_steady(compiled: Compiled, points: Any, whole: str | Sequence[str]) -> 
     import xarray as xr
 
     terms = written_terms(compiled)
-    missing = [n for n in terms.ports if f"power({n})" not in points]
+    missing = [n for n in ("status", *(f"power({n})" for n in terms.ports)) if n not in points]
     if missing:
         raise ParameterError(
-            f"the dataset has no power({missing[0]}): call pt.steady(..., outputs={{**pt.power_outputs(plant), ...}})"
+            f"the dataset has no {missing[0]}: call pt.steady(..., outputs={{**pt.power_outputs(plant), ...}})"
         )
-    dims = tuple(points["status"].dims) if "status" in points else tuple(points[f"power({terms.ports[0]})"].dims)
+    dims = tuple(points["status"].dims)
     shape = tuple(points.sizes[d] for d in dims)
 
     def flat(name: str) -> NDArray[np.float64]:
@@ -104,9 +104,7 @@ def from_steady(compiled: Compiled, points: Any, whole: str | Sequence[str]) -> 
 
     power = np.array([flat(f"power({n})") for n in terms.ports]).reshape(len(terms.ports), -1)
     loss = np.array([flat(f"loss({part.path})") for part in terms.parts])
-    if "status" in points:
-        unsolved = ~np.isfinite(power).all(axis=0)
-        loss[:, unsolved] = np.nan
+    loss[:, ~np.isfinite(power).all(axis=0)] = np.nan
     own = own_power(terms.parts, len(terms.ports)) @ power - loss
     inner = np.array([not part.boundary for part in terms.parts])[:, None]
     held = any(str(n).startswith("der(") for n in points.data_vars)

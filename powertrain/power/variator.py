@@ -53,7 +53,7 @@ def kinematic_share(compiled: Compiled, ratio: str, shafts: tuple[str, str]) -> 
         raise ParameterError(f"the ratio {ratio} cannot change: it is not an input, state or parameter of the model")
     s = column(symbols)
     change = ca.jacobian(tau, s)
-    if dae.z.numel() and ca.jacobian_sparsity(tau, dae.z).nnz():
+    if ca.jacobian_sparsity(tau, dae.z).nnz():
         if dae.z.numel() > _MOST_IMPLICIT:
             raise ParameterError("the speeds depend on too many implicit unknowns to be differentiated here")
         inner = ca.solve(ca.densify(ca.jacobian(dae.residual, dae.z)), ca.densify(ca.jacobian(dae.residual, s)))

@@ -149,3 +149,33 @@ def test_a_loop_of_decimal_ratios_closes_within_round_off(seed: int) -> None:
     first, second = (round(ratio, 2) for ratio in np.random.default_rng(seed).uniform(0.1, 5.0, 2).tolist())
     with pytest.raises(pt.ModelError, match="rigid loop"):
         pt.compile(Geared(ratios=(first, second, round(first * second, 4))))
+
+
+class Value(pt.Component):
+    x: pt.Variable = pt.variable("1", "Value")
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+
+class Sums(pt.Component):
+    """Homogeneous equations: {value: coefficient} for each."""
+
+    values: tuple[Value, ...]
+    sums: tuple[dict[int, float], ...]
+
+    def equations(self) -> pt.Equations:
+        for row in self.sums:
+            yield sum(c * self.values[i].x for i, c in row.items()) == 0
+
+
+@pytest.mark.parametrize("seed", [*range(9), 239, 312, 339])
+def test_no_equation_of_two_variables_is_left(seed: int) -> None:
+    """Whatever becomes usable by other eliminations is used; in the last three by that of a variable which has replaced its own."""
+    rng = np.random.default_rng(seed)
+    sums = tuple(
+        {int(i): float(rng.normal()) for i in rng.choice(14, int(n), replace=False)}
+        for n in rng.choice([2, 3, 4], 11, p=[0.3, 0.4, 0.3])
+    )
+    left = eliminate_aliases(flatten(Sums(values=tuple(Value() for _ in range(14)), sums=sums)), {}).equations
+    assert all(len(ca.symvar(e.residual)) > 2 for e in left)

@@ -201,3 +201,18 @@ def test_entries_that_vanish_on_the_way() -> None:
             [float(found[j]) for j in range(n)], np.linalg.solve(matrix, b), rtol=1e-9, atol=1e-12
         )
     assert regular > 50
+
+
+@pytest.mark.parametrize("varying", [(0, 1), (1, 0)])
+def test_what_a_varying_entry_reaches_varies_too(varying: tuple[int, int]) -> None:
+    """x + v y, v x + y: eliminating x leaves 1 - v in the second row, zero later: z is its pivot."""
+    matrix = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 0.5]])
+    matrix[varying] = 0.7
+    names, rows, numbers = table(matrix)
+    rough = [{varying[1]} if i == varying[0] else set[int]() for i in range(3)]
+    b = np.array([1.0, -2.0, 3.0])
+    solution = solve(rows, [ca.SX(float(v)) for v in b], numbers, rough)
+    later = matrix.copy()
+    later[varying] = 1.0
+    found = evaluated(names, solution, ca.SX.sym("b", 3), later[matrix != 0.0], b)
+    np.testing.assert_allclose(found, np.linalg.solve(later, b), rtol=1e-12)

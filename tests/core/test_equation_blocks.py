@@ -92,6 +92,30 @@ def test_torn_blocks(seed: int) -> None:
     np.testing.assert_allclose(u, 0.3 * np.tanh(P @ u) + b[:, None] * np.sin(result.time), rtol=1e-7, atol=1e-8)
 
 
+class Vanishing(_Unknowns):
+    """The coefficient of u0 in the first equation passes through zero; x is the time."""
+
+    x: pt.Variable = pt.variable("1", "state", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == 1
+        yield ca.sin(self.x) * self.u0 + self.u1 == 1
+        yield self.u0 - self.u1 - self.u2 == 0
+        yield self.u0 + self.u1 + 2 * self.u2 == 3
+        for u in self.u[3:]:
+            yield u == 1
+
+
+def test_a_coefficient_that_vanishes_is_no_pivot() -> None:
+    """At t = 0 and t = pi, and beside them."""
+    times = np.array([0.0, 1.0, np.pi, 4.0])
+    result = pt.simulate(Vanishing(), stop=5.0)
+    for t in times:
+        matrix = [[np.sin(t), 1, 0], [1, -1, -1], [1, 1, 2]]
+        found = [result.at(t, f"u{i}") for i in range(3)]
+        np.testing.assert_allclose(found, np.linalg.solve(matrix, [1, 0, 3]), rtol=1e-7)
+
+
 class Singular(_Unknowns):
     """Three equations of which one repeats the others."""
 

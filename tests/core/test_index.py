@@ -156,6 +156,35 @@ def test_slider_crank_keeps_the_energy(implicit: bool) -> None:
     assert phi[-1] > 2 * np.pi
 
 
+class ScotchYoke(pt.Component):
+    """s = r sin(phi): a crank of 0.1 kg.m2 and a slider of 1 kg, whose position has a start."""
+
+    phi: pt.Variable = pt.variable("rad", "Angle")
+    s: pt.Variable = pt.variable("m", "Position of the slider", start=0.0)
+    F: pt.Variable = pt.variable("N", "Force on the slider")
+
+    def equations(self) -> pt.Equations:
+        yield self.s == 0.5 * ca.sin(self.phi)
+        yield pt.der(pt.der(self.s)) == self.F
+        yield 0.1 * pt.der(pt.der(self.phi)) == -self.F * 0.5 * ca.cos(self.phi)
+
+    def initial(self) -> pt.Equations:
+        yield pt.der(self.phi) == 10.0
+
+
+def test_the_slider_of_a_yoke_is_no_state() -> None:
+    """At its ends the speed of the slider does not tell that of the crank; (0.1 + 0.25 cos^2 phi) w^2 is constant through them."""
+    plant = pt.compile(ScotchYoke())
+    assert set(plant.compiled.states) == {"phi", "der(phi)"}
+    result = plant.simulate(2.0, **TIGHT)
+    phi = result["phi"]
+    assert phi[-1] > 4 * np.pi
+    t, angle = result.time, np.linspace(0.0, phi[-1], 20001)
+    time = np.sqrt((0.1 + 0.25 * np.cos(angle) ** 2) / 35.0)
+    passed = np.concatenate([[0.0], np.cumsum((time[1:] + time[:-1]) / 2 * np.diff(angle))])
+    np.testing.assert_allclose(np.interp(t, passed, angle), phi, atol=1e-5)
+
+
 def test_constant_input_has_no_derivative() -> None:
     model = row(rot.Speed(exact=True), rot.Inertia(J=2.0), Constant(k=3.0), joints=(("2.y", "0.w_ref"),))
     np.testing.assert_allclose(pt.simulate(model, 1.0)["parts[1].flange_a.tau"], 0.0, atol=1e-12)

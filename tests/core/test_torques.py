@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.compiler.torques import LawTorque, compliance, solve_torques
+from powertrain.compiler.torques import LawTorque, _replaceable, compliance, solve_torques
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
@@ -240,6 +240,46 @@ def test_laws_that_are_not_linear_in_the_torques_stay_unknowns() -> None:
         torques, left = (np.array(v).ravel() for v in function(list(modes), expected[0]))
         np.testing.assert_allclose(torques, expected, atol=1e-12)
         np.testing.assert_allclose(left, 0.0, atol=1e-9)
+
+
+def test_laws_that_are_not_linear_share_their_motion_evenly() -> None:
+    """Two stuck laws on one motion with the rate 3 - T - T^3/4, T = tau0 + tau1: their equations give each half of T."""
+    tau, mode = [ca.SX.sym("tau0"), ca.SX.sym("tau1")], ca.SX.sym("m", 2)
+    T = tau[0] + tau[1]
+    law = FrictionLaw(ca.SX(0), T, ca.SX(-9), ca.SX(9), ca.SX(1), "mode")
+    rate = 3.0 - T - T**3 / 4
+    laws = [LawTorque(Place("law", "hand", 1), law, tau[i], mode[i], rate=rate) for i in range(2)]
+    solved = solve_torques(laws, tau)
+    assert solved.implicit == [0, 1]
+    x, residual = ca.vertcat(*tau), ca.vertcat(*solved.residuals)
+    newton = ca.Function("newton", [x, mode], [residual, ca.jacobian(residual, x)])
+    found = np.array([0.3, 0.1])
+    for _ in range(20):
+        r, J = newton(found, [0, 0])
+        found = found - np.linalg.solve(np.array(J), np.array(r).ravel())
+    roots = np.roots([0.25, 0.0, 1.0, -3.0])
+    (total,) = roots[np.abs(roots.imag) < 1e-9].real
+    np.testing.assert_allclose(found, total / 2, atol=1e-3)
+
+
+def test_laws_may_all_be_replaced_where_no_slope_is_known() -> None:
+    tau = ca.SX.sym("tau")
+    law = FrictionLaw(ca.SX(0), ca.SX(0), ca.SX(-1), ca.SX(1), ca.SX(1), "mode")
+    assert _replaceable([LawTorque(Place("", "", 1), law, tau, ca.SX(0), rate=ca.sqrt(ca.SX(-1)) * tau)], [tau]) == {0}
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_laws_that_others_can_replace(seed: int) -> None:
+    """Those without which the laws hold as many motions: the ranks of whole numbers, while inertias differ by 1e10."""
+    rng = np.random.default_rng(seed)
+    directions = rng.integers(-1, 2, (5, 4))
+    J, tau = 10.0 ** rng.uniform(-5, 5, 4), [ca.SX.sym(f"tau{i}") for i in range(5)]
+    rates = ca.vertsplit(-ca.DM(directions / J @ directions.T) @ ca.vertcat(*tau))
+    law = FrictionLaw(ca.SX(0), ca.SX(0), ca.SX(-1), ca.SX(1), ca.SX(1), "mode")
+    laws = [LawTorque(Place("", "", 1), law, tau[i], ca.SX(0), rate=rates[i]) for i in range(5)]
+    rank = np.linalg.matrix_rank(directions)
+    expected = {i for i in range(5) if np.linalg.matrix_rank(np.delete(directions, i, axis=0)) == rank}
+    assert _replaceable(laws, tau) == expected
 
 
 def test_compliance_is_that_of_the_law_itself() -> None:

@@ -208,3 +208,48 @@ def test_unknowns_inside_a_step_solve_their_equations(fraction: float) -> None:
     locate = steps.locate(steps.common(one_unknown(lambda z, x: z**3 + z - 4 * x), [0]))
     found = np.array(locate([0.0, 1.0], fraction, [], dense.ravel(), [], [])[0]).ravel()
     np.testing.assert_allclose(found, [x, z], atol=1e-11)
+
+
+@pytest.mark.parametrize("off", [1e-3, 0.5])
+def test_unknowns_at_a_corner(off: float) -> None:
+    """z^3 + z = 2: two corrections suffice from 1e-3 away; from 0.5 away modes are resolved, which solves for z as well."""
+    corner = steps.corner(steps.common(one_unknown(lambda z, x: z**3 + z - 2 * x), [0]))
+    y, _, found = corner([0.0, 0.0], [1.0, 1.0 + off], [], [])
+    assert (float(found[0]) == 0.0) == (off < 0.1)
+    if off < 0.1:
+        assert float(y[1]) == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("flag", [0, 1, 2, 3, 4])
+def test_what_makes_a_corner_an_event(flag: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A change of modes, a reset, an impact, a law at its limit, or torques that are not finite."""
+    flags = np.zeros(7)
+    flags[flag] = np.inf if flag == 3 else 1.0
+    for expected, given in ((False, np.zeros(7)), (True, flags)):
+        monkeypatch.setattr(steps, "_rules", lambda *_, given=given: [None, ca.SX(given)])
+        found = steps.corner(steps.common(nonlinear()))([0.0, 0.0], [1.0, 1.0], [], [])[2]
+        assert (float(found[0]) != 0.0) == expected
+
+
+def braked() -> HybridDae:
+    """A mass that a brake holds, beside a second state."""
+    t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("m", 1), ca.SX.sym("p", 0)
+    law = Friction("brake", "hand", 0, x[0], ca.SX(0), ca.SX(-1), ca.SX(1), ca.SX(1), ca.SX(0), may_free=False)
+    return dae(t, x, m, p, ca.vertcat(0.0, ca.sign(t - 1)), ["w", "other"], frictions=(law,))
+
+
+def test_a_corner_continues_at_rest_with_the_slope_ahead() -> None:
+    """A stuck speed is zero again, and a slope that jumps at the corner is that of the right limit."""
+    y, slope, _ = steps.corner(steps.common(braked()))([1.0, 0.0], [1e-9, 0.3], [0.0], [])
+    np.testing.assert_array_equal(np.array(y).ravel(), [0.0, 0.3])
+    np.testing.assert_array_equal(np.array(slope).ravel(), [0.0, 1.0])
+
+
+@pytest.mark.parametrize(("speed", "jumped", "judged"), [(1e-8, 0.0, 0.0), (1e-8, 1.0, 1e-8), (1e-3, 0.0, 1e-3)])
+def test_stuck_laws_are_judged_at_rest(
+    speed: float, jumped: float, judged: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A speed within the error of the integration is zero for the rules, unless something has jumped; a larger one stays."""
+    monkeypatch.setattr(steps, "_rules", lambda model, y, fire, jumped: [y])
+    seen = steps.update(steps.common(braked()))([0.0, 0.0], [speed, 0.3], [0.0], [], [], [jumped, 0.0])
+    np.testing.assert_array_equal(np.array(seen).ravel(), [judged, 0.3])

@@ -1,0 +1,276 @@
+"""Functions of the loop in C by themselves, between functions of a model that are written in Python."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+from test_location import CURVES, Step
+
+from powertrain.dae.tolerances import EPS
+from powertrain.engine import in_c
+from powertrain.engine.location import MOST_IDLE, Locator
+from powertrain.integration.step_control import HALVINGS
+from powertrain.modes.resting import SINGULAR
+from powertrain.numerics.buffers import INFO
+from powertrain.numerics.compiled import compiler, library
+
+pytestmark = pytest.mark.skipif(not (shutil.which("cc") or shutil.which("gcc")), reason="no C compiler on this machine")
+_Array = np.ndarray[Any, Any]
+_FUNCTION = ctypes.CFUNCTYPE(
+    ctypes.c_int, *[ctypes.POINTER(ctypes.c_void_p)] * 2, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int
+)
+
+
+@lru_cache
+def kernels() -> ctypes.CDLL:
+    """The loop with all its functions in reach."""
+    return ctypes.CDLL(str(library(in_c.loop_source().replace("\nstatic ", "\n"), compiler())))
+
+
+class Model:
+    """A ``pt_model`` whose arrays, tables and functions are those of Python."""
+
+    def __init__(self, arrays: dict[str, _Array], tables: dict[str, Sequence[int]] | None = None, **sizes: int) -> None:
+        self.arrays, self.kept = arrays, list[Any]()
+        self.record = in_c._Model(n=self._kept(in_c._Dimensions(**sizes)), max_step=np.inf, longest=np.inf)
+        for name in ("arg", "res"):
+            setattr(self.record, name, self._address(np.zeros(8, np.intp)))
+        for name, values in arrays.items():
+            setattr(self.record, name, self._address(values))
+        places = {name: self._address(np.array(values, np.intc)) for name, values in (tables or {}).items()}
+        self.record.of = self._kept(in_c._Tables(**places))
+        self.functions = in_c._Functions()
+        self.record.f = self._kept(self.functions)
+
+    def _kept(self, record: ctypes.Structure) -> int:
+        self.kept.append(record)
+        return ctypes.addressof(record)
+
+    def _address(self, values: _Array) -> int:
+        self.kept.append(values)
+        return values.ctypes.data
+
+    def function(self, name: str, called: Callable[[], None]) -> None:
+        """Let a function of the model change the arrays."""
+
+        def function(*_: Any) -> int:
+            called()
+            return 0
+
+        pointer = _FUNCTION(function)
+        self.kept.append(pointer)
+        setattr(self.functions, name, ctypes.cast(pointer, ctypes.c_void_p).value)
+
+    def call(self, name: str, *given: float, result: Any = ctypes.c_int) -> Any:
+        """Call a function of the loop."""
+        kernel = getattr(kernels(), name)
+        kernel.restype = result
+        return kernel(ctypes.byref(self.record), *(ctypes.c_double(v) for v in given))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_others_hold_has_no_mobility_left(seed: int) -> None:
+    """G - G_h G_hh^+ G_h^T and the rates to it, each law scaled to a mobility of one, for inertias from 1e-4 to 1e4 kg.m2.
+
+    Laws 0, 1 and 4 depend on one another. Laws 5 and 6 have no mobility: their terms, or nothing, give the scale.
+    """
+    rng = np.random.default_rng(seed)
+    directions = np.vstack([rng.integers(-2, 3, (5, 4)) + np.eye(5, 4), np.zeros((2, 4))])
+    directions[4] = directions[0] + directions[1]
+    J = 10.0 ** rng.uniform(-4, 4, 4)
+    G, rate = directions / J @ directions.T, directions @ (rng.normal(size=4) / J)
+    modes = np.append([0, 0, 1, -1, 0] if seed % 2 else rng.permutation([0, 0, 1, -1, 1]), [0, 0])
+    given = np.diag(G) + np.array([0, 0, 0, 0, 0, 2.0, 0])
+    arrays = {
+        "mobility": G.copy(), "rate": rate.copy(), "size": given.copy(), "terms": np.zeros(7), "m": modes.astype(float),
+        "holds": np.zeros(7, np.intc),
+    }  # fmt: skip
+    model = Model(arrays, {"frictions": range(7)}, frictions=7)
+    unknown = model.call("eliminate_what_holds", result=ctypes.c_double)
+    size = np.sqrt(np.where(given > 0.0, given, 1.0))
+    scaled, b = G / np.outer(size, size), rate / size
+    h, others = modes == 0, modes != 0
+    c = scaled[:, h] @ np.linalg.pinv(scaled[np.ix_(h, h)], rcond=1e-9)
+    np.testing.assert_allclose(arrays["size"], size)
+    np.testing.assert_allclose(arrays["mobility"][others], (scaled - c @ scaled[h])[others], atol=1e-7)
+    np.testing.assert_allclose(arrays["rate"][others], (b - c @ b[h])[others], atol=1e-7 * np.abs(b).max())
+    assert unknown == pytest.approx(SINGULAR * np.abs(b[h]).sum())
+    if not seed % 2:  # the combination of the holding laws is unique
+        least = np.abs(b) + np.abs(c) @ np.abs(b[h])
+        assert np.all(arrays["terms"][others] >= 0.999999 * least[others])
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_both_loops_search_at_the_same_places(name: str) -> None:
+    """The search for a crossing in C asks for the indicators where that in Python does, and finds the same fraction.
+
+    Beside an indicator that stays positive: C looks for others that fall midway even if there are none.
+    """
+    found = []
+    for in_python in (True, False):
+        step = Step([CURVES[name], lambda q: 5.0])
+        asked: list[float] = []
+
+        def value(step: Step = step, asked: list[float] = asked) -> None:
+            asked.append(float(step.memory.fraction[0]))
+            step.call()
+
+        if in_python:
+            locate: Any = type("Locate", (), {"call": staticmethod(value)})
+            found.append((Locator(locate, step.memory).find(), asked))
+            continue
+        arrays = {key: getattr(step.memory, key) for key in ("above", "g", "fraction", "worst", "info")}
+        model = Model(arrays | {"lows": np.zeros(2)}, indicators=2)
+        model.function("locate", value)
+        found.append((model.call("find", 0.0, result=ctypes.c_double), asked))
+    assert found[0] == found[1]
+    assert len(found[0][1]) > 1
+
+
+Verdict = Callable[[float, float], Sequence[float]]
+"""Error, 1 if not resolved, growth, least indicator and stiffness of a step, by its time and size."""
+
+
+def stepping(verdict: Verdict, h: float, target: float) -> tuple[Model, list[tuple[float, float]]]:
+    """A run of steps, and the times and sizes of those that it tries."""
+    info, tried = np.zeros(INFO + 4), list[tuple[float, float]]()
+    arrays = {
+        "info": info,
+        "time": np.zeros(2),
+        "y_0": np.zeros(1),
+        "y_1": np.zeros(1),
+        "m": np.zeros(1),
+        "dense": np.zeros(5),
+    }
+    model = Model(arrays, y=1)
+
+    def method() -> None:
+        tried.append((float(arrays["time"][0]), float(arrays["time"][1])))
+        info[:5] = verdict(*tried[-1])
+
+    model.function("method", method)
+    model.record.h, model.record.target, model.record.stop = h, target, target
+    return model, tried
+
+
+@pytest.mark.parametrize(("h", "sizes", "left"), [(0.995, [1.0], 1.0), (0.98, [0.98, 0.02], 0.98), (3.0, [1.0], 3.0)])
+def test_a_step_reaches_a_little_further_to_the_target(h: float, sizes: list[float], left: float) -> None:
+    """By at most 1 %, so that no tiny step is left before the target; a step cut short does not shorten the next one."""
+    model, tried = stepping(lambda t, h: (0.1, 0.0, 1.0, 1.0, 0.0), h, 1.0)
+    assert model.call("smooth") == 0
+    np.testing.assert_allclose([size for _, size in tried], sizes, rtol=1e-14)
+    assert model.record.t == 1.0
+    assert model.record.h == left
+
+
+def test_a_step_is_halved_so_often() -> None:
+    """Where indicators are not resolved, each step is tried at 2^0 .. 2^-HALVINGS of its size, then accepted; the next does not grow."""
+    model, tried = stepping(lambda t, h: (0.1, float(t < 0.00391), 5.0, 1.0, 0.0), 1.0, 1.0)
+    assert model.call("smooth") == 0
+    expected = [0.5**k for k in [*range(HALVINGS + 1), *range(HALVINGS, 2 * HALVINGS + 1)]]
+    assert [size for _, size in tried][: len(expected)] == expected
+    assert model.record.rejected == 2 * HALVINGS
+
+
+def test_rejected_steps_use_the_order_that_they_show() -> None:
+    """An error in proportion to the step: first as h^5, then as h; after a step that is accepted as h^5 again."""
+
+    def verdict(t: float, h: float) -> Sequence[float]:
+        return 4.0 * h if t == 0.0 else 3.0 if h > 0.2 else 0.5, 0.0, 1.0, 1.0, 0.0
+
+    model, tried = stepping(verdict, 1.0, 1.0)
+    assert model.call("smooth") == 0
+    sizes = [1.0, 0.9 * 4.0**-0.2, 0.225, 0.225, 0.225 * 0.9 * 3.0**-0.2]
+    np.testing.assert_allclose([size for _, size in tried[:5]], sizes, rtol=1e-12)
+
+
+def located(idle: int, curve: Callable[[float], float], t: float, h: float, target: float) -> float:
+    """The instant of the event that is located in a step."""
+    step = Step([curve, lambda q: 5.0])
+    arrays = {key: getattr(step.memory, key) for key in ("above", "g", "fraction", "worst", "info")}
+    arrays |= {"lows": np.zeros(2), "y_0": np.zeros(1), "y_1": np.zeros(1), "at": np.zeros(1)}
+    model = Model(arrays, {"guards": [0, 0]}, indicators=2, y=1)
+    model.function("locate", step.call)
+    model.record.idle, model.record.target = idle, target
+    assert model.call("located", t, h) == 1
+    return float(model.record.t)
+
+
+@pytest.mark.parametrize("idle", [0, 1, 10, 20, 25])
+def test_events_without_a_change_deepen_the_search(idle: int) -> None:
+    """An indicator counts from -EPS 2^n on after n events that changed nothing, at most from -EPS 2^20 on."""
+    depth = EPS * 2.0 ** min(idle, 20) if idle else 0.0
+    t = located(idle, lambda q: 1e-3 * (0.4 - q), 2.0, 1.0, 9.0)
+    assert t == pytest.approx(2.4 + depth / 1e-3, abs=1e-7)
+
+
+def test_an_event_at_the_end_of_the_last_step_is_at_the_target() -> None:
+    """Exactly, even where t + (target - t) is a little less."""
+    t, target = next((t, b) for t in np.linspace(0.1, 0.9, 99) for b in (1.1, 1.3, 1.7) if t + (b - t) < b)
+    assert located(0, lambda q: 1.0 - q - 1.5e-11, t, target - t, target) == target
+
+
+def test_timed_laws_fire_once() -> None:
+    """The second pass of the rules, in other modes, sees no instant any more."""
+    fire, seen = np.ones(1), list[float]()
+    arrays = {
+        "fire": fire,
+        "flags": np.zeros(7),
+        "jumped": np.zeros(2),
+        "m": np.zeros(1),
+        "held": np.zeros(1),
+        "seen": np.zeros(20),
+    }
+    model = Model(arrays, m=1, timed=1)
+
+    def update() -> None:
+        seen.append(float(fire[0]))
+        arrays["held"][0] = 1.0
+        arrays["flags"][0] = float(len(seen) < 2)
+
+    model.function("update", update)
+    assert model.call("newton", 0.0) == 1
+    assert seen == [1.0, 0.0]
+
+
+def test_events_without_a_change_are_counted_until_they_are_too_many() -> None:
+    """A quiet event that changes nothing is counted, a change ends the count, and so does what is no quiet event."""
+    arrays = {
+        "m": np.zeros(1),
+        "before": np.zeros(1),
+        "first": np.zeros(2),
+        "time": np.zeros(2),
+        "y_0": np.zeros(1),
+        "y_1": np.zeros(1),
+    }
+    model = Model(arrays, {"quiet": [1]}, m=1, y=1)
+    model.function("fresh", lambda: None)
+
+    def resume(found: int, jumps: int, changed: int) -> int:
+        return int(kernels().resume_after_event(ctypes.byref(model.record), found, jumps, changed))
+
+    assert [resume(1, 0, 0) for _ in range(MOST_IDLE)] == [0] * MOST_IDLE
+    assert model.record.idle == MOST_IDLE
+    assert resume(1, 0, 0) == in_c.EVENTS
+    for event in ((1, 0, 1), (0, 0, 0), (1, 1, 0)):
+        model.record.idle = 5
+        assert resume(*event) == 0
+        assert model.record.idle == 0
+
+
+def test_a_start_sees_no_instant() -> None:
+    """What an event that failed has left behind does not fire when a run begins again."""
+    arrays = {name: np.zeros(7) for name in "flags jumped m held held_left time first y_0 y_1 seen".split()}
+    arrays["fire"] = np.ones(1)
+    model = Model(arrays, m=1, timed=1, y=1)
+    model.function("update", lambda: seen.append(float(arrays["fire"][0])))
+    model.function("fresh", lambda: None)
+    model.record.changed, seen = 1, list[float]()
+    assert model.call("pt_begin") == 0
+    assert seen == [0.0]
