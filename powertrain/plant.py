@@ -21,10 +21,10 @@ from powertrain.engine.options import InputValue, compile_option, run_times, sch
 from powertrain.engine.prepared import Compile, Method
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
-from powertrain.errors import ParameterError, PowertrainError, SimulationError, suggestion
+from powertrain.errors import InitializationError, ParameterError, PowertrainError, SimulationError, suggestion
 from powertrain.initialization.conditions import start_values
 from powertrain.initialization.initial import Initializer
-from powertrain.initialization.report import InitialReport
+from powertrain.initialization.report import InitialReport, with_notes
 from powertrain.language import htmltext
 from powertrain.language.arguments import (
     by_name,
@@ -199,6 +199,8 @@ class Plant(Generic[M]):
             trajectory = engine.run(
                 x, p, m, z, start=start, stop=stop, rtol=rtol, atol=atol, max_step=max_step, progress=watch
             )
+        except InitializationError as error:
+            raise with_notes(error, report.notes) from None
         except SimulationError as error:
             if error.result is not None:
                 reached = error.result
@@ -254,7 +256,10 @@ class Plant(Generic[M]):
         number("t", t, "s")
         engine, p = self._engine("auto", False), self.parameter_vector(parameters)
         x, z, m, report = self._begun(engine, t, p, by_name("inputs", inputs), starts, guesses)
-        return (*engine.resolve(t, x, z, m, p), report)
+        try:
+            return (*engine.resolve(t, x, z, m, p), report)
+        except InitializationError as error:
+            raise with_notes(error, report.notes) from None
 
     def function(
         self,

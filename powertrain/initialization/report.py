@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.errors import InitializationError
 from powertrain.initialization.conditions import StartCondition, StartEquation
 
 Array = NDArray[np.float64]
@@ -84,3 +85,8 @@ class InitialReport:
         widths = [max((len(row[k]) for row in rows), default=0) for k in (0, 1)]
         table = [f"{a:<{widths[0]}}  {b:>{widths[1]}}  {c}" for a, b, c in rows]
         return "\n".join([*table, *self.notes])
+
+
+def with_notes(error: InitializationError, notes: Sequence[str]) -> InitializationError:
+    """The error of a start that might be another one."""
+    return InitializationError("\n  ".join([str(error), *notes]))

@@ -75,6 +75,26 @@ def test_a_shift_between_two_springs_is_said() -> None:
     assert "parts[4].phi = 0.1 rad, because parts[2].phi starts at 0" in note
 
 
+def test_a_refused_start_says_so_too() -> None:
+    """A freewheel lets the second wheel turn backward only; the first one stands because nothing is said of it."""
+    inertias = [rot.Inertia(J=1.0) for _ in range(3)]
+    parts = [*inertias, rot.IdealPlanetary(ratio=1.0), rot.Freewheel(), rot.Fixed()]
+    wires = "0.flange_a=3.carrier 1.flange_a=3.sun 2.flange_a=3.ring=4.flange_a 4.flange_b=5.flange"
+    plant = pt.compile(joined(*parts, joints=wires))
+    with pytest.raises(
+        pt.InitializationError, match=r"moves backward(.|\n)*not unique: parts\[2\].w = 200 rad/s"
+    ) as said:
+        plant.simulate(0.1, starts={"parts[0].w": 100.0})
+    with pytest.raises(pt.InitializationError, match=r"not unique") as again:
+        plant.initialize(starts={"parts[0].w": 100.0})
+    assert str(again.value) == str(said.value)
+    given = plant.simulate(0.1, starts={"parts[0].w": 100.0, "parts[1].w": 200.0})
+    assert given["parts[2].w"][0] == pytest.approx(0.0, abs=1e-12)
+    with pytest.raises(pt.InitializationError) as alone:
+        plant.simulate(0.1, starts={"parts[0].w": 100.0, "parts[1].w": 0.0})
+    assert "not unique" not in str(alone.value)
+
+
 def test_notes_are_pickled_with_their_result() -> None:
     run = pt.simulate(axle(), 0.1, starts={"parts[0].w": 100.0})
     assert pickle.loads(pickle.dumps(run)).notes == run.notes
