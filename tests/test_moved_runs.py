@@ -69,12 +69,19 @@ def test_the_same_run_at_another_time(seed: int, begin: float) -> None:
 
 @pytest.mark.parametrize(("w", "starts"), [(-2.5e-10, 0.0), (-1e-7, 0.0), (1e-7, 1e-7)])
 def test_a_freewheel_that_turns_backward_by_round_off_is_at_rest(w: float, starts: float) -> None:
+    """What slides beside it keeps its speed."""
+    bearing = rot.BearingFriction(tau_pos=((0.0, 1.0),))
     model = Driveline(
-        parts=(rot.Inertia(J=1.0), rot.Freewheel(), rot.Inertia(J=1.0)),
-        nodes=(((0, "flange_b"), (1, "flange_a")), ((1, "flange_b"), (2, "flange_a"))),
+        parts=(rot.Inertia(J=1.0), rot.Freewheel(), rot.Inertia(J=1.0), bearing),
+        nodes=(
+            ((0, "flange_b"), (1, "flange_a")),
+            ((1, "flange_b"), (2, "flange_a")),
+            ((0, "flange_a"), (3, "flange_a")),
+        ),
     )
     plant = pt.compile(model)
     run = plant.simulate(0.1, starts={"parts[0].w": 10.0, "parts[1].w_rel": w})
     assert run["parts[1].w_rel"][0] == starts
+    assert run["parts[0].w"][0] == pytest.approx(10.0, abs=1e-6)
     with pytest.raises(pt.InitializationError, match="moves backward"):
         plant.simulate(0.1, starts={"parts[0].w": 10.0, "parts[1].w_rel": -1e-6})

@@ -28,7 +28,7 @@ from powertrain.initialization.conditions import (
     signal_condition,
     unsettled,
 )
-from powertrain.initialization.report import InitialReport, with_notes
+from powertrain.initialization.report import InitialReport
 from powertrain.initialization.uniqueness import is_default, not_unique
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
 from powertrain.numerics.buffers import Bound, zeros
@@ -129,10 +129,7 @@ class _Plan:
             choice = self._newton(t, y, m, p, target)
             if not self.modal:
                 break
-            try:
-                x, z, resolved = engine.resolve(t, y[: self.n], y[self.n :], m, p)
-            except InitializationError as error:
-                raise with_notes(error, self._notes(t, y, m, p, choice)) from None
+            x, z, resolved = engine.resolve(t, y[: self.n], y[self.n :], m, p)
             y = np.concatenate([x, z])
             if np.array_equal(resolved, m):
                 break

@@ -44,8 +44,8 @@ def not_unique(
     if not found:
         return ""
     return (
-        f"the start is not unique: {_listed(found)}, because {_listed(rivals)} {'starts' if len(rivals) == 1 else 'start'} at 0, "
-        "which is nowhere given; give one of them with starts"
+        f"the start is not unique: {_listed(found)} only because {_listed(rivals)} {'starts' if len(rivals) == 1 else 'start'} at 0 "
+        "by default; give one of them in starts"
     )
 
 

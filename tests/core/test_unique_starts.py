@@ -24,10 +24,12 @@ def axle(
 
 def test_a_wheel_that_stands_because_it_was_drawn_first() -> None:
     plant = pt.compile(axle())
-    (note,) = plant.simulate(0.1, starts={"parts[0].w": 100.0}).notes
+    run = plant.simulate(0.1, starts={"parts[0].w": 100.0})
+    (note,) = run.notes
+    assert str(run.report).endswith(note)
     assert note == (
-        "the start is not unique: parts[2].w = 200 rad/s, because parts[1].w starts at 0, which is nowhere given; "
-        "give one of them with starts"
+        "the start is not unique: parts[2].w = 200 rad/s only because parts[1].w starts at 0 by default; "
+        "give one of them in starts"
     )
     given = plant.simulate(0.1, starts={"parts[0].w": 100.0, "parts[1].w": 90.0})
     assert given.notes == ()
@@ -72,7 +74,7 @@ def test_a_shift_between_two_springs_is_said() -> None:
     ends = " ".join(f"{i}.flange_b={i + 1}.flange_a" for i in range(1, 5))
     model = joined(*chain, rot.Fixed(), joints=f"0.flange=1.flange_a {ends} 5.flange_b=6.flange")
     (note,) = pt.simulate(model, 0.1).notes
-    assert "parts[4].phi = 0.1 rad, because parts[2].phi starts at 0" in note
+    assert "parts[4].phi = 0.1 rad only because parts[2].phi starts at 0" in note
 
 
 def test_a_refused_start_says_so_too() -> None:
