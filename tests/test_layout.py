@@ -47,7 +47,7 @@ ORDER = [
     "records assemble",
     "modes: lemke",
     "modes: complementarity indicators rules projection jam guards selflocking admissible algebra uniqueness",
-    "modes: resting discontinuities resolve",
+    "modes: resting discontinuities resolve tied",
     "integration: samples step_control step dopri5 rodas5p fused parts sparse_step specialized",
     "engine: catalogue waves chatter schedules trajectory location",
     "engine: continuity overlaps zeno failure prepared options limits in_c loop simulator",

@@ -31,6 +31,8 @@ from powertrain.initialization.conditions import (
 from powertrain.initialization.report import InitialReport
 from powertrain.initialization.uniqueness import is_default, not_unique
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
+from powertrain.modes.complementarity import Laws, Point
+from powertrain.modes.tied import tied_notes
 from powertrain.numerics.buffers import Bound, zeros
 from powertrain.numerics.newton import HALVINGS, newton
 
@@ -273,7 +275,17 @@ class _Plan:
         )
 
     def _notes(self, t: float, y: Array, m: Array, p: Array, choice: Choice) -> tuple[str, ...]:
-        """What is not unique in the start."""
+        """What is not unique in the start: speeds, and torques at rest."""
+        dae, n = self.compiled.dae, self.compiled.dae.x.numel()
+        tied = () if dae.opened is None else tied_notes(dae, self._laws, Point(t, y[:n], y[n:], m, p))
+        return (*self._unasked(t, y, m, p, choice), *tied)
+
+    @cached_property
+    def _laws(self) -> Laws:
+        return Laws(self.compiled.dae)
+
+    def _unasked(self, t: float, y: Array, m: Array, p: Array, choice: Choice) -> tuple[str, ...]:
+        """A note on variables that do not start at zero only because others do."""
         left = choice.left[self.defaults[choice.left]]
         reached, nonzeros = (np.array(found).ravel() for found in self.function(t, y, m, p))
         missed = left[np.abs(reached[self.nz + left]) > MISSED]

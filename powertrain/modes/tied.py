@@ -1,0 +1,25 @@
+"""Friction between parts that others tie to each other, as a locked clutch between two axles that roll on one road without slip.
+
+Its torque acts on no motion, G_ii = 0, so nothing determines it while the law is stuck. The compliance of stuck laws leaves zero.
+(See ``powertrain.modes.complementarity`` for G.)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from powertrain.dae.hybrid import HybridDae
+from powertrain.modes.complementarity import Laws, Point
+from powertrain.modes.resting import SINGULAR
+
+
+def tied_notes(dae: HybridDae, laws: Laws, point: Point) -> tuple[str, ...]:
+    """A note on each such law at this point; ``laws`` are those of ``dae``."""
+    near = laws.at(point, np.zeros(laws.count))
+    still = np.abs(np.diag(near.rate_slope)) <= SINGULAR * near.reach
+    return tuple(
+        f"{law.name} ({law.where}): other parts tie what it connects, so nothing determines its torque while it is stuck: "
+        "it may lie anywhere between its limits"
+        for law, moves_nothing in zip(dae.frictions, still.tolist(), strict=False)
+        if moves_nothing and not law.prescribed
+    )
