@@ -82,5 +82,8 @@ class AlgebraicSolver:
         sizes = np.where(np.isfinite(self._residual), np.abs(self._residual), np.inf)
         rows = [int(k) for k in np.argsort(-sizes, kind="stable")[:4] if sizes[k] > 0.0]
         quoted = "\n  ".join(f"{self.dae.equation(k)}: left minus right is {self._residual[k]:.6g}" for k in rows)
-        loop = "these equations have no solution near the guess (an algebraic loop); check them, or give guesses of their unknowns"
+        loop = (
+            "these equations have no solution near the guess (an algebraic loop), or their slopes vanish there; check them, give guesses "
+            "of their unknowns, or give a motion that is loose an inertia or a compliance"
+        )
         raise NotConsistent(f"{self._self_locking.found(side) or loop}\n  {quoted}")
