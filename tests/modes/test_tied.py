@@ -8,14 +8,15 @@ from joined import joined
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant, Step
-from powertrain.language.component import Component
+
+Source = Constant | Step
 
 
 class FourWheelDrive(pt.Component):
     """An engine, a front and a rear final drive on a rigid road (one inertia), and the clutch between the shafts to them."""
 
     rear: rot.IdealGear
-    on: Component
+    on: Source
     engine: rot.Inertia = rot.Inertia(J=0.1)
     torque: rot.Torque = rot.Torque()
     given: Constant = Constant(k=100.0)
@@ -33,11 +34,12 @@ class FourWheelDrive(pt.Component):
 
 
 @pytest.mark.parametrize("on", [Constant(k=1.0), Step(height=1.0, startTime=0.05)])
-def test_axles_on_a_rigid_road(on: Component) -> None:
+def test_axles_on_a_rigid_road(on: Source) -> None:
     """With equal ratios the two axles may share 100 N.m in any way; with others the clutch holds the car."""
     equal = pt.simulate(FourWheelDrive(rear=rot.IdealGear(ratio=3.0), on=on), 0.1, starts={"body.w": 1.0})
     (note,) = equal.notes
-    assert note.startswith("lock.mode (") and note.endswith(
+    assert note.startswith("lock.mode (")
+    assert note.endswith(
         "): other parts tie what it connects, so nothing determines its torque while it is stuck: it may lie anywhere between its limits"
     )
     assert equal["body.w"][-1] == pytest.approx(1.0 + 0.1 * 300.0 / (100.0 + 9.0 * 0.1))
