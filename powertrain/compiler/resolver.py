@@ -48,6 +48,7 @@ class Resolver:
                 assigned = list(ca.substitute_inplace(solved.names, assigned, [], False)[0])
         self.names, self._opened = column(solved.names), column(assigned)
         self.roots, self.tau, self._given = _torque_symbols(torques)
+        self._tau = column(self.tau)
         self._opened = self._in_torques([self._opened])[0]
         laws = [self._open_law(t, own) for t, own in zip(torques, self.tau, strict=True)]
         laws = self._through_implicit(laws, column(solved.implicit))
@@ -84,7 +85,7 @@ class Resolver:
 
     def close(self, expressions: list[Symbol]) -> list[Symbol]:
         """Opened expressions with the torques of the laws substituted."""
-        return _substituted(expressions, column(self.tau), self.torque)
+        return _substituted(expressions, self._tau, self.torque)
 
     def now(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of roots in terms of (t, x, z, m, p)."""
@@ -164,7 +165,7 @@ class Resolver:
 
     def meeting(self, opened: Symbol) -> Symbol:
         """The sizes of the contributions of the laws' torques to an opened expression, sum_j |d/dtau_j tau_j|."""
-        slopes = ca.jacobian(opened, column(self.tau)) if self.tau else Symbol(1, 0)
+        slopes = ca.jacobian(opened, self._tau) if self.tau else Symbol(1, 0)
         places = slopes.sparsity().get_col()
         parts = [ca.fabs(slopes.nz[k] * self.tau[j]) for k, j in enumerate(places)]
         return self.close([sum(parts, Symbol(0))])[0]
@@ -181,7 +182,7 @@ class Resolver:
 
     def _follows(self, opened: list[Symbol]) -> list[int]:
         """The laws on whose torques the opened expressions depend."""
-        found = ca.which_depends(column(opened), column(self.tau), 1, False) if opened and self.tau else []
+        found = ca.which_depends(column(opened), self._tau, 1, False) if opened and self.tau else []
         return [k for k, one in enumerate(found) if one]
 
     @cached_property
@@ -210,19 +211,23 @@ class Resolver:
 
     def _from_positions(self, opened: Symbol) -> Symbol:
         """The sizes of the contributions of angles and positions, sum_j |d/dx_j x_j|; they grow with the distance travelled."""
-        unknowns = self.reduced.flat.unknowns
-        positions = [s for s in scalars(self.x) if key(s) in unknowns and unknowns[key(s)].unit in ("rad", "m")]
-        slopes = ca.jacobian(opened, column(positions))
-        parts = [ca.fabs(slopes.nz[k] * positions[j]) for k, j in enumerate(slopes.sparsity().get_col())]
+        slopes = ca.jacobian(opened, self._positions)
+        parts = [ca.fabs(slopes.nz[k] * self._positions[j]) for k, j in enumerate(slopes.sparsity().get_col())]
         return self.close([sum(parts, Symbol(0))])[0]
+
+    @cached_property
+    def _positions(self) -> Symbol:
+        """The states that are angles or positions."""
+        unknowns = self.reduced.flat.unknowns
+        return column([s for s in scalars(self.x) if key(s) in unknowns and unknowns[key(s)].unit in ("rad", "m")])
 
     def shares(self, k: int) -> bool:
         """Whether the torques of other laws take part in the motion of this one."""
-        return shares(self.laws[k], self.tau[k], column(self.tau))
+        return shares(self.laws[k], self.tau[k], self._tau)
 
     def held_by_others(self, k: int) -> bool:
         """Whether other laws may hold the motion of this one."""
-        return held_by_others(self.laws[k], self.tau[k], column(self.tau))
+        return held_by_others(self.laws[k], self.tau[k], self._tau)
 
     def reach(self, k: int) -> Symbol:
         """The effect of the torque of a law on its own rate; 1 if there is none."""
@@ -248,7 +253,7 @@ class Resolver:
 
     def open_compliance(self, k: int) -> Symbol:
         """The compliance of a stuck law for given torques."""
-        return compliance(self.laws[k], self.tau[k], column(self.tau))
+        return compliance(self.laws[k], self.tau[k], self._tau)
 
     def open_residuals(self) -> list[Symbol]:
         """The model's implicit equations for given torques."""

@@ -23,7 +23,7 @@ from typing import Any, NoReturn
 
 import casadi as ca
 import numpy as np
-from numpy.linalg import matrix_rank
+from numpy.linalg import matrix_rank, svd
 
 from powertrain.compiler.alias import Reduced, quote
 from powertrain.compiler.cancellation import terms
@@ -44,6 +44,8 @@ IMPLICIT_COMPLIANCE = 1e-11
 """eps of laws that are nonlinear in the torques: they are solved with pivoting, and without the second step."""
 _DEPENDENT = 1e-12
 """Singular values of G below this count as zero, with each law's own effect scaled to 1: round-off, while inertias may differ by 1e10."""
+_PRESENT = 1e-14
+"""Share in a combination of laws without effect below which a law is certainly not part of it."""
 _ROUND_OFF = 1e-13
 """What remains of terms that cancel counts as zero below this share of them."""
 
@@ -206,8 +208,12 @@ def _replaceable(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> set[int]:
     sizes = np.sqrt(np.abs(np.diag(slopes)))
     sizes[sizes == 0.0] = 1.0
     scaled = slopes / np.outer(sizes, sizes)
-    rank = matrix_rank(scaled, _DEPENDENT)
-    return {i for i in range(len(laws)) if matrix_rank(np.delete(scaled, i, axis=1), _DEPENDENT) == rank}
+    _, values, combinations = svd(scaled)
+    rank = int((values > _DEPENDENT).sum())
+    involved = np.abs(combinations[rank:]).max(axis=0, initial=0.0) > _PRESENT
+    return {
+        i for i in np.flatnonzero(involved).tolist() if matrix_rank(np.delete(scaled, i, axis=1), _DEPENDENT) == rank
+    }
 
 
 def _moved(t: LawTorque, motion: Motion) -> set[int]:
