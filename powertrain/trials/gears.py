@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -61,12 +62,13 @@ def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array, **optio
     """``operating_map`` of the vehicle in each of its gears.
 
     Gears that differ in nothing but parameters are solved together, which takes half the time. Automatics by a scheme are joined
-    differently in every gear.
+    differently in every gear, and where two axles follow from one another by the ratio of the gear, ``steady`` takes one gear at a time.
     """
     cars = [in_gear(vehicle, k) for k in numbers(vehicle)]
     if changes := _changes(cars):
-        found = operating_map(cars[0], speeds, accelerators, among=changes, **options)
-        return [found.isel(gear=k, drop=True) for k in range(len(cars))]
+        with suppress(pt.ParameterError):  # what is wrong in every gear is raised below
+            found = operating_map(cars[0], speeds, accelerators, among=changes, **options)
+            return [found.isel(gear=k, drop=True) for k in range(len(cars))]
     return [operating_map(car, speeds, accelerators, **options) for car in cars]
 
 
