@@ -19,9 +19,8 @@ class Retarder(OneFlangeAndSupport, Lossy):
 
     The torque of the full circuit grows with the square of the speed, until its pressure is limited, and then until the heat is that
     which the coolant takes. A command below 0 counts as 0, one above 1 as 1. At rest it has no torque, so it does not hold a vehicle. The
-    delay of filling is not included; a ``FirstOrder`` in front of the command adds it.
-    Source: H. Naunheimer et al., Automotive Transmissions, 2nd ed., Springer 2011, section 11.4. The defaults are invented, for a secondary
-    retarder at the output of the gearbox of a heavy truck.
+    delay of filling is not included; a ``FirstOrder`` in front of the command adds it. The defaults are invented, for a retarder at the
+    output of the gearbox of a heavy truck.
     """
 
     tau_max: Parameter = parameter("N.m", "Largest torque", default=3500.0, min=0)

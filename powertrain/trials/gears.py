@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
+CLOSED = 1e-6
+"""Slip of a start device that counts as none."""
 
 
 def is_geared(vehicle: pt.Component) -> bool:
@@ -53,7 +55,7 @@ def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array, maps: 
     v, pedal = np.repeat(speeds, accelerators.size), np.tile(accelerators, speeds.size)
     gear = np.full(v.size, numbers(vehicle)[-1])
     for k in numbers(vehicle)[:0:-1]:
-        _, down, kick_down = shifts(v[None], v[None] * _per_speed(maps[k - 1]), pedal[None], k, 0.0)
+        _, down, kick_down = shifts(v[None], v[None] * per_speed(maps[k - 1]), pedal[None], k, 0.0)
         gear[(gear == k) & np.any([down, kick_down], axis=(0, 1))] = k - 1
     return gear.reshape(shape)
 
@@ -113,7 +115,7 @@ class _Shifter:
 
     def __init__(self, vehicle: pt.Component, maps: list[xr.Dataset]) -> None:
         schedule = getattr(vehicle, _named(vehicle, SpeedSchedule))
-        self.dwell, self.per_speed = float(schedule.dwell), [_per_speed(found) for found in maps]
+        self.dwell, self.per_speed = float(schedule.dwell), [per_speed(found) for found in maps]
         self.shifts = _shifts(vehicle)
         self.gear, self.began, self.kicked = 1, -np.inf, -np.inf
 
@@ -135,10 +137,15 @@ def _shifts(vehicle: pt.Component) -> ca.Function:
     return ca.Function("shifts", [*now], [*schedule.shifts(now, schedule.kick_limits(now.gear, *pulls))])
 
 
-def _per_speed(found: xr.Dataset) -> float:
-    """Engine speed over vehicle speed [rad/m] in a gear, with the start device closed: it only slips the engine faster."""
+def per_speed(found: xr.Dataset) -> float:
+    """Engine speed over vehicle speed [rad/m] in a gear, with the start device closed: then it is the same for all pedal positions.
+
+    An open clutch lets a pulling engine turn faster, and a converter lets a braking one turn slower.
+    """
     moving = found.sel(speed=found["speed"] > 0)
-    return float((moving["w"] / moving["speed"]).min())
+    ratio = moving["w"] / moving["speed"]
+    slip = ratio.max("accelerator") / ratio.min("accelerator") - 1
+    return float(ratio.where(slip <= slip.min() + CLOSED).min())
 
 
 def accelerator(found: xr.Dataset, v: float, force: float) -> float:
