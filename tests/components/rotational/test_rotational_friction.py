@@ -171,7 +171,9 @@ class Retarded(pt.Component):
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_a_retarder_brakes_with_constant_power_then_constant_torque_then_the_square_of_the_speed(direction: int) -> None:
+def test_a_retarder_brakes_with_constant_power_then_constant_torque_then_the_square_of_the_speed(
+    direction: int,
+) -> None:
     """From 30 rad/s: w^2 = 900 - 100 t until 20 rad/s at 5 s; then -2.5 rad/s2 until 10 rad/s at 9 s; then 1/w = 0.1 + (t - 9)/40."""
     result = run(Retarded(), 29.0, {"shaft.w": 30.0 * direction})
     w = direction * np.array([result.at([t], "shaft.w")[0] for t in (3.0, 7.0, 29.0)])
