@@ -245,9 +245,9 @@ def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
     gearboxes = [(f"{name}.", part) for name, part in children(vehicle) if isinstance(part, StartingGearbox)]
     for prefix, whole in [("", vehicle), *gearboxes]:
         for name, part in children(whole):
-            if isinstance(part, StartingConverter) and (holds := _number(part.converter, "tau_max")) and holds < torque:
+            if isinstance(part, StartingConverter) and (lock := _number(part.converter, "tau_max")) and lock < torque:
                 yield (
-                    f"the lock-up clutch of {name}.converter slips at full load: it holds {holds:.4g} N.m, {parts.engines[0]} gives up to "
+                    f"the lock-up clutch of {name}.converter slips at full load: it holds {lock:.4g} N.m, {parts.engines[0]} gives up to "
                     f"{torque:.4g} N.m; TorqueConverter.of_stall(w, tau) makes a converter for an engine"
                 )
             if type(part) is not Clutch:
