@@ -178,6 +178,7 @@ from powertrain.components.rotational import PlateDrag as PlateDrag
 from powertrain.components.rotational import QuadraticSpeedDependentTorque as QuadraticSpeedDependentTorque
 from powertrain.components.rotational import RackAndPinion as RackAndPinion
 from powertrain.components.rotational import RelAngleSensor as RelAngleSensor
+from powertrain.components.rotational import Retarder as Retarder
 from powertrain.components.rotational import Screw as Screw
 from powertrain.components.rotational import SignTorque as SignTorque
 from powertrain.components.rotational import StiffeningSpring as StiffeningSpring

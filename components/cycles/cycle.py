@@ -228,7 +228,7 @@ class DriveCycle:
         grades : sequence of float
             Slopes there, tan(alpha) [1]; level by default.
         heights : sequence of float
-            Heights there [m], instead of grades.
+            Heights there [m], instead of grades. The slope changes gradually at each place and is steeper between two, see ``slope``.
 
         Raises
         ------

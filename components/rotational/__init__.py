@@ -37,6 +37,7 @@ from powertrain.components.rotational.interfaces import (
 )
 from powertrain.components.rotational.motions import Accelerate, ConstantSpeed, Move, Position, Speed
 from powertrain.components.rotational.reducer import CycloidalDrive, HarmonicDrive
+from powertrain.components.rotational.retarder import Retarder
 from powertrain.components.rotational.rolling import IdealGearR2T, IdealRollingWheel
 from powertrain.components.rotational.sensors import (
     AccSensor,
@@ -127,6 +128,7 @@ __all__ = [
     "RelAccSensor",
     "RelAngleSensor",
     "RelSpeedSensor",
+    "Retarder",
     "Screw",
     "SignTorque",
     "Speed",

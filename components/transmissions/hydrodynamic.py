@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any, Self
 
 import casadi as ca
 import numpy as np
@@ -26,6 +27,7 @@ from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupp
 
 CREEP = 1e-3
 """Smallest speed [rad/s] of a wheel in a speed ratio."""
+STALL_SPEED, STALL_TORQUE = parameter("rad/s", "Stall speed", above=0), parameter("N.m", "Torque at stall", above=0)
 CHECKED = 51
 """Points between two rows at which the efficiency of a table is checked."""
 
@@ -88,6 +90,19 @@ class TorqueConverter(_Hydrodynamic):
     lockup: Input = signal_input("1", "Lock-up clutch, 0 open to 1 closed", default=0.0)
     w_rel: Variable = variable("rad/s", "Speed of the turbine against the pump", prefer=True)
     tau_lock: Variable = variable("N.m", "Torque of the lock-up clutch")
+
+    @classmethod
+    def of_stall(cls, w: float | str, tau: float | str, **parameters: Any) -> Self:
+        """The default converter in another size: the pump torque ``tau`` [N.m] stalls it at the speed ``w`` [rad/s].
+
+        All K factors have the same proportion; the lock-up clutch holds 1.5 tau unless ``tau_max`` says otherwise. Values with a unit,
+        such as "1600 rpm", are converted. Errors: ParameterError for values that are not positive.
+        """
+        where, like = f"{cls.__name__}.of_stall", cls()
+        stall, torque = STALL_SPEED.check(w, f"{where}: w"), STALL_TORQUE.check(tau, f"{where}: tau")
+        scale = stall / torque**0.5 / like.table[0][1]
+        table = tuple((nu, K * scale, R) for nu, K, R in like.table)
+        return cls(**{"table": table, "tau_max": 1.5 * torque} | parameters)
 
     def equations(self) -> Equations:
         """Oil and clutch in parallel."""

@@ -92,21 +92,26 @@ def _runs(
     if changes:
         one, other = model_of(runs[0], None, ()), model_of(runs[0], params, texts)
         changed = " ".join(texts) or str(params)
-        return {"as it is": driven(one, cycle, span, begin), changed: driven(other, cycle, span, begin)}
+        both = {"as it is": one, changed: other}
+        return {name: driven(model, cycle, span, begin, name) for name, model in both.items()}
     names = [run.stem if isinstance(run, Path) else run.name for run in runs]
     if names[0] == names[1]:
         names = [str(run) if isinstance(run, Path) else run.name for run in runs]
     if names[0] == names[1]:
         names = [f"{name} {k}" for k, name in enumerate(names, 1)]
-    return {name: _run(run, cycle, span, begin) for name, run in zip(names, runs, strict=True)}
+    return {name: _run(run, cycle, span, begin, name) for name, run in zip(names, runs, strict=True)}
 
 
 def _run(
-    run: Path | VehicleArgument, cycle: DriveCycle | None, span: tuple[float, float] | None, begin: tuple[str, ...]
+    run: Path | VehicleArgument,
+    cycle: DriveCycle | None,
+    span: tuple[float, float] | None,
+    begin: tuple[str, ...],
+    name: str,
 ) -> Any:
     if isinstance(run, Path) and run.suffix.lower() == ".nc" and not (cycle or span or begin):
         return saved(run)
-    return driven(model_of(run, None, ()), cycle, span, begin)
+    return driven(model_of(run, None, ()), cycle, span, begin, name)
 
 
 def described(both: pt.Comparison) -> str:

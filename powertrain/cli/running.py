@@ -149,15 +149,15 @@ def command(
     if write_params is not None:
         write_params.write_text(files.written(model, plant.parameters), encoding="utf-8")
     with Interruption(driven, so_far(plant)) as watch:
-        run = drive_cycle(plant, starts=starts, progress=watch, rtol=rtol)
+        run = drive_cycle(plant, starts=starts, progress=watch, rtol=rtol, name=vehicle.name)
     if out is not None:
         run.result.save(out, *chosen)
     if not run.message or run.distance >= WORTH_A_REPORT:
-        _say(report(run, vehicle.name))
+        _say(report(run))
         if backward:
             click.echo(_beside(run, model))
         if plot is not None:
-            _draw_run(run, vehicle.name, plot)
+            _draw_run(run, plot)
         if chart is not None:
             click.echo(f"\n{_draw_map(run, vehicle.name, model, chart)}")
         if page is not None:
@@ -195,11 +195,11 @@ def _beside(run: CycleRun, model: pt.Component) -> str:
     return f"{title('Backward, from steady operating points')}\n{columns(rows, right=[1])}"
 
 
-def _draw_run(run: CycleRun, name: str, plot: Path) -> None:
+def _draw_run(run: CycleRun, plot: Path) -> None:
     """The picture of the run."""
     from powertrain.trials.figures import cycle_figure
 
-    cycle_figure(run, name).savefig(plot, dpi=120)
+    cycle_figure(run).savefig(plot, dpi=120)
 
 
 def _draw_map(run: CycleRun, name: str, model: pt.Component, chart: Path) -> str:
@@ -216,8 +216,8 @@ def _draw_map(run: CycleRun, name: str, model: pt.Component, chart: Path) -> str
     return text
 
 
-def report(run: CycleRun, name: str) -> Iterator[str]:
-    """The results of the vehicle ``name`` in text: the run's table at once, then the energy audit, which takes its time."""
+def report(run: CycleRun) -> Iterator[str]:
+    """The results in text: the run's table at once, then the energy audit, which takes its time."""
     from powertrain.trials.charge import beyond_correction, charge_corrected, stores_of
 
     cycle = run.cycle
@@ -237,7 +237,7 @@ def report(run: CycleRun, name: str) -> Iterator[str]:
         )
     yield "\n".join(
         [
-            f"{name} over {cycle.name} ({about})",
+            f"{run.title} ({about})",
             "",
             columns(results, right=[1]),
             *_not_followed(run),

@@ -49,9 +49,13 @@ def model_of(source: Path | VehicleArgument, params: Path | None, texts: Sequenc
 
 
 def driven(
-    model: pt.Component, cycle: DriveCycle | None, span: tuple[float, float] | None, begin: Sequence[str]
+    model: pt.Component,
+    cycle: DriveCycle | None,
+    span: tuple[float, float] | None,
+    begin: Sequence[str],
+    name: str,
 ) -> CycleRun:
-    """The run of a vehicle over a cycle, or a part of one, from values at the start; by default the vehicle's own.
+    """The run of a vehicle of this ``name`` over a cycle, or a part of one, from values at the start; by default the vehicle's own.
 
     A run that ends early is an error.
     """
@@ -64,7 +68,7 @@ def driven(
     plant = pt.compile(model)
     starts = starts_of(begin, plant)
     with Interruption(over, so_far(plant)) as watch:
-        run = drive_cycle(plant, starts=starts, progress=watch)
+        run = drive_cycle(plant, starts=starts, progress=watch, name=name)
     if run.message:
         raise click.ClickException(f"the run ended at {run.result.time[-1]:.4g} s. {run.message}")
     return run

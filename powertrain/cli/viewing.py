@@ -70,5 +70,6 @@ def written(
     if isinstance(run, Path) and run.suffix.lower() == ".nc" and not (cycle or span or texts or params or begin):
         recording = recorded(Saved(saved(run)), run.stem)
         return write([recording], out or temporary(run.stem))
-    done = driven(model_of(run, params, texts), cycle, span, begin)
-    return done.explore(out or temporary(f"{done.anatomy.vehicle}-{done.cycle.name}"))
+    model = model_of(run, params, texts)
+    done = driven(model, cycle, span, begin, run.stem if isinstance(run, Path) else run.name)
+    return done.explore(out or temporary(f"{done.name}-{done.cycle.name}"))

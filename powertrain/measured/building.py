@@ -158,10 +158,8 @@ def _most(engine: WillansEngine) -> float:
 
 def _converter(engine: WillansEngine) -> StartingDevice:
     """The default converter, whose K factor is scaled so that full load stalls it at ``W_STALL``."""
-    default = TorqueConverter()
-    scale = W_STALL / float(engine.full_load(W_STALL)) ** 0.5 / default.table[0][1]
-    table = tuple((nu, K * scale, R) for nu, K, R in default.table)
-    return StartingConverter(converter=TorqueConverter(table=table, tau_max=1.5 * _most(engine)))
+    at_stall = float(engine.full_load(W_STALL))
+    return StartingConverter(converter=TorqueConverter.of_stall(W_STALL, at_stall, tau_max=1.5 * _most(engine)))
 
 
 def _manual(car: TestCar, technology: Technology, cool: bool) -> ManualCar:

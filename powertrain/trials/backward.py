@@ -69,7 +69,7 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     top = 1.02 * cycle.top_speed
     speeds, accelerators = np.linspace(min(SLOWEST, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS)
     if found is None and is_geared(vehicle):
-        maps = gear_maps(vehicle, speeds, accelerators)
+        maps = [_filled(one, k) for k, one in enumerate(gear_maps(vehicle, speeds, accelerators), 1)]
         gears = gears_along(vehicle, cycle.times, v, force, maps)
     else:
         maps = [driveline_map(vehicle, speeds, accelerators) if found is None else found]
@@ -110,6 +110,17 @@ class _Pulled(pt.Component):
     def equations(self) -> pt.Equations:
         """Pulled at the front; the rear axle exerts no force."""
         yield pt.connect(self.pull.flange, self.body.front)
+
+
+def _filled(found: xr.Dataset, gear: int) -> xr.Dataset:
+    """The map with isolated points without an operating point interpolated, such as near idle speed where the start clutch begins to hold.
+
+    Errors: ParameterError for such points at its edge.
+    """
+    found = found[["force", "fuel_rate", "w"]].interpolate_na("accelerator").interpolate_na("speed")
+    if missing := int(found["force"].isnull().sum()):
+        raise pt.ParameterError(f"backward: {missing} points of the map in gear {gear} have no operating point")
+    return found
 
 
 def demand(vehicle: pt.Component, cycle: DriveCycle) -> tuple[Array, Array]:

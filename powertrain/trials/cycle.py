@@ -47,7 +47,8 @@ Array = NDArray[np.float64]
 class CycleRun:
     """The run of a vehicle over a cycle; ``message`` gives the reason if it ended early or did not move.
 
-    ``anatomy`` has the paths of the vehicle's body, engines and batteries. ``table`` has the main results.
+    ``title`` names both in figures and pages, the vehicle by its ``name`` if it has one, else by its class. ``anatomy`` has the paths
+    of the vehicle's body, engines and batteries. ``table`` has the main results.
     """
 
     cycle: DriveCycle
@@ -55,6 +56,12 @@ class CycleRun:
     result: pt.Result[Any]
     parameters: dict[str, float]
     message: str = ""
+    name: str = ""
+
+    @property
+    def title(self) -> str:
+        """Such as "ManualCar over wltc"."""
+        return f"{self.name or self.anatomy.vehicle} over {self.cycle.name}"
 
     @cached_property
     def anatomy(self) -> Anatomy:
@@ -245,21 +252,20 @@ class CycleRun:
     def __repr__(self) -> str:
         said = f", {self.message.splitlines()[0]}" if self.message else ""
         main = ", ".join(f"{what} {value:.4g} {unit}" for what, value, unit in self.table.head(3).itertuples())
-        return f"CycleRun({self.anatomy.vehicle} over {self.cycle.name}: {main}{said})"
+        return f"CycleRun({self.title}: {main}{said})"
 
     def _repr_html_(self) -> str:
         rows = [(str(what), f"{value:.4g}", str(unit)) for what, value, unit in self.table.itertuples()]
-        about = f"{self.anatomy.vehicle} over {self.cycle.name}"
         said = htmltext.heading("Ended early:", self.message) if self.message else ""
         said += "".join(htmltext.heading("Note:", note) for note in self.notes)
-        return htmltext.heading("CycleRun", about) + said + htmltext.table(("quantity", "value", "unit"), rows)
+        return htmltext.heading("CycleRun", self.title) + said + htmltext.table(("quantity", "value", "unit"), rows)
 
     def explore(self, file: str | PathLike[str] | None = None, *signals: str) -> Path:
         """The interactive page of the run with its main results, see ``pt.explore``; by default it plots speed and prime movers."""
         parts = self.anatomy
         movers = [f"{path}.{name}" for name in ("w", "tau") for path in parts.prime_movers]
         shown = signals or (f"{parts.the('body')}.v", *movers)
-        return pt.explore(self, file, *shown, name=f"{parts.vehicle} over {self.cycle.name}")
+        return pt.explore(self, file, *shown, name=self.title)
 
     def _burnt(self, engine: str) -> float:
         return float(self.result[f"{engine}.fuel"][-1])
@@ -288,6 +294,7 @@ def drive_cycle(
     parameters: dict[str, float] | None = None,
     starts: Mapping[str, Any] | None = None,
     progress: bool | Watch = False,
+    name: str = "",
     **options: Any,
 ) -> CycleRun:
     """Drive a vehicle over a cycle.
@@ -308,6 +315,8 @@ def drive_cycle(
         Initial values by name: ``{"battery.soc": 0.95}`` starts with a charged battery, ``{"cooling.T": "20 degC"}`` with a cold engine.
     progress : bool or callable
         A progress bar with distance and consumption so far, or a function that is given the run at the time reached (``pt.Present``).
+    name : str
+        The name of the vehicle in figures and pages; by default that of its class.
     **options
         Other options of ``pt.simulate``.
 
@@ -356,7 +365,7 @@ def drive_cycle(
             raise
         result, message = error.result, str(error)
     message = message or lost_gear(result) or standing(driven, result, anatomy(plant.model))
-    return CycleRun(driven, plant, result, given, message)
+    return CycleRun(driven, plant, result, given, message, name)
 
 
 def so_far(plant: pt.Plant[Any], parameters: Mapping[str, float] | None = None) -> Callable[[pt.Present[Any]], str]:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 import powertrain as pt
 from powertrain.language.arguments import by_name, row
 from powertrain.trials.anatomy import anatomy
-from powertrain.trials.gears import held_gears, in_gear, is_geared, numbers
+from powertrain.trials.gears import gear_maps, held_gears, in_gear, is_geared
 from powertrain.trials.operating import mapped_model, operating_map
 
 if TYPE_CHECKING:
@@ -77,10 +77,7 @@ def driveline_map(
         )
     if not is_geared(vehicle):
         return operating_map(vehicle, speeds, accelerators, variator=variator, held=held, progress=progress)
-    maps = [
-        operating_map(in_gear(vehicle, k), speeds, accelerators, variator=variator, held=held, progress=progress)
-        for k in numbers(vehicle)
-    ]
+    maps = gear_maps(vehicle, speeds, accelerators, variator=variator, held=held, progress=progress)
     v, pedal = maps[0]["speed"].values, maps[0]["accelerator"].values
     gear = xr.DataArray(
         held_gears(vehicle, v, pedal, maps), dims=("speed", "accelerator"), attrs={"units": "1", "long_name": "Gear"}

@@ -43,8 +43,8 @@ MOVERS = ("C1", "C4", "C5", "C6", "C8", "C9")
 Array = NDArray[np.float64]
 
 
-def cycle_figure(run: CycleRun, name: str = "") -> Figure:
-    """All plots of a run on one page, under the ``name`` of the vehicle, by default that of its class."""
+def cycle_figure(run: CycleRun) -> Figure:
+    """All plots of a run on one page."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(13, 15), layout="constrained")
@@ -58,8 +58,7 @@ def cycle_figure(run: CycleRun, name: str = "") -> Figure:
         ax.label_outer()
     plot_energy(run, ax=figure.add_subplot(grid[3, 0]))
     plot_operating_points(run, ax=figure.add_subplot(grid[3, 1]))
-    vehicle = name or type(run.plant.model).__name__
-    figure.suptitle(f"{vehicle} over {run.cycle.name}: {run.distance / 1e3:.2f} km, {_consumption(run)}", fontsize=13)
+    figure.suptitle(f"{run.title}: {run.distance / 1e3:.2f} km, {_consumption(run)}", fontsize=13)
     return figure
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -12,6 +14,7 @@ import powertrain as pt
 from powertrain.components.control import FixedGear, SpeedSchedule
 from powertrain.components.control.shift_rule import Driving
 from powertrain.components.transmissions import Shiftable
+from powertrain.language.component import children
 from powertrain.trials.operating import operating_map
 from powertrain.vehicles.car import ShiftedCar
 
@@ -19,6 +22,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
+CLOSED = 1e-6
+"""Slip of a start device that counts as none."""
 
 
 def is_geared(vehicle: pt.Component) -> bool:
@@ -50,25 +55,46 @@ def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array, maps: 
     v, pedal = np.repeat(speeds, accelerators.size), np.tile(accelerators, speeds.size)
     gear = np.full(v.size, numbers(vehicle)[-1])
     for k in numbers(vehicle)[:0:-1]:
-        _, down, kick_down = shifts(v[None], v[None] * _per_speed(maps[k - 1]), pedal[None], k, 0.0)
+        _, down, kick_down = shifts(v[None], v[None] * per_speed(maps[k - 1]), pedal[None], k, 0.0)
         gear[(gear == k) & np.any([down, kick_down], axis=(0, 1))] = k - 1
     return gear.reshape(shape)
 
 
-def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array) -> list[xr.Dataset]:
+def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array, **options: Any) -> list[xr.Dataset]:
     """``operating_map`` of the vehicle in each of its gears.
 
-    Isolated points without an operating point, such as near idle speed where the start clutch begins to hold, are interpolated.
-    Errors: ParameterError for such points at the edge of the map, and those of ``operating_map``.
+    Gears that differ in nothing but parameters are solved together, which takes half the time. Automatics by a scheme are joined
+    differently in every gear, and where two axles follow from one another by the ratio of the gear, ``steady`` takes one gear at a time.
     """
-    maps = []
-    for k in numbers(vehicle):
-        found = operating_map(in_gear(vehicle, k), speeds, accelerators)[["force", "fuel_rate", "w"]]
-        found = found.interpolate_na("accelerator").interpolate_na("speed")
-        if missing := int(found["force"].isnull().sum()):
-            raise pt.ParameterError(f"backward: {missing} points of the map in gear {k} have no operating point")
-        maps.append(found)
-    return maps
+    cars = [in_gear(vehicle, k) for k in numbers(vehicle)]
+    if changes := _changes(cars):
+        with suppress(pt.ParameterError):  # what is wrong in every gear is raised below
+            found = operating_map(cars[0], speeds, accelerators, among=changes, **options)
+            return [found.isel(gear=k, drop=True) for k in range(len(cars))]
+    return [operating_map(car, speeds, accelerators, **options) for car in cars]
+
+
+def _changes(cars: list[pt.Component]) -> dict[str, xr.DataArray]:
+    """The parameters in which cars differ, by path along the dimension "gear"; empty if they differ in anything else."""
+    import xarray as xr
+
+    values = [dict(_parameters(car)) for car in cars]
+    if any(one.keys() != values[0].keys() for one in values):
+        return {}
+    changed = [path for path in values[0] if len({one[path] for one in values}) > 1]
+    for car, one in zip(cars, values, strict=True):
+        if pt.replace(cars[0], {path: one[path] for path in changed}) != car:
+            return {}
+    return {path: xr.DataArray([one[path] for one in values], dims="gear") for path in changed}
+
+
+def _parameters(part: pt.Component, path: str = "") -> Iterator[tuple[str, float]]:
+    """The parameters of a part and of the parts in it."""
+    for name, kind in part._fields.items():
+        if isinstance(kind, pt.Parameter):
+            yield f"{path}{name}", float(part._values[name])
+    for name, inner in children(part):
+        yield from _parameters(inner, f"{path}{name}.")
 
 
 def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[xr.Dataset]) -> NDArray[np.intp]:
@@ -89,7 +115,7 @@ class _Shifter:
 
     def __init__(self, vehicle: pt.Component, maps: list[xr.Dataset]) -> None:
         schedule = getattr(vehicle, _named(vehicle, SpeedSchedule))
-        self.dwell, self.per_speed = float(schedule.dwell), [_per_speed(found) for found in maps]
+        self.dwell, self.per_speed = float(schedule.dwell), [per_speed(found) for found in maps]
         self.shifts = _shifts(vehicle)
         self.gear, self.began, self.kicked = 1, -np.inf, -np.inf
 
@@ -111,10 +137,15 @@ def _shifts(vehicle: pt.Component) -> ca.Function:
     return ca.Function("shifts", [*now], [*schedule.shifts(now, schedule.kick_limits(now.gear, *pulls))])
 
 
-def _per_speed(found: xr.Dataset) -> float:
-    """Engine speed over vehicle speed [rad/m] in a gear, with the start device closed: it only slips the engine faster."""
+def per_speed(found: xr.Dataset) -> float:
+    """Engine speed over vehicle speed [rad/m] in a gear, with the start device closed: then it is the same for all pedal positions.
+
+    An open clutch lets a pulling engine turn faster, and a converter lets a braking one turn slower.
+    """
     moving = found.sel(speed=found["speed"] > 0)
-    return float((moving["w"] / moving["speed"]).min())
+    ratio = moving["w"] / moving["speed"]
+    slip = ratio.max("accelerator") / ratio.min("accelerator") - 1
+    return float(ratio.where(slip <= slip.min() + CLOSED).min())
 
 
 def accelerator(found: xr.Dataset, v: float, force: float) -> float:

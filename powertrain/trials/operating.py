@@ -113,9 +113,10 @@ def operating_map(
     *,
     variator: str | None = None,
     held: Mapping[str, float] | None = None,
+    among: Mapping[str, xr.DataArray] | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
-    """``driveline_map`` of a vehicle without gears to shift."""
+    """``driveline_map`` of a vehicle without gears to shift, also over parameters ``among`` which it is to be solved."""
     import xarray as xr
 
     parts = anatomy(vehicle)
@@ -128,6 +129,7 @@ def operating_map(
     speed, pedal = np.asarray(speeds, float), np.asarray(accelerators, float)
     grid: dict[str, Any] = {f"{body}.speed": speed, f"{pedals}.accelerator_set": pedal}
     grid |= {f"{battery}.soc": _charge(vehicle, battery) for battery in parts.batteries} | dict(held or {})
+    grid |= among or {}
     names = {f"{body}.force": "force", f"{mover}.w": "w", f"{mover}.tau": "tau"}
     outputs: dict[str, Any] = {signal: signal for signal in (*names, *taken)}
     options: dict[str, Any] = {"first": True, "progress": progress, "inputs": dict.fromkeys(plant.compiled.inputs, 0.0)}

@@ -159,7 +159,7 @@ def _brakes(vehicle: pt.Component, path: str, body: Any) -> Iterator[str]:
     """Brakes that are too weak for the mass, such as those of a car on a truck, or not those that the control counts on."""
     m, force = _number(body, "m"), 0.0
     for _, axle in children(vehicle):
-        torque = sum(_number(part, "tau_max") or 0.0 for _, part in children(axle) if isinstance(part, WheelBrake))
+        torque = sum(_number(brake, "tau_max") or 0.0 for brake in _wheel_brakes(axle))
         radius = next((_number(wheel, "radius") for _, wheel in wheels_of(axle)), None)
         force += torque / radius if radius else 0.0
     if m and 0 < force < BRAKING * m:
@@ -174,6 +174,14 @@ def _brakes(vehicle: pt.Component, path: str, body: Any) -> Iterator[str]:
                 f"{name}.F_brake = {F_brake:.4g} N, but the brakes give {force:.4g} N with the pedal fully pressed (tau_max over the "
                 "radius of the wheels): with regeneration the vehicle would brake differently than without"
             )
+
+
+def _wheel_brakes(part: pt.Component) -> Iterator[WheelBrake]:
+    """All brakes of wheels in a part, also in a tandem axle."""
+    for _, inner in children(part):
+        if isinstance(inner, WheelBrake):
+            yield inner
+        yield from _wheel_brakes(inner)
 
 
 def _stored(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
@@ -237,6 +245,11 @@ def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
     gearboxes = [(f"{name}.", part) for name, part in children(vehicle) if isinstance(part, StartingGearbox)]
     for prefix, whole in [("", vehicle), *gearboxes]:
         for name, part in children(whole):
+            if isinstance(part, StartingConverter) and (lock := _number(part.converter, "tau_max")) and lock < torque:
+                yield (
+                    f"the lock-up clutch of {name}.converter slips at full load: it holds {lock:.4g} N.m, {parts.engines[0]} gives up to "
+                    f"{torque:.4g} N.m; TorqueConverter.of_stall(w, tau) makes a converter for an engine"
+                )
             if type(part) is not Clutch:
                 continue
             fn_max, cgeo, peak = (_number(part, field) for field in ("fn_max", "cgeo", "peak"))

@@ -40,10 +40,7 @@ def plot_energy_flow(run: CycleRun, *, ax: Axes | None = None) -> Axes:
         _band(ax, x, x + share + GAP, left)
         x += share + GAP
     ax.set(xlim=(0, x), ylim=(-BEND - DOWN - 0.2, 1.03), aspect="equal")
-    ax.set_title(
-        f"{type(run.plant.model).__name__} over {run.cycle.name}: {abs(left):.1%} of the energy is stored or lost in small parts",
-        fontsize=10,
-    )
+    ax.set_title(f"{run.title}: {abs(left):.1%} of the energy is stored or lost in small parts", fontsize=10)
     ax.axis("off")
     return ax
 

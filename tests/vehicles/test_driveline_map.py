@@ -19,7 +19,7 @@ from powertrain.trials.anatomy import value_at
 from powertrain.trials.backward import backward, demand
 from powertrain.trials.driveline import driveline_map
 from powertrain.trials.driveline_figure import plot_driveline_map
-from powertrain.trials.gears import in_gear
+from powertrain.trials.gears import gear_maps, in_gear, per_speed
 from powertrain.trials.operating import mapped_model, on_rolling_road, operating_map
 from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.dual_clutch_car import DualClutchCar
@@ -202,6 +202,25 @@ def test_a_geared_car_is_mapped_in_the_gears_that_its_schedule_keeps() -> None:
     pulled = found.isel(accelerator=2)
     assert (pulled["efficiency"] == pulled["force"] * pulled["speed"] / pulled["power"]).all()
     np.testing.assert_allclose(found["power"], found["fuel_rate"] * 43e6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [ManualCar, DualClutchCar])
+def test_gears_solved_together_have_the_points_of_each_gear_alone(kind: type[pt.Component]) -> None:
+    """Ratios differ from gear to gear, in a dual-clutch gearbox the clutches and shafts, too."""
+    odd = {"gearbox.odd_clutch.fn_max": 500.0, "gearbox.odd.J": 0.02} if kind is DualClutchCar else {}
+    car, at = pt.replace(kind(), odd), ([3.0, 20.0], [0.3, 1.0])
+    for k, found in enumerate(gear_maps(car, *map(np.array, at)), 1):
+        xr.testing.assert_allclose(found, operating_map(in_gear(car, k), *at), rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "final_drive"), [(ManualCar, 4.1), (AutomaticCar, 3.2)])
+def test_a_closed_start_device_turns_the_engine_at_the_ratio_of_the_gear(kind: type[Any], final_drive: float) -> None:
+    """Over the wheels of 0.3 m, although a clutch or a converter slips at low speeds, in overrun with a slower engine."""
+    maps = gear_maps(kind(), np.linspace(0.5, 37, 24), np.linspace(0, 1, 5))
+    expected = [ratio * final_drive / 0.3 for ratio in kind().gearbox.gear_ratios]
+    assert [per_speed(found) for found in maps] == pytest.approx(expected)
 
 
 @pytest.mark.slow

@@ -158,5 +158,5 @@ def test_anatomy() -> None:
 
 def test_shares_of_the_losses_are_those_of_what_was_supplied(run: CycleRun) -> None:
     """A battery supplies as a tank does: the last row of the printed audit is 100 %."""
-    whole = next(line for line in "\n".join(report(run, "car")).splitlines() if line.startswith("  all"))
+    whole = next(line for line in "\n".join(report(run)).splitlines() if line.startswith("  all"))
     assert whole.endswith("100.0%")

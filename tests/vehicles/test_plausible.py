@@ -10,17 +10,25 @@ from click.testing import CliRunner
 
 import powertrain as pt
 from powertrain.cli.app import main
-from powertrain.components.body import CoastDownBody
+from powertrain.components.body import Axle, CoastDownBody, RollingAxle
 from powertrain.components.engines import MappedEngine
 from powertrain.components.rotational import Clutch
+from powertrain.components.wheels import WheelBrake
 from powertrain.trials import notes
-from powertrain.vehicles import DualClutchCar, ElectricCar, ManualCar, ParallelHybrid
+from powertrain.vehicles import AutomaticCar, DualClutchCar, ElectricCar, ManualCar, ParallelHybrid
 
 POUNDS = {
     "body": CoastDownBody(m=1500, F_0=26.0, F_1=0.25, F_2=0.0185),  # lbf, lbf/mph, lbf/mph2 without their units
     "front.wheels.Cr": 0,
     "rear.wheels.Cr": 0,
 }
+
+
+class Twice(Axle):
+    """Two axles with the brakes of a truck in one slot."""
+
+    first: Axle = RollingAxle(brakes=WheelBrake(tau_max=8000))
+    second: Axle = RollingAxle(brakes=WheelBrake(tau_max=8000))
 
 
 def losses(tau: float, w: float, kW: float = 1.0) -> pt.Map:
@@ -81,6 +89,11 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
             ["gearbox.odd_clutch slips at full load: it holds 140 N.m"],
         ),
         (
+            AutomaticCar(),
+            {"start.converter.tau_max": 140},
+            ["the lock-up clutch of start.converter slips at full load: it holds 140 N.m, engine gives up to 150 N.m"],
+        ),
+        (
             ManualCar(),
             {"engine.w_P": 5500},  # rpm without its unit
             ["engine gives up to 1.013e+05 W below its limiter, engine.w_limit = 680 rad/s, and not engine.P_max"],
@@ -89,6 +102,11 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
             ManualCar(),
             {"body.m": 12000},  # the brakes of a car on a truck
             ["the brakes decelerate body.m = 12000 kg with 1.2 m/s2 at most"],
+        ),
+        (
+            ManualCar(),
+            {"body.m": 12000, "rear": Twice()},  # (3000 + 2 x 8000) N.m/0.3 m
+            [],
         ),
         (
             ElectricCar(),

@@ -1,11 +1,14 @@
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
 
 import powertrain as pt
@@ -23,6 +26,7 @@ from powertrain.trials import (
     on_rolling_road,
     shifts,
 )
+from powertrain.trials.figures import cycle_figure
 from powertrain.trials.performance import Hill, performance, time_between
 from powertrain.trials.sankey import plot_energy_flow
 from powertrain.vehicles.electric_car import ElectricCar
@@ -162,6 +166,15 @@ def test_energy_flow_shows_every_loss_in_scale(town: CycleRun) -> None:
     widths = [w.width or 0.0 for w in ax.patches if isinstance(w, Wedge)]
     assert max(widths) == pytest.approx(float(lost["engine"]) / supplied)
     plt.close("all")
+
+
+def test_figures_and_pages_have_the_name_of_the_vehicle(town: CycleRun, tmp_path: Path) -> None:
+    """It is that of its class unless the run has another."""
+    named, title = replace(town, name="my car"), f"my car over {town.cycle.name}"
+    assert town.title == f"SplitPathCar over {town.cycle.name}"
+    assert plot_energy_flow(named, ax=Figure().add_subplot()).get_title().startswith(title)
+    assert cycle_figure(named).get_suptitle().startswith(title)
+    assert f"<title>{title}" in named.explore(tmp_path / "page.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

@@ -156,6 +156,38 @@ def test_eddy_current_brake_is_strongest_at_its_nominal_speed() -> None:
     np.testing.assert_allclose(left, -2 * 5 * 4 * result.time[moving], rtol=1e-6, atol=1e-4)
 
 
+class Retarded(pt.Component):
+    """A shaft of 2 kg.m2 with a retarder that warms a body: 5 N.m from 10 rad/s on, 100 W from 20 rad/s on."""
+
+    command: pt.Parameter = pt.parameter("1", "Command", default=1.0)
+    shaft: rot.Inertia = rot.Inertia(J=2)
+    retarder: rot.Retarder = rot.Retarder(tau_max=5, w_full=10, P_max=100)
+    body: HeatCapacitor = HeatCapacitor(C=7)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.shaft.flange_a, self.retarder.flange)
+        yield pt.connect(self.body.port, self.retarder.heat_port)
+        yield self.retarder.command.value == self.command
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_retarder_brakes_with_constant_power_then_constant_torque_then_the_square_of_the_speed(
+    direction: int,
+) -> None:
+    """From 30 rad/s: w^2 = 900 - 100 t until 20 rad/s at 5 s; then -2.5 rad/s2 until 10 rad/s at 9 s; then 1/w = 0.1 + (t - 9)/40."""
+    result = run(Retarded(), 29.0, {"shaft.w": 30.0 * direction})
+    w = direction * np.array([result.at([t], "shaft.w")[0] for t in (3.0, 7.0, 29.0)])
+    np.testing.assert_allclose(w, [np.sqrt(600), 15, 1 / 0.6], rtol=1e-6)
+    np.testing.assert_allclose(7 * (result["body.T"] - 293.15), 900 - result["shaft.w"] ** 2, atol=1e-4)
+
+
+def test_a_retarder_takes_a_share_of_its_torque() -> None:
+    """At 16 rad/s: 5 N.m times the command, which is within 0 to 1."""
+    for command, share in (-1, 0), (0.3, 0.3), (2, 1):
+        result = run(Retarded(command=command), 0.1, {"shaft.w": 16.0})
+        assert result["retarder.tau"][0] == pytest.approx(5 * share)
+
+
 def test_an_eddy_current_brake_has_a_resistance() -> None:
     """1 + alpha20 (T - 293.15 K) of copper is zero at 36.7 K: a brake so cold would drive."""
     with pytest.raises(pt.ParameterError, match=r"(?s)EddyCurrentTorque: .*TRef = 30 K"):

@@ -79,6 +79,18 @@ def test_an_engine_stalls_at_its_k_factor() -> None:
     assert result["parts[0].flange_b.tau"][-1] == pytest.approx(-300, rel=1e-6)
 
 
+def test_a_converter_by_its_stall_has_the_torques_of_the_default_in_proportion() -> None:
+    """1,200 N.m at 180 rad/s, and 1,200/150 times those of the default at 17 root(150) rad/s for every speed ratio."""
+    made, like = TorqueConverter.of_stall(180, "1.2 kN.m"), TorqueConverter()
+    assert held(made, 180, 0) == pytest.approx((1200, -2400, 1200))
+    w = 17 * math.sqrt(150)
+    for nu in (0.3, 0.9):
+        assert held(made, 180, nu * 180) == pytest.approx([8 * tau for tau in held(like, w, nu * w)])
+    assert float(made.tau_max) == 1800
+    with pytest.raises(pt.ParameterError, match="of_stall: tau = 0"):
+        TorqueConverter.of_stall(180, 0)
+
+
 def driven_off(lockup: float, stop: float = 30.0) -> Any:
     """150 N.m move 10 kg.m2 at the turbine."""
     parts = CONVERTER, rot.ConstantTorque(tau_constant=150), rot.Inertia(J=0.2), rot.Inertia(J=10), Constant(k=lockup)
