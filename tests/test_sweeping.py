@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
@@ -359,6 +360,33 @@ def test_scalars_are_told_apart_by_their_code_and_what_they_hold(tmp_path: Path)
 
     with pytest.raises(pt.ParameterError, match="cannot tell whether"):
         sweep(2, to=tmp_path, scalars={"odd": Odd()})
+
+
+LIMIT = 8.0
+
+
+def beyond(run: pt.Result[Any], *, least: float = 0.0) -> float:
+    """A function that names a constant of its module."""
+    return float((run["inertia.w"] > LIMIT + least).sum())
+
+
+def beyond_by_way_of_another(run: pt.Result[Any]) -> float:
+    """A function that names another one."""
+    return beyond(run)
+
+
+@pytest.mark.parametrize("scalar", [beyond, beyond_by_way_of_another, lambda run: beyond(run)])
+def test_scalars_are_told_apart_by_the_constants_they_use(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scalar: Callable[[Any], float]
+) -> None:
+    """An edited script must not continue a sweep with numbers of the old constants, defaults or functions."""
+    first = sweep(2, to=tmp_path, scalars={"count": scalar})
+    again = sweep(2, to=tmp_path, scalars={"count": scalar})
+    assert again.table["count"].tolist() == first.table["count"].tolist()
+    for change in (sys.modules[__name__], "LIMIT", 9.0), (beyond, "__kwdefaults__", {"least": 1.0}):
+        with monkeypatch.context() as changed, pytest.raises(pt.ParameterError, match="another sweep"):
+            changed.setattr(*change)
+            sweep(2, to=tmp_path, scalars={"count": scalar})
 
 
 class OwnError(pt.ParameterError):
