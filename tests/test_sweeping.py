@@ -375,7 +375,7 @@ def beyond_by_way_of_another(run: pt.Result[Any]) -> float:
     return beyond(run)
 
 
-@pytest.mark.parametrize("scalar", [beyond, beyond_by_way_of_another, lambda run: beyond(run)])
+@pytest.mark.parametrize("scalar", [beyond, beyond_by_way_of_another, lambda run: 2 * beyond(run)])
 def test_scalars_are_told_apart_by_the_constants_they_use(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scalar: Callable[[Any], float]
 ) -> None:
@@ -384,9 +384,10 @@ def test_scalars_are_told_apart_by_the_constants_they_use(
     again = sweep(2, to=tmp_path, scalars={"count": scalar})
     assert again.table["count"].tolist() == first.table["count"].tolist()
     for change in (sys.modules[__name__], "LIMIT", 9.0), (beyond, "__kwdefaults__", {"least": 1.0}):
-        with monkeypatch.context() as changed, pytest.raises(pt.ParameterError, match="another sweep"):
+        with monkeypatch.context() as changed:
             changed.setattr(*change)
-            sweep(2, to=tmp_path, scalars={"count": scalar})
+            with pytest.raises(pt.ParameterError, match="another sweep"):
+                sweep(2, to=tmp_path, scalars={"count": scalar})
 
 
 class OwnError(pt.ParameterError):
