@@ -12,6 +12,7 @@ import xarray as xr
 import powertrain as pt
 from powertrain.components.body import Body, DrivenAxle, RoadProfile
 from powertrain.components.body.coast_down import CoastDownBody as MeasuredBody
+from powertrain.components.control import StartStop
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import CoolantCircuit, WarmEngine
 from powertrain.trials import drive_cycle
@@ -296,6 +297,15 @@ def test_backward_of_a_geared_car() -> None:
     driven = np.interp(cycle.times[:-1] + 0.5, run.result.time, run.result["schedule.gear"])
     assert np.mean(np.abs(driven - back.gears) < 0.6) > 0.93
     assert {1, 2, 3} <= set(back.gears.tolist())
+
+
+@pytest.mark.slow
+def test_backward_with_start_stop() -> None:
+    """30 s of standing less at idle: 18.289 N.m at 85 rad/s with the indicated efficiency 0.38 take 9.5e-5 kg/s of 43 MJ/kg."""
+    cycle = DriveCycle("stop", ((0.0, 0.0), (10.0, 0.0), (15.0, 5.0), (25.0, 0.0), (45.0, 0.0)))
+    always, stopped = (backward(car, cycle) for car in (ManualCar(), ManualCar(start_stop=StartStop())))
+    assert always.fuel - stopped.fuel == pytest.approx(30 * 18.289 * 85 / 0.38 / 43e6, rel=1e-4)
+    assert stopped.fuel_rate.tolist() == pytest.approx([0.0, *always.fuel_rate[1:3], 0.0])
 
 
 @pytest.mark.slow
