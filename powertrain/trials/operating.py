@@ -130,7 +130,8 @@ def operating_map(
     grid |= {f"{battery}.soc": _charge(vehicle, battery) for battery in parts.batteries} | dict(held or {})
     names = {f"{body}.force": "force", f"{mover}.w": "w", f"{mover}.tau": "tau"}
     outputs: dict[str, Any] = {signal: signal for signal in (*names, *taken)}
-    options: dict[str, Any] = {"first": True, "progress": progress, "inputs": dict.fromkeys(plant.compiled.inputs, 0.0)}
+    given = {name: one.guess for name, one in plant.compiled.inputs.items()}
+    options: dict[str, Any] = {"first": True, "progress": progress, "inputs": given}
     if held and any(held.values()):  # a running engine is far from the initial state of a hybrid at rest
         options["guesses"] = {f"{engine}.w": RUNNING for engine in parts.engines}
     if variator is not None:

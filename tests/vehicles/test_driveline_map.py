@@ -12,7 +12,7 @@ import xarray as xr
 import powertrain as pt
 from powertrain.components.body import Body, DrivenAxle, RoadProfile
 from powertrain.components.body.coast_down import CoastDownBody as MeasuredBody
-from powertrain.components.control import StartStop
+from powertrain.components.control import FixedGear, Shifting, StartStop
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import CoolantCircuit, WarmEngine
 from powertrain.trials import drive_cycle
@@ -286,6 +286,23 @@ def test_a_centre_differential_shares_equally_on_a_rolling_road() -> None:
 def test_an_engine_is_warm_on_a_rolling_road() -> None:
     """At full load and low speed a cooling circuit of its own would settle far above the temperature of any drive."""
     assert isinstance(value_at(on_rolling_road(SplitPathCar(cooling=CoolantCircuit())), "cooling"), WarmEngine)
+
+
+class HalfPedal(Shifting):
+    """A fixed gear; a switch of the driver, an input of the model, decides how much of the accelerator counts: by default half."""
+
+    share: pt.Input = pt.signal_input("1", "Share of the accelerator", default=0.5, outside=True)
+
+    def equations(self) -> pt.Equations:
+        yield self.lever.value == 1
+        yield self.throttle.value == self.share.value * self.accelerator.value
+        yield self.clutch.value == self._pressed()
+
+
+def test_an_input_of_the_model_has_its_default_in_a_map() -> None:
+    half, whole = ManualCar.in_one_gear(schedule=HalfPedal()), ManualCar.in_one_gear(schedule=FixedGear())
+    forces = [float(driveline_map(car, [20.0], [u])["force"].item()) for car, u in ((half, 0.6), (whole, 0.3))]
+    assert forces[0] == pytest.approx(forces[1], rel=1e-9)
 
 
 def test_backward_of_a_geared_car() -> None:
