@@ -40,8 +40,8 @@ def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Comp
     vehicle = pt.replace(vehicle, {name: part for name, old in parts.items() if (part := _steady(old)) is not old})
     found = anatomy(vehicle)
     body, pedals = found.the("body"), found.the("pedals")
-    mass, share = (float(getattr(value_at(vehicle, body), name)) for name in ("m", "front_share"))
-    return pt.replace(vehicle, {body: RollingRoad(m=mass, front_share=share), pedals: SetPedals()})
+    loads = {name: float(getattr(value_at(vehicle, body), name)) for name in ("m", "front_share", "g")}
+    return pt.replace(vehicle, {body: RollingRoad(**loads), pedals: SetPedals()})
 
 
 def mapped_model(vehicle: pt.Component, held: Container[str] = ()) -> pt.Component:

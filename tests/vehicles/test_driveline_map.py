@@ -288,6 +288,14 @@ def test_an_engine_is_warm_on_a_rolling_road() -> None:
     assert isinstance(value_at(on_rolling_road(SplitPathCar(cooling=CoolantCircuit())), "cooling"), WarmEngine)
 
 
+def test_the_rolling_road_weighs_the_vehicle_like_its_body() -> None:
+    """With half the gravity, half the rolling resistance is missing: 0.01 m g/2."""
+    earth = pt.replace(ElectricCar(), {"front.wheels.Cr": 0.01, "rear.wheels.Cr": 0.01, "body.g": 9.8})
+    half = pt.replace(earth, {"body.g": 4.9})
+    forces = [float(driveline_map(car, [20.0], [0.5])["force"].item()) for car in (earth, half)]
+    assert forces[1] - forces[0] == pytest.approx(0.01 * float(earth.body.m) * 4.9, rel=1e-3)
+
+
 class HalfPedal(Shifting):
     """A fixed gear; a switch of the driver, an input of the model, decides how much of the accelerator counts: by default half."""
 
