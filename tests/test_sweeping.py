@@ -162,6 +162,23 @@ def test_starts_with_units_are_numbers_in_the_table() -> None:
     assert "different quantity" in str(runs.errors[2])
 
 
+def test_common_parameters_and_starts_count_beside_those_of_a_case() -> None:
+    """w = w0 exp(-d t/J) with the damping of all cases and the inertia of each, and the other way round; what a case gives goes first."""
+    common: dict[str, Any] = {
+        "parameters": {"damper.d": 2.0},
+        "starts": STARTS,
+        "stop": 1.0,
+        "scalars": {"w": last_speed},
+    }
+    cases: list[dict[str, Any]] = [
+        {"parameters": {"inertia.J": 4.0}},
+        {"parameters": {"damper.d": 1.0}},
+        {"starts": {"inertia.phi": 1.0}},
+    ]
+    runs = pt.sweep(SpinDown(), cases, **common)
+    np.testing.assert_allclose(runs.table["w"], 10 * np.exp([-2 / 4, -1 / 2, -2 / 2]), rtol=1e-5)
+
+
 def test_a_table_of_parameters_and_scalars() -> None:
     runs = pt.sweep(
         SpinDown(), [{"parameters": {"damper.d": d}, "stop": d} for d in (1.0, 2.0)], scalars={"w": last_speed}
