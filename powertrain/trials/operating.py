@@ -40,7 +40,7 @@ def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Comp
     vehicle = pt.replace(vehicle, {name: part for name, old in parts.items() if (part := _steady(old)) is not old})
     found = anatomy(vehicle)
     body, pedals = found.the("body"), found.the("pedals")
-    loads = {name: float(getattr(value_at(vehicle, body), name)) for name in ("m", "front_share", "g")}
+    loads: dict[str, Any] = {name: float(getattr(value_at(vehicle, body), name)) for name in ("m", "front_share", "g")}
     return pt.replace(vehicle, {body: RollingRoad(**loads), pedals: SetPedals()})
 
 
