@@ -71,9 +71,8 @@ class Saved:
     def at(self, t: ArrayLike, what: Sequence[str]) -> dict[str, Any]:
         """Values at times within the run; at an event its right limit."""
         times = np.asarray(t, float)
-        right = np.clip(np.searchsorted(self.time, times, side="right"), 1, max(len(self.time) - 1, 1))
-        left = right - 1
-        right = np.minimum(right, len(self.time) - 1)
+        left = np.maximum(np.searchsorted(self.time, times, side="right") - 1, 0)
+        right = np.minimum(left + 1, len(self.time) - 1)
         duration = self.time[right] - self.time[left]
         share = np.divide(times - self.time[left], duration, out=np.zeros(times.shape), where=duration > 0)
         return {n: self[n][left] + share * (self[n][right] - self[n][left]) for n in what}

@@ -49,6 +49,14 @@ def test_sobol_indices_of_ishigami() -> None:
     np.testing.assert_allclose(found["linear"].sel(result="f"), [1.0, 0.0, 0.0, 0.0], atol=1e-12)
 
 
+def test_parameters_that_do_not_scatter_keep_their_values() -> None:
+    """With x = pi/2 for all runs, f = 1 + 7 sin^2 y + 0.1 z^4: the variances are 7^2/8 and 0.1^2 pi^8 (1/9 - 1/25)."""
+    square = {"y": CUBE["y"], "z": CUBE["z"]}
+    found = pt.sensitivity_indices(PLANT, {"f": "f"}, square, 256, stop=1.0, parameters={"x": math.pi / 2})
+    parts = np.array([7**2 / 8, 0.1**2 * math.pi**8 * (1 / 9 - 1 / 25)])
+    np.testing.assert_allclose(found["first"].sel(result="f"), parts / parts.sum(), atol=0.05)
+
+
 class Sum(pt.Component):
     """3 a - 2 b + c."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
@@ -159,6 +160,23 @@ def test_starts_with_units_are_numbers_in_the_table() -> None:
     runs = pt.sweep(SpinDown(), cases, stop=1.0, scalars={"w": last_speed}, on_error="keep")
     assert runs.table["starts.inertia.w"].tolist() == [pytest.approx(2 * np.pi), 10.0, "2 kg"]
     assert "different quantity" in str(runs.errors[2])
+
+
+def test_common_parameters_and_starts_count_beside_those_of_a_case() -> None:
+    """w = w0 exp(-d t/J) with the damping of all cases and the inertia of each, and the other way round; what a case gives goes first."""
+    common: dict[str, Any] = {
+        "parameters": {"damper.d": 2.0},
+        "starts": STARTS,
+        "stop": 1.0,
+        "scalars": {"w": last_speed},
+    }
+    cases: list[dict[str, Any]] = [
+        {"parameters": {"inertia.J": 4.0}},
+        {"parameters": {"damper.d": 1.0}},
+        {"starts": {"inertia.phi": 1.0}},
+    ]
+    runs = pt.sweep(SpinDown(), cases, **common)
+    np.testing.assert_allclose(runs.table["w"], 10 * np.exp([-2 / 4, -1 / 2, -2 / 2]), rtol=1e-5)
 
 
 def test_a_table_of_parameters_and_scalars() -> None:
@@ -359,6 +377,34 @@ def test_scalars_are_told_apart_by_their_code_and_what_they_hold(tmp_path: Path)
 
     with pytest.raises(pt.ParameterError, match="cannot tell whether"):
         sweep(2, to=tmp_path, scalars={"odd": Odd()})
+
+
+LIMIT = 8.0
+
+
+def beyond(run: pt.Result[Any], *, least: float = 0.0) -> float:
+    """A function that names a constant of its module."""
+    return float((run["inertia.w"] > LIMIT + least).sum())
+
+
+def beyond_by_way_of_another(run: pt.Result[Any]) -> float:
+    """A function that names another one."""
+    return beyond(run)
+
+
+@pytest.mark.parametrize("scalar", [beyond, beyond_by_way_of_another, lambda run: 2 * beyond(run)])
+def test_scalars_are_told_apart_by_the_constants_they_use(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scalar: Callable[[Any], float]
+) -> None:
+    """An edited script must not continue a sweep with numbers of the old constants, defaults or functions."""
+    first = sweep(2, to=tmp_path, scalars={"count": scalar})
+    again = sweep(2, to=tmp_path, scalars={"count": scalar})
+    assert again.table["count"].tolist() == first.table["count"].tolist()
+    for change in (sys.modules[__name__], "LIMIT", 9.0), (beyond, "__kwdefaults__", {"least": 1.0}):
+        with monkeypatch.context() as changed:
+            changed.setattr(*change)
+            with pytest.raises(pt.ParameterError, match="another sweep"):
+                sweep(2, to=tmp_path, scalars={"count": scalar})
 
 
 class OwnError(pt.ParameterError):

@@ -342,12 +342,15 @@ class DriveCycle:
             return self
         times = np.array([begin, *(t for t, _ in self.table if begin < t < end), end])
         speeds = np.interp(times, self.times, self.speeds)
-        grades = np.interp(times, self.times, self.grades).tolist() if self.grades else ()
         row = np.searchsorted(self.times, times, side="right") - 1
         places = self._places[row] + (self.speeds[row] + speeds) / 2 * (times - self.times[row])
+        grades = np.interp(times, self.times, self.grades) if self.grades else np.zeros(0)
+        if self.grades:
+            between = ~np.isin(times, self.times)
+            grades[between] = self.slope()(places[between])
         heights = np.interp(places, *self._points()).tolist() if self.heights else ()
         rows = tuple(zip((times - begin).tolist(), speeds.tolist(), strict=True))
-        return DriveCycle(f"{self.name} {begin:g}-{end:g} s", rows, self.source, tuple(grades), tuple(heights))
+        return DriveCycle(f"{self.name} {begin:g}-{end:g} s", rows, self.source, tuple(grades.tolist()), tuple(heights))
 
 
 def _road(places: NDArray[np.float64], before: NDArray[np.float64], behind: NDArray[np.float64]) -> NDArray[np.float64]:

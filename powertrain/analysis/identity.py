@@ -17,9 +17,15 @@ from powertrain.compiler.assemble import Compiled
 from powertrain.errors import ParameterError
 from powertrain.language.symbols import column
 
+CONSTANTS = bool, int, float, str, bytes, tuple, np.ndarray, np.generic
+"""Values of a module on which the result of a function may depend; other objects may change while it runs."""
+
 
 def identity(*values: Any) -> str:
-    """A hash of numbers, strings, arrays and functions, and of mappings and sequences of them. The same in every process."""
+    """A hash of numbers, strings, arrays and functions, and of mappings and sequences of them. The same in every process.
+
+    A function is its code, its defaults, the values it holds, and the constants and functions of its module that it names.
+    """
     content = hashlib.sha256()
     for piece in _pieces(values):
         content.update(b"%d:" % len(piece))
@@ -42,6 +48,22 @@ def model_identity(compiled: Compiled) -> str:
     texts = [(name, entry.unit, entry.doc) for name, entry in compiled.signals.items()]
     values = [(name, c.value, c.unit) for name, c in compiled.parameters.items()]
     return identity(equations.serialize(), rest, texts, values, starts)
+
+
+def _named(function: FunctionType) -> dict[str, Any]:
+    """The constants and functions of its module that a function names, and what these name in turn."""
+    found, waiting = dict[str, Any](), [function.__code__]
+    while waiting:
+        code = waiting.pop()
+        waiting += [inner for inner in code.co_consts if isinstance(inner, CodeType)]
+        for name in set(code.co_names) - found.keys():
+            value = function.__globals__.get(name)
+            if isinstance(value, FunctionType) and value.__globals__ is function.__globals__:
+                found[name] = value.__code__, value.__defaults__, value.__kwdefaults__
+                waiting.append(value.__code__)
+            elif isinstance(value, CONSTANTS):
+                found[name] = value
+    return found
 
 
 def _without_expressions(value: Any, expressions: list[ca.SX]) -> Any:
@@ -74,7 +96,7 @@ def _pieces(value: Any) -> Iterator[bytes]:
     elif isinstance(value, FunctionType):
         cells = dict(zip(value.__code__.co_freevars, value.__closure__ or (), strict=True))
         held = {name: cell.cell_contents for name, cell in cells.items() if name != value.__name__}
-        yield from _pieces((value.__code__, value.__defaults__, held))
+        yield from _pieces((value.__code__, value.__defaults__, value.__kwdefaults__, held, _named(value)))
     elif isinstance(value, CodeType):
         yield from _pieces((value.co_code, value.co_names, value.co_consts))
     elif isinstance(value, partial):

@@ -155,9 +155,10 @@ class SweepPlan:
         """A case with the name of its file, a hash of the model, the options and the code of the functions."""
         task = self.cases[number]
         if self.job.folder is None:
-            return Case(number, {**self.options, **task})
+            return Case(number, _together(self.options, task))
         text = json.dumps(task, default=_listed)
-        return Case(number, {**self.options, **task}, text, f"{number:06d}-{identity(self._common, task)[:16]}")
+        name = f"{number:06d}-{identity(self._common, task)[:16]}"
+        return Case(number, _together(self.options, task), text, name)
 
     def file(self, number: int, failed: bool) -> Path:
         """The file of a case in the folder."""
@@ -237,6 +238,12 @@ def _read(path: Path) -> xr.Dataset | PowertrainError:
     if signals is None:
         raise ParameterError(_NOT_KEPT)
     return signals
+
+
+def _together(options: Mapping[str, Any], task: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of a run: the common ones and those of its case, which count where both give a value."""
+    both = [name for name in task if isinstance(task[name], Mapping) and isinstance(options.get(name), Mapping)]
+    return {**options, **task, **{name: {**options[name], **task[name]} for name in both}}
 
 
 def _values_of(case: Mapping[str, Any]) -> dict[str, Any]:

@@ -75,7 +75,8 @@ def sweep(
     progress : bool
         Show a progress bar.
     **options
-        Arguments of ``Plant.simulate`` that are common to all cases.
+        Arguments of ``Plant.simulate`` that are common to all cases. Values that a case gives replace the common ones by name:
+        ``parameters``, ``starts``, ``guesses`` and ``inputs`` of both count.
 
     Returns
     -------

@@ -17,7 +17,7 @@ Measure = tuple[float, tuple[tuple[str, int], ...]]
 _N, _J, _W = {"kg": 1, "m": 1, "s": -2}, {"kg": 1, "m": 2, "s": -2}, {"kg": 1, "m": 2, "s": -3}
 _V, _OHM, _PA = {**_W, "A": -1}, {**_W, "A": -2}, {"kg": 1, "m": -1, "s": -2}
 UNITS: dict[str, tuple[float, dict[str, int]]] = {
-    **{base: (1.0, {base: 1}) for base in ("m", "s", "kg", "A", "K", "mol", "cd", "degC")},
+    **{base: (1.0, {base: 1}) for base in ("m", "s", "kg", "A", "K", "mol", "cd", "degC", "degF")},
     "1": (1.0, {}), "rad": (1.0, {}), "deg": (math.pi / 180, {}), "Hz": (2 * math.pi, {"s": -1}), "rpm": (math.pi / 30, {"s": -1}),
     "N": (1.0, _N), "J": (1.0, _J), "W": (1.0, _W), "Pa": (1.0, _PA),
     "V": (1.0, _V), "C": (1.0, {"A": 1, "s": 1}), "F": (1.0, {"A": 2, "s": 4, "kg": -1, "m": -2}),

@@ -23,6 +23,7 @@ _RPM = {"rpm", "rev/min", "r/min", "u/min"}
 _SPELLINGS = {
     **dict.fromkeys(("lbs", "lbm"), "lb"),
     "bhp": "hp",
+    "kmh": "km/h",
     **dict.fromkeys(("cc", "ccm"), "cm3"),
     **{
         mark.join(pair): "lbf.ft"
@@ -34,6 +35,8 @@ _SPELLINGS = {
 """Other units as users type them, in lower case; a torque in pounds and feet means pounds-force."""
 _SPACE = re.compile(r"(?<=\w)\s+(?=[A-Za-z(])")
 """A space that means a product, as in N m."""
+_AROUND = re.compile(r"\s*([./])\s*")
+"""A sign between units with the spaces around it, as in km / h."""
 _SIGNS = (
     ("**", ""),
     ("*", "."),
@@ -43,11 +46,13 @@ _SIGNS = (
     ("²", "2"),
     ("³", "3"),
     ("°C", "degC"),
+    ("°F", "degF"),
     ("Ω", "Ohm"),
     ("Ω", "Ohm"),
 )
 _ANGLES = {"rad", "deg", *_ROTATIONS}
-ZERO_CELSIUS = 273.15
+_SCALES = {"K": (1.0, 0.0), "degC": (1.0, 273.15), "degF": (1 / 1.8, 459.67 / 1.8)}
+"""Scales of temperature: the size of a degree and the temperature at zero, in K."""
 
 
 def has_unit(text: str) -> bool:
@@ -71,24 +76,24 @@ def quantity(text: str, unit: str, where: str) -> float:
         raise ParameterError(
             f"{where} = {text!r} has a comma; write decimals with a point, and thousands without a mark"
         )
-    number, given = float(found[1]), _plain(found[2])
-    if given == "degC" and unit == "K":
-        return number + ZERO_CELSIUS
     try:
-        return converted(number, given, unit)
+        return converted(float(found[1]), found[2], unit)
     except ModelError as error:
         raise ParameterError(f"{where} = {text!r}: {error}") from None
 
 
 def _plain(unit: str) -> str:
-    """A unit as it is usually typed, in Modelica's notation: N*m^2 as N.m2, RPM as rpm."""
+    """A unit as it is usually typed, in Modelica's notation: N*m^2 as N.m2, RPM as rpm; in kJ/degC a degree is a difference, K."""
     if unit.lower() in _RPM:
         return "rpm"
     if unit.lower() in _SPELLINGS:
         return _SPELLINGS[unit.lower()]
     for typed, plain in _SIGNS:
         unit = unit.replace(typed, plain)
-    return _SPACE.sub(".", unit)
+    unit = _SPACE.sub(".", _AROUND.sub(r"\1", unit))
+    if unit.startswith("/"):
+        unit = f"1{unit}"
+    return unit if unit == "degC" else unit.replace("degC", "K")
 
 
 def counts_rotations(unit: str) -> bool:
@@ -97,12 +102,15 @@ def counts_rotations(unit: str) -> bool:
 
 
 def converted(value: N, given: str, unit: str) -> N:
-    """A value in the unit ``given`` as one in ``unit``; 1/min of an angular speed are rotations, as rpm.
+    """A value in the unit ``given`` as one in ``unit``; 1/min of an angular speed are rotations, as rpm. K, degC and degF are temperatures.
 
     Errors: ModelError for unknown units, for units that measure something else, and for 1/s of an angular speed, which may mean rad/s
     or Hz.
     """
     plain, asked = _plain(given), _plain(unit)
+    if plain in _SCALES and asked in _SCALES:
+        (degree, zero), (other, start) = _SCALES[plain], _SCALES[asked]
+        return value * (degree / other) + (zero - start) / other
     (size, powers), (wanted, others) = exact(plain), exact(asked)
     if powers != others:
         raise ModelError(f"{given} cannot be converted to {unit}: it is a different quantity")

@@ -26,7 +26,8 @@ class Experiment:
 
     ``times`` (s) ascend; ``values``: signals by name, one value for each time, nan where none was measured; ``sigma``: the standard
     deviation of a measurement, one for all or one per signal, None if it is unknown; ``starts``, ``inputs`` and ``parameters`` as for
-    ``simulate``. ParameterError for unequal lengths.
+    ``simulate``. A run starts at 0 s, or at the first time if that is below zero, and ``starts`` are the values then: shift the times of
+    a part of a longer recording so that it begins at zero. ParameterError for unequal lengths.
     """
 
     times: ArrayLike

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.body import Body
+from powertrain.components.control import StartStop
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.translational import ConstantSpeed
 from powertrain.language.arguments import of_kind
+from powertrain.language.component import children
 from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.driveline import SLOWEST, driveline_map
 from powertrain.trials.gears import gear_maps, gears_along, in_gear, is_geared
@@ -53,8 +55,8 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
 
     The resistance is the force that pulls the body of the vehicle along a level road at constant speed. The map is that of
     ``driveline_map`` (computed here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel there are
-    those of the lowest speed. Without a demand the engine idles, against the drag of a converter if there is one. The inertia of the
-    engine is neglected.
+    those of the lowest speed. Without a demand the engine idles, against the drag of a converter if there is one; with ``StartStop`` it is
+    off while the vehicle stands. The engine is warm, and its inertia is neglected.
     A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has one map per gear. The schedule chooses the gears for the speeds of the
     cycle and the pedal positions for the forces; shifts take no time and no fuel.
     Errors: ParameterError if points of the map have no operating point, and those of ``check_backward``.
@@ -83,6 +85,8 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
         rate[rows], most[rows] = _look_up(one, np.maximum(v[rows], slowest), force[rows])
     idle = _idle(vehicle)
     rate = np.where(v < slowest, np.where(force > 0, np.maximum(rate, idle), idle), rate)
+    if any(isinstance(part, StartStop) for _, part in children(vehicle)):
+        rate[v == 0] = 0.0
     return BackwardRun(cycle, rate, force, np.maximum(force - most, 0), gears)
 
 

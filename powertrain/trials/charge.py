@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ import pandas as pd
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.errors import suggestion
-from powertrain.language.arguments import of_kind
+from powertrain.language.arguments import by_name, of_kind
 from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.cycle import SHARE, CycleRun, drive_cycle, on_cycle
 
@@ -264,8 +264,15 @@ def electric_share(run: CycleRun) -> float:
     return float(np.trapezoid(np.where(on > 0.5, 0.0, v), t)) / driven if driven else math.nan
 
 
-def _from_soc(plant: pt.Plant[Any], battery: str, soc: float, **options: Any) -> CycleRun:
-    run = drive_cycle(plant, starts={f"{battery}.soc": soc}, **options)
+def _from_soc(
+    plant: pt.Plant[Any], battery: str, soc: float, starts: Mapping[str, Any] | None = None, **options: Any
+) -> CycleRun:
+    begun = by_name("starts", starts)
+    if (charge := f"{battery}.soc") in begun:
+        raise pt.ParameterError(
+            f"starts: give {charge} = {begun[charge]} as soc: the tests start at states of charge of their own"
+        )
+    run = drive_cycle(plant, starts={**begun, charge: soc}, **options)
     if run.message:
         raise pt.ParameterError(f"from a state of charge of {soc:.3f}: {run.message}")
     return run

@@ -146,7 +146,8 @@ class CycleRun:
         share: float = SHARE.check(usable, "usable")
         if not (self.electricity > 0 and self.distance > STANDS):
             return math.nan
-        whole = sum(float(value_at(self.plant.model, battery).full_energy()) for battery in self.anatomy.batteries)
+        driven = pt.replace(self.plant.model, self.parameters)
+        whole = sum(float(value_at(driven, battery).full_energy()) for battery in self.anatomy.batteries)
         return share * whole / self.electricity * self.distance
 
     @property

@@ -40,8 +40,8 @@ def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Comp
     vehicle = pt.replace(vehicle, {name: part for name, old in parts.items() if (part := _steady(old)) is not old})
     found = anatomy(vehicle)
     body, pedals = found.the("body"), found.the("pedals")
-    mass, share = (float(getattr(value_at(vehicle, body), name)) for name in ("m", "front_share"))
-    return pt.replace(vehicle, {body: RollingRoad(m=mass, front_share=share), pedals: SetPedals()})
+    loads: dict[str, Any] = {name: float(getattr(value_at(vehicle, body), name)) for name in ("m", "front_share", "g")}
+    return pt.replace(vehicle, {body: RollingRoad(**loads), pedals: SetPedals()})
 
 
 def mapped_model(vehicle: pt.Component, held: Container[str] = ()) -> pt.Component:
@@ -132,7 +132,8 @@ def operating_map(
     grid |= among or {}
     names = {f"{body}.force": "force", f"{mover}.w": "w", f"{mover}.tau": "tau"}
     outputs: dict[str, Any] = {signal: signal for signal in (*names, *taken)}
-    options: dict[str, Any] = {"first": True, "progress": progress, "inputs": dict.fromkeys(plant.compiled.inputs, 0.0)}
+    given = {name: one.guess for name, one in plant.compiled.inputs.items()}
+    options: dict[str, Any] = {"first": True, "progress": progress, "inputs": given}
     if held and any(held.values()):  # a running engine is far from the initial state of a hybrid at rest
         options["guesses"] = {f"{engine}.w": RUNNING for engine in parts.engines}
     if variator is not None:

@@ -72,6 +72,13 @@ from powertrain.language.quantities import converted, quantity
         ("0.2 kg m²/s", "kg.m2/s", 0.2),
         ("80 mΩ", "Ohm", 0.08),
         ("2 hp/t", "W/kg", 2 * 0.7456998715822702),
+        ("-40 degF", "K", 233.15),
+        ("212°F", "K", 373.15),
+        ("5 kJ/°C", "J/K", 5000.0),
+        ("36 km / h", "m/s", 10.0),
+        ("36 kmh", "m/s", 10.0),
+        ("250 N * m", "N.m", 250.0),
+        ("3000/min", "rad/s", 100 * math.pi),
     ],
 )
 def test_text_to_number(text: str, unit: str, value: float) -> None:
@@ -142,6 +149,8 @@ def test_results_come_in_other_units() -> None:
         result.converted("rotor.w", "km")
     assert converted(3.6, "kg/h", "g/s") == pytest.approx(1.0)
     assert result.converted("rotor.w", "1/min") == pytest.approx(100 * 30 / math.pi)
+    assert converted(300.0, "K", "degC") == pytest.approx(26.85)
+    assert converted(37.0, "degC", "°F") == pytest.approx(98.6)
     with pytest.raises(pt.ModelError, match=r"^1/s may count radians or rotations; write rad/s or Hz$"):
         result.converted("rotor.w", "1/s")
 

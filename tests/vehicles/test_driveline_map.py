@@ -12,6 +12,7 @@ import xarray as xr
 import powertrain as pt
 from powertrain.components.body import Body, DrivenAxle, RoadProfile
 from powertrain.components.body.coast_down import CoastDownBody as MeasuredBody
+from powertrain.components.control import FixedGear, Shifting, StartStop
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import CoolantCircuit, WarmEngine
 from powertrain.trials import drive_cycle
@@ -306,6 +307,32 @@ def test_an_engine_is_warm_on_a_rolling_road() -> None:
     assert isinstance(value_at(on_rolling_road(SplitPathCar(cooling=CoolantCircuit())), "cooling"), WarmEngine)
 
 
+def test_the_rolling_road_weighs_the_vehicle_like_its_body() -> None:
+    """With half the gravity, half the rolling resistance is missing: 0.01 m g/2."""
+    earth = pt.replace(ElectricCar(), {"front.wheels.Cr": 0.01, "rear.wheels.Cr": 0.01, "body.g": 9.8})
+    half = pt.replace(earth, {"body.g": 4.9})
+    forces = [float(driveline_map(car, [20.0], [0.5])["force"].item()) for car in (earth, half)]
+    assert forces[1] - forces[0] == pytest.approx(0.01 * float(earth.body.m) * 4.9, rel=1e-3)
+
+
+class HalfPedal(Shifting):
+    """A fixed gear; a switch of the driver, an input of the model, decides how much of the accelerator counts: by default half."""
+
+    share: pt.Input = pt.signal_input("1", "Share of the accelerator", default=0.5, outside=True)
+
+    def equations(self) -> pt.Equations:
+        yield self.lever.value == 1
+        yield self.throttle.value == self.share.value * self.accelerator.value
+        yield self.clutch.value == self._pressed()
+
+
+def test_an_input_of_the_model_has_its_default_in_a_map() -> None:
+    half, whole = ManualCar.in_one_gear(schedule=HalfPedal()), ManualCar.in_one_gear(schedule=FixedGear())
+    forces = [float(driveline_map(car, [8.0], [u])["force"].item()) for car, u in ((half, 0.6), (whole, 0.3))]
+    assert forces[0] == pytest.approx(forces[1], rel=1e-9)
+    assert forces[1] > 1000
+
+
 def test_backward_of_a_geared_car() -> None:
     """Over the first hill of the WLTC it takes the gears of the simulation and its fuel, but for shifts and transients."""
     cycle = DriveCycle.named("wltc").part(0, 140)
@@ -315,6 +342,15 @@ def test_backward_of_a_geared_car() -> None:
     driven = np.interp(cycle.times[:-1] + 0.5, run.result.time, run.result["schedule.gear"])
     assert np.mean(np.abs(driven - back.gears) < 0.6) > 0.93
     assert {1, 2, 3} <= set(back.gears.tolist())
+
+
+@pytest.mark.slow
+def test_backward_with_start_stop() -> None:
+    """30 s of standing less at idle: 18.289 N.m at 85 rad/s with the indicated efficiency 0.38 take 9.5e-5 kg/s of 43 MJ/kg."""
+    cycle = DriveCycle("stop", ((0.0, 0.0), (10.0, 0.0), (15.0, 5.0), (25.0, 0.0), (45.0, 0.0)))
+    always, stopped = (backward(car, cycle) for car in (ManualCar(), ManualCar(start_stop=StartStop())))
+    assert always.fuel - stopped.fuel == pytest.approx(30 * 18.289 * 85 / 0.38 / 43e6, rel=1e-4)
+    assert stopped.fuel_rate.tolist() == pytest.approx([0.0, *always.fuel_rate[1:3], 0.0])
 
 
 @pytest.mark.slow

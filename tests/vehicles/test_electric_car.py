@@ -32,6 +32,13 @@ def test_figures_that_a_run_does_not_have(run: CycleRun) -> None:
         charge_corrected(run, "batery")
 
 
+def test_the_range_is_that_of_the_battery_that_was_driven(run: CycleRun) -> None:
+    """Twice the capacity at the same voltage: nearly the same consumption, so nearly twice the range."""
+    twice = drive_cycle(run.plant, parameters={"battery.Q": 2 * run.plant.parameters["battery.Q"]})
+    assert twice.wh_per_km == pytest.approx(run.wh_per_km, rel=1e-3)
+    assert twice.range() == pytest.approx(2 * run.range(), rel=1e-3)
+
+
 def test_consumption_in_all_its_units(run: CycleRun) -> None:
     km, joule = run.distance / 1e3, run.electricity
     assert run.fuel == run.co2_per_km == run.litres_per_100km == 0

@@ -22,7 +22,8 @@ from powertrain.trials import (
     drive_cycle,
     electric_share,
 )
-from powertrain.trials.charge import _check_reach
+from powertrain.trials.charge import _check_reach, _from_soc
+from powertrain.trials.cycle import on_cycle
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.electric_four_wheel_drive import ElectricFourWheelDriveCar
 from powertrain.vehicles.manual_car import ManualCar
@@ -197,6 +198,17 @@ def test_a_battery_that_is_not_depleted_is_told() -> None:
         RuntimeWarning, match="after 1 cycles, 0.* km, the charge still changes by .* the range is longer"
     ):
         charge_depleting(ParallelHybrid.plug_in(), DriveCycle.named("wltc").part(0, 60), most=1)
+
+
+@pytest.mark.slow
+def test_tests_start_at_their_charge_and_where_starts_say() -> None:
+    cycle = DriveCycle.named("wltc").part(0, 12)
+    plant = pt.compile(on_cycle(HYBRIDS["P2"], cycle))
+    run = _from_soc(plant, "battery", 0.5, starts={"body.s": "2 km"})
+    assert [run.result[name][0] for name in ("battery.soc", "body.s")] == [0.5, 2000.0]
+    for trial in (charge_sustaining, charge_depleting):
+        with pytest.raises(pt.ParameterError, match=r"give battery\.soc = 0\.4 as soc"):
+            trial(HYBRIDS["P2"], cycle, starts={"battery.soc": 0.4})
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from moving_off import MovingOff
 from pages import Page, in_browser
 
 import powertrain as pt
+from powertrain.components.blocks import Step
 
 PLANT = pt.compile(MovingOff())
 SOFT = PLANT.simulate(3.0, parameters={"driveline.shaft.c": 4000})
@@ -72,6 +73,12 @@ def test_a_saved_run_compares_like_the_run(tmp_path: Path) -> None:
     assert [run["name"] for run in page.content["runs"]] == ["a", "b"]
     assert page.content["runs"][0]["curves"]["clutch.mode"][4] == "friction"
     assert page.content["runs"][0]["layouts"] == {}
+
+
+def test_a_saved_run_that_ends_with_a_step_ends_at_its_right_limit() -> None:
+    run = pt.simulate(Step(startTime=1.0), stop=1.0, points=11)
+    assert run.at(1.0, "y") == 1.0
+    assert not pt.compare(run, run.to_xarray(), "y").signals["largest difference"].any()
 
 
 def test_plots_are_overlaid() -> None:
