@@ -230,6 +230,7 @@ class Result(Generic[M]):
     def converted(self, what: What[M], unit: str) -> Array:
         """The values of a signal in another unit: ``result.converted("body.v", "km/h")``.
 
+        K, degC and degF are temperatures; leave a difference of temperatures in K.
         Errors: ModelError for an unknown unit, and for a unit of another quantity.
         """
         return converted(np.asarray(self[what]), self.unit(what), unit)

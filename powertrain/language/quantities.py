@@ -24,6 +24,8 @@ _SPELLINGS = {
     **dict.fromkeys(("lbs", "lbm"), "lb"),
     "bhp": "hp",
     "kmh": "km/h",
+    "celsius": "degC",
+    "fahrenheit": "degF",
     **dict.fromkeys(("cc", "ccm"), "cm3"),
     **{
         mark.join(pair): "lbf.ft"
@@ -53,6 +55,8 @@ _SIGNS = (
 _ANGLES = {"rad", "deg", *_ROTATIONS}
 _SCALES = {"K": (1.0, 0.0), "degC": (1.0, 273.15), "degF": (1 / 1.8, 459.67 / 1.8)}
 """Scales of temperature: the size of a degree and the temperature at zero, in K."""
+_DEGREES = {"C": "degC", "F": "degF"}
+"""What is a coulomb or a farad elsewhere is a degree where a temperature is asked for."""
 
 
 def has_unit(text: str) -> bool:
@@ -108,6 +112,8 @@ def converted(value: N, given: str, unit: str) -> N:
     or Hz.
     """
     plain, asked = _plain(given), _plain(unit)
+    if asked in _SCALES:
+        plain = _DEGREES.get(plain, plain)
     if plain in _SCALES and asked in _SCALES:
         (degree, zero), (other, start) = _SCALES[plain], _SCALES[asked]
         return value * (degree / other) + (zero - start) / other
