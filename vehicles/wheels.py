@@ -6,13 +6,9 @@ from collections.abc import Iterator
 
 from powertrain import Component
 from powertrain.components.wheels import Wheel
-from powertrain.language.component import children
+from powertrain.language.component import descendants
 
 
-def wheels_of(part: Component, path: str = "") -> Iterator[tuple[str, Wheel]]:
-    """All wheels in a part with their paths, which start with that of the part."""
-    for name, child in children(part):
-        here = f"{path}.{name}".lstrip(".")
-        if isinstance(child, Wheel):
-            yield here, child
-        yield from wheels_of(child, here)
+def wheels_of(part: Component) -> Iterator[tuple[str, Wheel]]:
+    """All wheels in a part with their paths."""
+    return ((path, inner) for path, inner in descendants(part) if isinstance(inner, Wheel))

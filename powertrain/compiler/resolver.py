@@ -48,7 +48,7 @@ class Resolver:
                 assigned = list(ca.substitute_inplace(solved.names, assigned, [], False)[0])
         self.names, self._opened = column(solved.names), column(assigned)
         self.roots, self.tau, self._given = _torque_symbols(torques)
-        self._tau = column(self.tau)
+        self._tau_column = column(self.tau)
         self._opened = self._in_torques([self._opened])[0]
         laws = [self._open_law(t, own) for t, own in zip(torques, self.tau, strict=True)]
         laws = self._through_implicit(laws, column(solved.implicit))
@@ -85,7 +85,7 @@ class Resolver:
 
     def close(self, expressions: list[Symbol]) -> list[Symbol]:
         """Opened expressions with the torques of the laws substituted."""
-        return _substituted(expressions, self._tau, self.torque)
+        return _substituted(expressions, self._tau_column, self.torque)
 
     def now(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of roots in terms of (t, x, z, m, p)."""
@@ -165,7 +165,7 @@ class Resolver:
 
     def meeting(self, opened: Symbol) -> Symbol:
         """The sizes of the contributions of the laws' torques to an opened expression, sum_j |d/dtau_j tau_j|."""
-        slopes = ca.jacobian(opened, self._tau) if self.tau else Symbol(1, 0)
+        slopes = ca.jacobian(opened, self._tau_column) if self.tau else Symbol(1, 0)
         places = slopes.sparsity().get_col()
         parts = [ca.fabs(slopes.nz[k] * self.tau[j]) for k, j in enumerate(places)]
         return self.close([sum(parts, Symbol(0))])[0]
@@ -182,7 +182,7 @@ class Resolver:
 
     def _follows(self, opened: list[Symbol]) -> list[int]:
         """The laws on whose torques the opened expressions depend."""
-        found = ca.which_depends(column(opened), self._tau, 1, False) if opened and self.tau else []
+        found = ca.which_depends(column(opened), self._tau_column, 1, False) if opened and self.tau else []
         return [k for k, one in enumerate(found) if one]
 
     @cached_property
@@ -223,11 +223,11 @@ class Resolver:
 
     def shares(self, k: int) -> bool:
         """Whether the torques of other laws take part in the motion of this one."""
-        return shares(self.laws[k], self.tau[k], self._tau)
+        return shares(self.laws[k], self.tau[k], self._tau_column)
 
     def held_by_others(self, k: int) -> bool:
         """Whether other laws may hold the motion of this one."""
-        return held_by_others(self.laws[k], self.tau[k], self._tau)
+        return held_by_others(self.laws[k], self.tau[k], self._tau_column)
 
     def reach(self, k: int) -> Symbol:
         """The effect of the torque of a law on its own rate; 1 if there is none."""
@@ -253,7 +253,7 @@ class Resolver:
 
     def open_compliance(self, k: int) -> Symbol:
         """The compliance of a stuck law for given torques."""
-        return compliance(self.laws[k], self.tau[k], self._tau)
+        return compliance(self.laws[k], self.tau[k], self._tau_column)
 
     def open_residuals(self) -> list[Symbol]:
         """The model's implicit equations for given torques."""

@@ -276,8 +276,8 @@ class _Plan:
 
     def _notes(self, t: float, y: Array, m: Array, p: Array, choice: Choice) -> tuple[str, ...]:
         """What is not unique in the start: speeds, and torques at rest."""
-        dae, n = self.compiled.dae, self.compiled.dae.x.numel()
-        tied = () if dae.opened is None else tied_notes(dae, self._laws, Point(t, y[:n], y[n:], m, p))
+        opened, point = self.compiled.dae.opened, Point(t, y[: self.n], y[self.n :], m, p)
+        tied = () if opened is None else tied_notes(self._laws, point)
         return (*self._unasked(t, y, m, p, choice), *tied)
 
     @cached_property

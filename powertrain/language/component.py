@@ -338,3 +338,10 @@ def children(component: Component) -> Iterator[tuple[str, Component]]:
             for i, item in enumerate(value):
                 if isinstance(item, Component):
                     yield f"{name}[{i}]", item
+
+
+def descendants(component: Component, path: str = "") -> Iterator[tuple[str, Component]]:
+    """Ports and parts at every depth, with their paths ('front.wheels[0]')."""
+    for name, child in children(component):
+        yield f"{path}{name}", child
+        yield from descendants(child, f"{path}{name}.")

@@ -84,6 +84,6 @@ class AlgebraicSolver:
         quoted = "\n  ".join(f"{self.dae.equation(k)}: left minus right is {self._residual[k]:.6g}" for k in rows)
         loop = (
             "these equations have no solution near the guess (an algebraic loop), or their slopes vanish there; check them, give guesses "
-            "of their unknowns, or give a motion that is loose an inertia or a compliance"
+            "of their unknowns, or put an inertia or a compliance where a motion is loose"
         )
         raise NotConsistent(f"{self._self_locking.found(side) or loop}\n  {quoted}")

@@ -1,6 +1,6 @@
 """Friction between parts that others tie to each other, as a locked clutch between two axles that roll on one road without slip.
 
-Its torque acts on no motion, G_ii = 0, so nothing determines it while the law is stuck. The compliance of stuck laws leaves zero.
+Its torque acts on no motion, G_ii = 0, so nothing determines it while the law is stuck. With the compliance of stuck laws it is zero.
 (See ``powertrain.modes.complementarity`` for G.)
 """
 
@@ -8,18 +8,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from powertrain.dae.hybrid import HybridDae
 from powertrain.modes.complementarity import Laws, Point
 from powertrain.modes.resting import SINGULAR
 
 
-def tied_notes(dae: HybridDae, laws: Laws, point: Point) -> tuple[str, ...]:
-    """A note on each such law at this point; ``laws`` are those of ``dae``."""
+def tied_notes(laws: Laws, point: Point) -> tuple[str, ...]:
+    """A note on each such law at this point."""
     near = laws.at(point, np.zeros(laws.count))
     still = np.abs(np.diag(near.rate_slope)) <= SINGULAR * near.reach
     return tuple(
         f"{law.name} ({law.where}): other parts tie what it connects, so nothing determines its torque while it is stuck: "
         "it may lie anywhere between its limits"
-        for law, moves_nothing in zip(dae.frictions, still.tolist(), strict=False)
+        for law, moves_nothing in zip(laws.dae.frictions, still[: laws.frictions].tolist(), strict=True)
         if moves_nothing and not law.prescribed
     )

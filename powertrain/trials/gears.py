@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +13,7 @@ import powertrain as pt
 from powertrain.components.control import FixedGear, SpeedSchedule
 from powertrain.components.control.shift_rule import Driving
 from powertrain.components.transmissions import Shiftable
-from powertrain.language.component import children
+from powertrain.language.component import descendants
 from powertrain.trials.operating import operating_map
 from powertrain.vehicles.car import ShiftedCar
 
@@ -78,7 +77,7 @@ def _changes(cars: list[pt.Component]) -> dict[str, xr.DataArray]:
     """The parameters in which cars differ, by path along the dimension "gear"; empty if they differ in anything else."""
     import xarray as xr
 
-    values = [dict(_parameters(car)) for car in cars]
+    values = [_parameters(car) for car in cars]
     if any(one.keys() != values[0].keys() for one in values):
         return {}
     changed = [path for path in values[0] if len({one[path] for one in values}) > 1]
@@ -88,13 +87,14 @@ def _changes(cars: list[pt.Component]) -> dict[str, xr.DataArray]:
     return {path: xr.DataArray([one[path] for one in values], dims="gear") for path in changed}
 
 
-def _parameters(part: pt.Component, path: str = "") -> Iterator[tuple[str, float]]:
-    """The parameters of a part and of the parts in it."""
-    for name, kind in part._fields.items():
-        if isinstance(kind, pt.Parameter):
-            yield f"{path}{name}", float(part._values[name])
-    for name, inner in children(part):
-        yield from _parameters(inner, f"{path}{name}.")
+def _parameters(car: pt.Component) -> dict[str, float]:
+    """The parameters of all parts, by path."""
+    return {
+        f"{path}.{name}".lstrip("."): float(part._values[name])
+        for path, part in (("", car), *descendants(car))
+        for name, kind in part._fields.items()
+        if isinstance(kind, pt.Parameter)
+    }
 
 
 def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[xr.Dataset]) -> NDArray[np.intp]:

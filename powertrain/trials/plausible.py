@@ -20,7 +20,7 @@ from powertrain.components.transmissions import (
     SynchronisedGearbox,
 )
 from powertrain.components.wheels import WheelBrake
-from powertrain.language.component import children
+from powertrain.language.component import children, descendants
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
 from powertrain.vehicles.wheels import wheels_of
 
@@ -159,7 +159,7 @@ def _brakes(vehicle: pt.Component, path: str, body: Any) -> Iterator[str]:
     """Brakes that are too weak for the mass, such as those of a car on a truck, or not those that the control counts on."""
     m, force = _number(body, "m"), 0.0
     for _, axle in children(vehicle):
-        torque = sum(_number(brake, "tau_max") or 0.0 for brake in _wheel_brakes(axle))
+        torque = sum(_number(part, "tau_max") or 0.0 for _, part in descendants(axle) if isinstance(part, WheelBrake))
         radius = next((_number(wheel, "radius") for _, wheel in wheels_of(axle)), None)
         force += torque / radius if radius else 0.0
     if m and 0 < force < BRAKING * m:
@@ -174,14 +174,6 @@ def _brakes(vehicle: pt.Component, path: str, body: Any) -> Iterator[str]:
                 f"{name}.F_brake = {F_brake:.4g} N, but the brakes give {force:.4g} N with the pedal fully pressed (tau_max over the "
                 "radius of the wheels): with regeneration the vehicle would brake differently than without"
             )
-
-
-def _wheel_brakes(part: pt.Component) -> Iterator[WheelBrake]:
-    """All brakes of wheels in a part, also in a tandem axle."""
-    for _, inner in children(part):
-        if isinstance(inner, WheelBrake):
-            yield inner
-        yield from _wheel_brakes(inner)
 
 
 def _stored(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
