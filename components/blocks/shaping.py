@@ -100,8 +100,8 @@ class Hysteresis(Filter):
         """The state is needed only within the band."""
         u = self.u.value
         above, below = u > self.uHigh, u < self.uLow
-        yield when(above, reinit(self.held, 1))
-        yield when(below, reinit(self.held, -1))
+        yield when(above, reinit(self.held, 1), initially=True)
+        yield when(below, reinit(self.held, -1), initially=True)
         kept = switch(self.held > 0.5, 1.0, switch(self.held < -0.5, 0.0, self.y_start))
         yield self.y.value == switch(above, 1.0, switch(below, 0.0, kept))
 

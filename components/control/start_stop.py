@@ -68,9 +68,10 @@ class StartStop(EngineSwitch):
         u, v, runs = self.accelerator.value, self.v.value, self.running > 0.5
         rests = ca.logic_and(ca.fabs(v) < self.v_stop, u < self.u_stop)
         ready = ca.logic_and(runs, time > ca.fmax(self.since + self.t_least, self.rested + self.delay))
-        yield when(rests, reinit(self.resting, 1), reinit(self.rested, time), initially=True)
-        yield when(ca.logic_not(rests), reinit(self.resting, 0))
-        yield when(ca.logic_and(self.resting > 0.5, ready), reinit(self.running, 0))
+        stops = ca.logic_and(rests, self.resting < 0.5)
+        yield when(stops, reinit(self.resting, 1), reinit(self.rested, time), initially=True)
+        yield when(ca.logic_not(rests), reinit(self.resting, 0), initially=True)
+        yield when(ca.logic_and(self.resting > 0.5, ready), reinit(self.running, 0), initially=True)
         started = ca.logic_and(u > self.u_start, self.running < 0.5)
-        yield when(started, reinit(self.running, 1), reinit(self.since, time))
+        yield when(started, reinit(self.running, 1), reinit(self.since, time), initially=True)
         yield self.on.value == self.running

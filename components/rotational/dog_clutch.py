@@ -28,7 +28,7 @@ class DogClutch(CompliantWithRelativeStates, Lossy):
     """Dogs that connect two shafts: they engage only at nearly equal speeds and disengage only at low torque.
 
     w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
-    in as soon as engage > 1/2 and |w_rel| < w_in, also at the start;  out as soon as engage < 1/2 and |tau| < tau_out
+    in as soon as engage > 1/2 and |w_rel| < w_in;  out as soon as engage < 1/2 and |tau| < tau_out;  both also at the start
     in: w_rel = 0 and |tau| <= tau_max, or tau = tau_max sign(w_rel);  out: tau = 0
 
     On engagement the torque tau_max, at which the dogs shear, removes the remaining w_rel within a short but finite time, so the
@@ -49,7 +49,7 @@ class DogClutch(CompliantWithRelativeStates, Lossy):
         enters = ca.logic_and(ca.logic_and(wanted, alike), self.inside < 0.5)
         yield when(enters, reinit(self.inside, 1), initially=True)
         free = ca.logic_and(self.engage.value < 0.5, ca.fabs(self.tau) < self.tau_out)
-        yield when(ca.logic_and(free, self.inside > 0.5), reinit(self.inside, 0))
+        yield when(ca.logic_and(free, self.inside > 0.5), reinit(self.inside, 0), initially=True)
         limit = switch(self.inside > 0.5, self.tau_max, 0.0)
         yield friction(self.w_rel, self.tau, -limit, limit)
         yield from self._dissipate()
@@ -63,8 +63,8 @@ class ElasticDogClutch(_Play):
     """Dogs with play and stiffness: they engage only if a dog faces a gap, and their impact is elastic.
 
     n gaps of width b lie around phi_rel0 + 2 pi k/n;  x = phi_rel - phi_rel0 - 2 pi k/n with k the gap that the dogs entered
-    in as soon as engage > 1/2, |w_rel| < w_in and a dog faces a gap, |x| < b/2, also at the start
-    out as soon as engage < 1/2 and the dogs are unloaded, |x| < b/2
+    in as soon as engage > 1/2, |w_rel| < w_in and a dog faces a gap, |x| < b/2
+    out as soon as engage < 1/2 and the dogs are unloaded, |x| < b/2;  both also at the start
     in: tau_c = c (x - b/2) for x > b/2,  c (x + b/2) for x < -b/2,  else 0;  tau = tau_c + tau_d;  out: tau = tau_c = 0
     tau_d = d w_rel limited to [-|tau_c|, |tau_c|]
 
@@ -95,7 +95,7 @@ class ElasticDogClutch(_Play):
         yield when(enters, reinit(self.inside, 1), reinit(self.gap, nearest), initially=True)
         middle = 2 * math.pi * self.gap / self.n
         free = ca.logic_and(self.engage.value < 0.5, ca.fabs(self.phi_rel - self.phi_rel0 - middle) < self.b / 2)
-        yield when(ca.logic_and(free, self.inside > 0.5), reinit(self.inside, 0))
+        yield when(ca.logic_and(free, self.inside > 0.5), reinit(self.inside, 0), initially=True)
         yield self.tau_c == switch(self.inside > 0.5, self._spring(middle), 0.0)
         yield self.tau == self.tau_c + self._limited_damping()
         yield from self._dissipate()

@@ -106,12 +106,12 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
 
     def _shift(self) -> Equations:
         turned = self.F * self._index() > ca.fabs(self.tau) + self.tau_ring
-        yield when(ca.logic_and(turned, self.passed < 0.5), reinit(self.passed, 1), name="ring passed")
+        yield when(ca.logic_and(turned, self.passed < 0.5), reinit(self.passed, 1), name="ring passed", initially=True)
         reach = ca.logic_and(self.x > self.s_dog - CLEARANCE, ca.fabs(self.w_rel) < self.w_in)
-        yield when(ca.logic_and(reach, self.passed > 0.5), reinit(self.inside, 1), name="dogs in")
+        yield when(ca.logic_and(reach, self.passed > 0.5), reinit(self.inside, 1), name="dogs in", initially=True)
         yield from self._started()
-        yield when(self.x < self.s_dog - 2 * CLEARANCE, reinit(self.inside, 0), name="dogs out")
-        yield when(self.x < self.s_ring - 2 * CLEARANCE, reinit(self.passed, 0), name="ring free")
+        yield when(self.x < self.s_dog - 2 * CLEARANCE, reinit(self.inside, 0), name="dogs out", initially=True)
+        yield when(self.x < self.s_ring - 2 * CLEARANCE, reinit(self.passed, 0), name="ring free", initially=True)
 
     def _started(self) -> Equations:
         """A sleeve that a run starts beyond the ring, or beyond the edge of the dogs, has passed it before."""

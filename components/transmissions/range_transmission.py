@@ -57,8 +57,9 @@ class RangeTransmission(TransmissionOfRanges):
         yield connect(self.shaft_b.flange_a, self.cvu.flange_b)
         r = self.ratio.value
         for k, shift in enumerate(self.shifts):
-            yield when(ca.logic_and(r > shift, self.range < k + 0.5), reinit(self.range, k + 1))
-            yield when(ca.logic_and(r < shift - HYSTERESIS, self.range > k + 0.5), reinit(self.range, k))
+            below, above = (ca.fabs(self.range - number) < 0.5 for number in (k, k + 1))
+            yield when(ca.logic_and(r > shift, below), reinit(self.range, k + 1), initially=True)
+            yield when(ca.logic_and(r < shift - HYSTERESIS, above), reinit(self.range, k), initially=True)
         w_a, w_b = self._unit_speeds(r)
         size = switch(w_a >= 0, w_a, -w_a, continuous=True)
         within(size, STANDSTILL, math.inf, name="speed of the unit's shaft a over that of the input", unit="1")

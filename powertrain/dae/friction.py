@@ -196,12 +196,14 @@ def takes_more(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
 def _prescribed(dae: HybridDae, law: Friction) -> ca.SX:
     """The next mode of a law with a prescribed speed: near rest its rate decides.
 
-    If the speed has the error of the integration, as behind a filter, a low rate decides nothing, and the law keeps its mode.
+    If the speed has the error of the integration, as behind a filter, a low rate decides nothing, and the law keeps its mode unless it was
+    free.
     """
     mode, w, rate = dae.m[law.index], law.w, law.rate
     known = speed_tolerance(dae, law)
     if known > EPS:
-        slow = ca.if_else(rate == 0, 0.0, ca.if_else(mode * w <= -known, ca.sign(w), mode))
+        turns = ca.logic_or(mode * w <= -known, mode == FREE)
+        slow = ca.if_else(rate == 0, 0.0, ca.if_else(turns, ca.sign(w), mode))
         near = ca.if_else(ca.fabs(rate) > SWIFT, ca.sign(rate), slow)
     else:
         near = ca.if_else(ca.fabs(rate) > EPS, ca.sign(rate), 0.0)

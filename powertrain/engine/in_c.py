@@ -31,7 +31,7 @@ FULL, TOO_STIFF, UNDERFLOW, RATES, GUARD, EVENTS, ASK = 1, 2, -1, -4, -5, -7, -1
 _ROWS, _HELD, _INSTANTS = 1000, 500, 200
 """How much of a run is kept in C before Python takes it over."""
 _DIMENSIONS = "x z y m indicators whens timed rests laws frictions counted constants"
-_TABLES = "places when_place when_first reset_place reset_discrete rests rest_laws laws frictions quiet bends guards"
+_TABLES = "places when_place when_first when_initially reset_place reset_discrete rests rest_laws laws frictions quiet bends guards"
 _FUNCTIONS = (
     "method constants advance samples verdict fresh rest locate corner update newton instants longest resets mobility"
 )

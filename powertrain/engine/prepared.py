@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.dae.hybrid import Guard, HybridDae, Switch, When
+from powertrain.dae.hybrid import Guard, HybridDae, Switch
 from powertrain.dae.switch import timed
 from powertrain.engine.catalogue import catalogue
 from powertrain.engine.continuity import Continuity
@@ -194,11 +194,6 @@ class Prepared:
             self._solve_start(t)
         if not self._ready:
             self._build()
-        for law, function in self._conditions:
-            y, n, dae = memory.y[0], self.dae.x.numel(), self.dae
-            value = function(t, y[:n], y[n : n + dae.z.numel()], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()])
-            becomes = isinstance(law, When) and law.initially and memory.m[law.index] == 0.0
-            memory.m[law.index] = float(value) > 0.0 and not becomes
 
     def _solve_start(self, t: float) -> None:
         """Solve for the algebraic unknowns at which pivots are chosen; while modes are unknown there may be no solution."""
@@ -292,9 +287,6 @@ class Prepared:
         carry = self.continuity.carry if self.continuity is not None else lambda _: False
         self.resolver = ModeResolver(self.dae, memory, update, self.fresh, self.algebra, carry)
         self.admissible = Admissible(self.dae, memory, self.resolver.notes)
-        inputs = [self.dae.t, self.dae.x, self.dae.z, self.dae.m, self.dae.p]
-        laws: list[Switch | When] = [*self.dae.relations, *(w for w in self.dae.whens if w.time is None)]
-        self._conditions = [(law, ca.Function("powertrain_when", inputs, [law.g])) for law in laws]
         self._ready = True
 
     def keep_left(self, t: float, side: int) -> None:

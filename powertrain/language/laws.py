@@ -156,12 +156,12 @@ def reinit(variable: Symbol, value: Expression) -> Reinit:
 
 
 def when(condition: Symbol, *resets: Reinit, name: str = "when", initially: bool = False) -> WhenLaw:
-    """Apply the resets at the instant at which ``condition`` becomes true; right-hand sides are evaluated just before it.
+    """Apply the resets at the instant at which ``condition`` becomes true; right-hand sides have the values just before the resets.
 
     Every comparison that ``condition`` combines by ``ca.logic_and``, ``ca.logic_or`` and ``ca.logic_not`` is an event of its own, so that
-    they may hold together for any short time. ``name`` is the name of the events. A condition that holds at the start of a run becomes true
-    only after it was false, but with ``initially`` it becomes true at the start. A run ends with an error where two laws become true
-    together and reset one variable to different values.
+    they may hold together for any short time. Conditions are judged once all laws and switches have the modes of the instant. ``name`` is
+    the name of the events. A condition that holds at the start of a run becomes true only after it was false, but with ``initially`` it
+    becomes true at the start. A run ends with an error where two laws become true together and reset one variable to different values.
     """
     if not resets or not all(isinstance(r, Reinit) for r in resets):
         raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")

@@ -12,7 +12,7 @@ import numpy as np
 
 from powertrain.dae.contact import CLOSED, OPEN
 from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
-from powertrain.dae.hybrid import JUMPED, HybridDae
+from powertrain.dae.hybrid import JUMPED, START, HybridDae
 from powertrain.dae.tolerances import ZONE
 from powertrain.errors import SimulationError
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
@@ -60,7 +60,7 @@ class ModeResolver:
         self.uniqueness = Uniqueness(dae, memory)
         self._pieces = set(self.uniqueness.pieces)
         self._rests = [f.rests for f in dae.frictions if f.rests is not None]
-        self._flags, self._jump = view(memory.flags), JUMPED
+        self._flags, self._jump, self._begins = view(memory.flags), JUMPED, False
 
     def resolve(self, side: int, jumped: float) -> None:
         """Find the modes at ``memory.time[0]`` for ``memory.y[side]``; uses and clears ``memory.fire``.
@@ -68,13 +68,14 @@ class ModeResolver:
         ``jumped``: ``START``, ``JUMPED`` if held values have jumped since the last modes, otherwise 0.
         """
         memory = self.memory
-        memory.jumped[0], self._jump = jumped, jumped or JUMPED
+        memory.jumped[0], self._jump, self._begins = jumped, jumped or JUMPED, jumped == START
         self.extra, self._unsolved = [], None
         if self._discontinuities is not None:
             self._discontinuities.impulses[:] = 0.0
         seen = set[bytes]()
         while len(seen) < _ROUNDS:
-            if self._found(side) and self._marked(side):
+            if self._found(side) and not self._reset(side) and self._marked(side):
+                memory.fire.fill(0.0)
                 return
             if (state := self._state(side)) in seen:
                 break
@@ -109,14 +110,14 @@ class ModeResolver:
         return bool(m[marked].all())
 
     def _found(self, side: int) -> bool:
-        """Modes starting from the present ones, else from the complementarity problem; False after a reset or an impact."""
+        """Modes starting from the present ones, else from the complementarity problem; False after an impact."""
         happened = self._newton(side)
         return self._complementary(side) if happened is None else happened
 
     def _newton(self, side: int, slack: float = 0.0) -> bool | None:
         """Semismooth Newton: the rules of all laws are applied at the same torques.
 
-        True if the resulting modes are consistent, False after a reset or an impact, None if the iteration does not converge.
+        True if the resulting modes are consistent, False after an impact, None if the iteration does not converge.
         """
         memory, flags = self.memory, self._flags
         seen: set[bytes] = set()
@@ -127,9 +128,9 @@ class ModeResolver:
                 return None
             self._apply_rules(side, slack)
             # what is struck while held values still change the motions may not be struck by their last values
-            if (flags[1] or (flags[2] and not flags[6])) and self._discontinuity(side):
+            if flags[2] and not flags[6]:
+                self._impact(side)
                 return False
-            memory.fire.fill(0.0)
             memory.jumped[0] = 0.0
             if not flags[0]:
                 return True
@@ -145,7 +146,7 @@ class ModeResolver:
         return None if self.dae.opened is None else Complementarity(self.dae)
 
     def _complementary(self, side: int) -> bool:
-        """Solve the complementarity problem of all laws; False after a reset or an impact."""
+        """Solve the complementarity problem of all laws; False after an impact."""
         if self._problem is None:
             return self._jam(side, set(), 1)
         start, pieces, against = self.memory.m.copy(), self.uniqueness.pieces, set[int]()
@@ -289,16 +290,26 @@ class ModeResolver:
         self._apply_rules(side, slack=1.0)
         return not self._flags[0]
 
-    def _discontinuity(self, side: int) -> bool:
-        """Apply the resets of all rising edges, else one impact of all barriers that are struck."""
-        memory = self.memory
+    def _reset(self, side: int) -> bool:
+        """Apply the resets of all conditions that have become true, judged with consistent modes; False if there are none.
+
+        What is true at the start has not become true, but for conditions that count ``initially`` and instants that are now.
+        """
+        rising = [when for k, when in enumerate(self.dae.whens) if self.memory.edges[k]]
+        if self._begins:
+            self.memory.m[[when.index for when in rising]] = 1.0
+            rising = [when for when in rising if when.initially or when.time is not None]
+        if not rising:
+            return False
         assert self._discontinuities is not None
-        if memory.flags[1]:
-            rising = [when for k, when in enumerate(self.dae.whens) if memory.edges[k]]
-            self._discontinuities.reset(side, rising)
-            self.extra += [(when.name, "reset") for when in rising if any(not r.discrete for r in when.resets)]
-        else:
-            struck = np.flatnonzero(memory.closing).tolist()
-            self.extra += [(name, "impact") for name in self._discontinuities.impact(side, struck)]
-        memory.jumped[0] = JUMPED
+        self._discontinuities.reset(side, rising)
+        self.extra += [(when.name, "reset") for when in rising if any(not r.discrete for r in when.resets)]
+        self.memory.jumped[0], self._begins = JUMPED, False
         return True
+
+    def _impact(self, side: int) -> None:
+        """One impact of all barriers that are struck."""
+        assert self._discontinuities is not None
+        struck = np.flatnonzero(self.memory.closing).tolist()
+        self.extra += [(name, "impact") for name in self._discontinuities.impact(side, struck)]
+        self.memory.jumped[0] = JUMPED

@@ -45,9 +45,9 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
     for touching in dae.contacts:
         held[touching.index] = contact.next_mode(dae, touching, jumped)
     edges = []
-    for law, g in zip(dae.whens, when.conditions(dae, held), strict=True):
-        edges.append(when.rises(dae, law, g, fires.get(law.index)))
-        held[law.index] = when.next_mode(dae, law, g)
+    for law in dae.whens:
+        edges.append(when.rises(dae, law, fires.get(law.index)))
+        held[law.index] = when.next_mode(dae, law)
     closing = _closing(dae, jumped)
     return Pass(ca.vertcat(*held), _flags(dae, held, edges, closing), ca.vertcat(*edges), ca.vertcat(*closing))
 

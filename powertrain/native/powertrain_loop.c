@@ -146,15 +146,23 @@ static int conflicts(const pt_model *a, int i)
     return 0;
 }
 
-/* The resets of all laws whose edges rise, with values from before: 0, or an error. */
-static int apply_resets(pt_model *a)
+/* The resets of all laws whose edges rise, with values from before: 1, or 0 if there are none, or an error. What is true as a run ``begins``
+   has not become true, unless its law says so. */
+static int apply_resets(pt_model *a, int begins)
 {
+    int some = 0;
+    for (int k = 0; k < a->n->whens; k++) {
+        if (!a->edges[k]) continue;
+        a->m[a->of->when_place[k]] = 1;
+        if (begins && !a->of->when_initially[k]) a->edges[k] = 0;
+        else some = 1;
+    }
+    if (!some) return 0;
     const double *given[] = {a->time, a->y[a->side], a->y[a->side] + a->n->x, a->m, a->p};
     double *wanted[] = {a->resets};
     CALL(a, a->f->resets, given, wanted);
     for (int k = 0; k < a->n->whens; k++) {
         if (!a->edges[k]) continue;
-        a->m[a->of->when_place[k]] = 1;
         for (int i = a->of->when_first[k]; i < a->of->when_first[k + 1]; i++) {
             double *target = a->of->reset_discrete[i] ? a->m : a->y[a->side];
             if (conflicts(a, i)) return PT_CONFLICT;
@@ -163,11 +171,11 @@ static int apply_resets(pt_model *a)
         }
     }
     a->jumped[0] = PT_JUMPED;
-    return 0;
+    return 1;
 }
 
-/* All laws by their rules from the same torques, until none changes: 1, or 0 after a reset, or an error. With ``slack`` a law at rest may
-   slide with a rate of zero, within what is known of it. */
+/* All laws by their rules from the same torques, until none changes: 1, or an error. With ``slack`` a law at rest may slide with a rate of
+   zero, within what is known of it. */
 static int newton(pt_model *a, double slack)
 {
     int m = a->n->m;
@@ -175,9 +183,7 @@ static int newton(pt_model *a, double slack)
         if (!solvable(a)) return PT_ALGEBRA;
         apply_rules(a, slack);
         if (a->hosted && (a->flags[1] || a->flags[2])) return PT_ASK;
-        if (a->flags[1]) return apply_resets(a);
         if (a->flags[2] && !a->flags[6]) return PT_IMPACT;
-        clear(a->fire, a->n->timed);
         a->jumped[0] = 0;
         if (!a->flags[0]) return 1;
         copy(a->seen + pass * m, a->m, m);
@@ -277,14 +283,22 @@ static int marked(pt_model *a)
 
 static int resolve(pt_model *a)
 {
+    int begins = a->jumped[0] == PT_START;
     a->reset = 0;
     for (int k = 0; k < a->n->whens; k++) a->which[k] = 0;
     for (int round = 0; round < ROUNDS; round++) {
         int found = newton(a, 0);
         if (found == PT_MODES && !a->hosted) found = one_by_one(a);
         if (found < 0) return found;
-        if (found) found = marked(a);
-        if (found) return found < 0 ? found : PT_OK;
+        int some = a->flags[1] ? apply_resets(a, begins) : 0; /* conditions are judged with consistent modes */
+        if (some < 0) return some;
+        if (some) {
+            begins = 0;
+            continue;
+        }
+        if (!(found = marked(a))) continue;
+        clear(a->fire, a->n->timed);
+        return found < 0 ? found : PT_OK;
     }
     return PT_RESETS;
 }

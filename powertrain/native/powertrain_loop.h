@@ -14,7 +14,7 @@ typedef struct {
 
 /* Places in the held values, and what belongs to each indicator and reset. */
 typedef struct {
-    const int *places, *when_place, *when_first, *reset_place, *reset_discrete, *rests, *rest_laws, *laws, *frictions, *quiet, *bends, *guards;
+    const int *places, *when_place, *when_first, *when_initially, *reset_place, *reset_discrete, *rests, *rest_laws, *laws, *frictions, *quiet, *bends, *guards;
 } pt_tables;
 
 /* NULL for what the model does not need. A step is one function, or in parts: constants, advance, samples, verdict. */

@@ -97,10 +97,18 @@ class Mapping:
         return Partials(self.system, column([*parts, ca.vec(dae.impact_x), ca.vec(dae.impact_a)]))
 
     def map(self, run: Record, k: int, fired: set[int]) -> Carried | None:
-        """R and its derivatives at event k, caused by laws with modes at ``fired``; None if the run took another path."""
+        """R and its derivatives at event k, caused by laws with modes at ``fired``; None if the run took another path.
+
+        The resets see the switches and signals as they were before the event if they cause their changes, else with their new values.
+        """
+        events = run.instants
+        return self._map(run, k, fired, events.left.m[k]) or self._map(run, k, fired, events.right.m[k])
+
+    def _map(self, run: Record, k: int, fired: set[int], seen: Array) -> Carried | None:
         events = run.instants
         left_m, right_m = events.left.m[k], events.right.m[k]
         now = self._begin(events.left.x[k], left_m)
+        now.m[self.given] = seen[self.given]
         fired = fired | self._combined(run, k, fired)
         rising = [w for w in self.dae.whens if left_m[w.index] < 0.5 and (w.index in fired or right_m[w.index] > 0.5)]
         rounds = [[w for w in rising if w.index in fired], [w for w in rising if w.index not in fired]]

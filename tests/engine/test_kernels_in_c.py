@@ -216,29 +216,6 @@ def test_an_event_at_the_end_of_the_last_step_is_at_the_target() -> None:
     assert located(0, lambda q: 1.0 - q - 1.5e-11, t, target - t, target) == target
 
 
-def test_timed_laws_fire_once() -> None:
-    """The second pass of the rules, in other modes, sees no instant any more."""
-    fire, seen = np.ones(1), list[float]()
-    arrays = {
-        "fire": fire,
-        "flags": np.zeros(7),
-        "jumped": np.zeros(2),
-        "m": np.zeros(1),
-        "held": np.zeros(1),
-        "seen": np.zeros(20),
-    }
-    model = Model(arrays, m=1, timed=1)
-
-    def update() -> None:
-        seen.append(float(fire[0]))
-        arrays["held"][0] = 1.0
-        arrays["flags"][0] = float(len(seen) < 2)
-
-    model.function("update", update)
-    assert model.call("newton", 0.0) == 1
-    assert seen == [1.0, 0.0]
-
-
 def test_events_without_a_change_are_counted_until_they_are_too_many() -> None:
     """A quiet event that changes nothing is counted, a change ends the count, and so does what is no quiet event."""
     arrays = {

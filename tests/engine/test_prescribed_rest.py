@@ -151,3 +151,25 @@ def test_a_frame_that_gives_way(ratio: float) -> None:
     turned = w + 1.5 * w * ratio / (ratio - 1)
     np.testing.assert_allclose(result["parts[8].w"], turned, rtol=1e-6, atol=1e-6)
     assert pt.energy_audit(result).closure < 1e-6
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize("pressed", [0.15, 0.165, 0.17])
+def test_a_brake_pressed_while_a_motion_dies_away_opposes_it(pressed: float, direction: float) -> None:
+    """A speed of 3 rad/s exp(-314/s (t - 0.1 s)), within the error of the integration when the brake is pressed."""
+
+    class Dying(pt.Component):
+        wanted: blocks.Step = blocks.Step(height=-3.0 * direction, offset=3.0 * direction, startTime=0.1)
+        press: blocks.Step = blocks.Step(startTime=pressed)
+        motor: rot.Speed = rot.Speed()
+        wheel: rot.Inertia = rot.Inertia(J=0.5)
+        brake: rot.Brake = rot.Brake(fn_max=60.0)
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.wanted.y, self.motor.w_ref)
+            yield pt.connect(self.press.y, self.brake.f_normalized)
+            yield pt.connect(self.motor.flange, self.wheel.flange_a)
+            yield pt.connect(self.wheel.flange_b, self.brake.flange_a)
+
+    result = pt.simulate(Dying(), 1.0)
+    assert set(result["brake.tau"][result.time > pressed]) == {30.0 * direction}

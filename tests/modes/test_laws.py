@@ -198,6 +198,6 @@ def test_a_switch_changes_where_its_indicator_is_below_zero(mode: float, g: floa
 ])  # fmt: skip
 def test_a_when_rises_once(mode: float, g: float, fires: float | None, edge: bool, expected: float) -> None:
     """Conditions in units of their hysteresis; the mode is set with the resets."""
-    one, held, value = When("law", "", 0, ca.SX(0), ()), model(mode), ca.SX(g * EPS)
-    assert bool(float(when.rises(held, one, value, None if fires is None else ca.SX(fires)))) == edge
-    assert float(when.next_mode(held, one, value)) == expected
+    one, held = When("law", "", 0, ca.SX(g * EPS), ()), model(mode)
+    assert bool(float(when.rises(held, one, None if fires is None else ca.SX(fires)))) == edge
+    assert float(when.next_mode(held, one)) == expected

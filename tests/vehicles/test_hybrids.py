@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components.body import CentreDifferential, RollingAxle
@@ -74,6 +75,20 @@ def test_who_drives(town: tuple[str, CycleRun]) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", few(("P2", "P3", "P4", "series"), 0))
+def test_the_engine_starts_and_stops_by_its_rule_alone(name: str) -> None:
+    """Also where gears shift at the same time."""
+    result = drive_cycle(HYBRIDS[name], DriveCycle.named("udds").part(0, 330)).result
+    (control,) = (path.removesuffix(".running") for path in result if path.endswith(".running"))
+    running, demand, v = (result[f"{control}.{signal}"] for signal in ("running", "demand", "v"))
+    P_on, P_off, v_on, v_off = (result.parameters[f"{control}.{limit}"] for limit in ("P_on", "P_off", "v_on", "v_off"))
+    started, stopped = (np.flatnonzero(np.diff(running) == way) for way in (1.0, -1.0))
+    assert started.size > 0
+    assert stopped.size > 0
+    assert ((demand[started] > P_on * (1 - 1e-3)) | (v[started] > v_on - 1e-3)).all()
+    assert ((demand[stopped] < P_off * (1 + 1e-3)) & (v[stopped] < v_off + 1e-3)).all()
+
+
 def test_powers_add_up() -> None:
     """P2: what the driver asks for is what engine and machine give together, while the engine runs and the clutch is closed."""
     run = drive_cycle(HYBRIDS["P2"], TOWN)
