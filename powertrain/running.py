@@ -125,7 +125,8 @@ class Running(Generic[M]):
         finally:
             engine.schedules = kept
         n = found.states
-        self._state = State(state.t + dt, found.final[:n].copy(), found.final[n:].copy(), found.final_held.copy())
+        held = found.final_held[: state.m.size]
+        self._state = State(state.t + dt, found.final[:n].copy(), found.final[n:].copy(), held.copy())
         for name, value in inputs.items():
             self._knots.setdefault(name, []).append((state.t, float(value)))
         if self._options["record"]:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import random
 from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
+from mechanisms import mechanism, random_starts
 from small_models import STARTS, CoupledClutches, Engaging, Relay
+from test_fuzz import bounded
 
 import powertrain as pt
+from powertrain.components.rotational import Damper, Fixed, Inertia
 
 TIGHT: dict[str, Any] = {"rtol": 1e-10}
 
@@ -120,3 +125,49 @@ def test_bad_input(plant: pt.Plant[Engaging]) -> None:
     with pytest.raises(pt.ParameterError):
         run.step(0.1, torque=float("nan"))
     assert run.state is before
+
+
+class Coasting(pt.Component):
+    """J der(w) = -d w, without laws, signals and inputs."""
+
+    wheel: Inertia = Inertia(J=1.0)
+    damper: Damper = Damper(d=1.0)
+    ground: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.wheel.flange_b, self.damper.flange_a)
+        yield pt.connect(self.damper.flange_b, self.ground.flange)
+
+
+def test_a_model_without_laws_in_steps() -> None:
+    run = pt.compile(Coasting()).start(starts={"wheel.w": 1.0}, **TIGHT)
+    run.step(0.5)
+    kept = run.state
+    for _ in range(2):
+        run.state = kept
+        assert run.step(0.5)["wheel.w"] == pytest.approx(np.exp(-1.0), rel=1e-8)
+    assert run.result([0.25])["wheel.w"] == pytest.approx(np.exp(-0.25), rel=1e-8)
+
+
+@pytest.mark.parametrize("seed", few(range(100), 3))
+def test_machines_in_random_steps(seed: int) -> None:
+    """At the end of each step the states are those of the whole run, also from a stored state."""
+    draws = random.Random(seed)
+    options: dict[str, Any] = {"rtol": 1e-8}
+    try:
+        with bounded():
+            plant = pt.compile(mechanism(seed))
+            starts = random_starts(plant, seed)
+            whole = plant.simulate(1.0, starts=starts, **options)
+    except pt.PowertrainError:
+        pytest.skip("refused")
+    run = plant.start(starts=starts, **options)
+    for end in [*sorted(draws.random() for _ in range(4)), 1.0]:
+        kept = run.state
+        run.step(end - run.time)
+        if draws.random() < 0.5:
+            time, run.state = run.time, kept
+            run.step(time - run.time)
+        for name in plant.compiled.states:
+            size = 1.0 + np.abs(whole[name]).max()
+            assert run[name] == pytest.approx(float(whole.at(end, name)), abs=1e-4 * size), name
