@@ -76,10 +76,12 @@ class Dynamics:
         Raises
         ------
         ParameterError
-            If ``h`` is not positive or ``intervals`` is not a positive integer.
+            If ``h`` is not positive, ``intervals`` is not a positive integer, or the model has no states.
         """
         if not number("h", h, "s") > 0.0:
             raise ParameterError(f"h = {h:g} s is not positive")
+        if not self.function.size1_in("x"):
+            raise ParameterError("step: the model has no states to integrate; call the function itself at any time")
         t, s = ca.MX.sym("t"), ca.MX.sym("s")
         x, z, u, p = (ca.MX.sym(n, self.function.size1_in(n)) for n in ("x", "z", "u", "p"))
         rates = self.function(t=t + s, x=x, z=z, u=u, p=p)

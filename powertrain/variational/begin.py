@@ -71,8 +71,8 @@ class Start:
     def _states(
         self, result: Result[Any], run: Record, wanted: Unknowns, chain: Block, discretes: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        n, slopes, still = self.system.states, self.conditions(run.first, run.p), list(result.report.open)
-        kept = np.eye(n)[still].reshape(-1, n)
+        n, slopes, still = self.system.states, self.conditions(run.first, run.p), result.report.open
+        kept = np.eye(n)[np.array(still, np.int64)]
         right = np.zeros((len(self.labels) + len(still), len(wanted.names)))
         right[: len(self.labels)] = -slopes.q[0] @ chain - slopes.s[0, :, n:] @ discretes
         labels = [*self.labels, *(self.system.dae.state_names[k] for k in still)]
@@ -85,7 +85,7 @@ class Start:
     def hessian(self, result: Result[Any], run: Record, wanted: Unknowns, weights: Array, along: Tangents) -> Block:
         """The second derivatives of the weighted states s at the start."""
         n, held, slopes = self.system.states, self.system.discretes, self.conditions(run.first, run.p)
-        matrix = np.vstack([slopes.s[0, :, :n], np.eye(n)[list(result.report.open)].reshape(-1, n)])
+        matrix = np.vstack([slopes.s[0, :, :n], np.eye(n)[np.array(result.report.open, np.int64)]])
         on_conditions = (weights[:n] @ np.linalg.pinv(matrix))[: len(self.labels)]
         on_discretes = weights[n:] - on_conditions @ slopes.s[0, :, n:]
         discretes = self.discretes(result, wanted)[0]

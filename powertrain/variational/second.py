@@ -115,7 +115,8 @@ class SecondOrder:
         flow, run = self.model.flow, way.passage.run
         found = np.zeros((way.q.shape[1], way.q.shape[1]))
         for batch in way.batches:
-            seeds = (ends[batch.here][:, None, flow.places] @ batch.effects).reshape(-1, len(flow.places))
+            seeds = ends[batch.here][:, None, flow.places] @ batch.effects
+            seeds = seeds.reshape(len(batch.samples.t), len(flow.places))
             s = stage_tangents(flow, run.steps.durations[batch.here], batch.slopes, way.s[batch.here], way.q)
             along = Tangents(np.zeros((len(s), 1, s.shape[2])), s, np.broadcast_to(way.q, (len(s), *way.q.shape)))
             found += self.rates(batch.samples, run.p, seeds, along)

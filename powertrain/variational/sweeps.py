@@ -238,9 +238,9 @@ def _from_steps(model: Model, wanted: Unknowns, run: Record, ends: Block, kept: 
         return found
     for batch in kept:
         places = model.flow.places
-        w = (ends[batch.here][:, None, places] @ batch.effects).reshape(-1, len(places))
+        w = (ends[batch.here][:, None, places] @ batch.effects).reshape(len(batch.samples.t), len(places))
         q = model.reverse(batch.samples, run.p, w, batch.slopes)
-        q = q.reshape(len(batch.effects), STAGES, -1).sum(axis=1)
+        q = q.reshape(len(batch.effects), STAGES, q.shape[1]).sum(axis=1)
         times = run.steps.times[batch.here] + 0.5 * run.steps.durations[batch.here]
         found += (
             np.einsum("kq,kqu->u", q, wanted.chain(times, after=True))

@@ -66,11 +66,11 @@ class VariationalRates:
         end_c = h (b x I) K_c and end_p = h b (h A_pc (R x I) K_c + G_p). Rows and columns are those of ``places``.
         """
         count, size, core = len(durations), len(self.places), self.core
-        others = np.setdiff1d(range(size), core)
-        h, a = durations[:, None, None], a.reshape(count, STAGES, size, -1)[..., core]
+        others = np.setdiff1d(np.arange(size), core)
+        h, a = durations[:, None, None], a.reshape(count, STAGES, *a.shape[1:])[..., core]
         right = np.zeros((count, STAGES, len(core), size))
         right[:, :, range(len(core)), core] = h * WEIGHTS[:, None]
-        driven = (WEIGHTS[:, None] * RADAU).T @ a[:, :, others].reshape(count, STAGES, -1)
+        driven = (WEIGHTS[:, None] * RADAU).T @ a[:, :, others].reshape(count, STAGES, len(others) * len(core))
         right[..., others] = (h * h * driven).reshape(count, STAGES, len(others), len(core)).transpose(0, 1, 3, 2)
         matrix = collocation(durations, a[:, :, core]).transpose(0, 2, 1)
         solved = np.linalg.solve(matrix, right.reshape(count, STAGES * len(core), size))
@@ -113,7 +113,7 @@ def transitions(flow: VariationalRates, steps: Steps, linear: Iterable[Batch]) -
     phi, psi = np.empty((count, size, size)), np.zeros((count, size, flow.system.free.numel()))
     phi[:] = np.eye(size)
     for batch in linear:
-        by_s, by_q = (v.reshape(*batch.effects.shape[::2], -1) for v in (batch.slopes.s, batch.slopes.q))
+        by_s, by_q = (v.reshape(*batch.effects.shape[::2], v.shape[2]) for v in (batch.slopes.s, batch.slopes.q))
         phi[batch.here, flow.places, : flow.system.size] += batch.effects @ by_s
         psi[batch.here, flow.places] = batch.effects @ by_q
     return phi, psi
@@ -125,13 +125,14 @@ def stage_tangents(flow: VariationalRates, durations: Array, slopes: Slopes, s: 
     Stages K = A (S + h (R x I) K) + B Q are solved for the core; rates do not depend on the other states, which stay as at the start.
     """
     count, size, core = len(durations), flow.system.size, flow.core
-    a = slopes.s.reshape(count, STAGES, -1, size)[:, :, core]
-    direct = (slopes.q @ q).reshape(count, STAGES, -1, s.shape[2])[:, :, core]
+    a = slopes.s.reshape(count, STAGES, *slopes.s.shape[1:])[:, :, core]
+    direct = (slopes.q @ q).reshape(count, STAGES, slopes.q.shape[1], s.shape[2])[:, :, core]
     right = a @ s[:, None, :size] + direct
-    k = np.linalg.solve(collocation(durations, a[..., core]), right.reshape(count, -1, s.shape[2])).reshape(right.shape)
+    flat = right.reshape(count, STAGES * len(core), s.shape[2])
+    k = np.linalg.solve(collocation(durations, a[..., core]), flat).reshape(right.shape)
     found = s[:, None, :size].repeat(STAGES, axis=1)
     found[:, :, core] += durations[:, None, None, None] * np.einsum("ij,kjcn->kicn", RADAU, k)
-    return found.reshape(-1, *found.shape[2:])
+    return found.reshape(count * STAGES, *found.shape[2:])
 
 
 class Reverse:

@@ -120,7 +120,8 @@ def shapes_of(plant: Plant[Any], shapes: Sequence[Selector] | None) -> list[Any]
     """The signals of mode shapes, by default the states."""
     wanted = list(plant.compiled.states) if shapes is None else listed("shapes", shapes)
     if not wanted:
-        raise ParameterError("shapes: name at least one signal")
+        none = f"{type(plant.model).__name__} has no states, and so no vibration modes"
+        raise ParameterError("shapes: name at least one signal" if plant.compiled.states else none)
     return wanted
 
 
