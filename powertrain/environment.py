@@ -107,12 +107,19 @@ class Environment(gymnasium.Env[Array, Array]):
         self._run: Running[Any] | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
-        """A new episode; ``options`` are further arguments of ``plant.start``."""
+        """A new episode; ``options`` are further arguments of ``plant.start``, which override those of ``begin`` value by value.
+
+        With ``begin`` giving ``{"starts": {"car.w": 5.0, "battery.soc": 0.6}}``, ``options={"starts": {"car.w": 0.0}}`` leaves the charge
+        at 0.6.
+        """
         super().reset(seed=seed)
         given: dict[str, Any] = {"record": False}
         if self._begin is not None:
             given |= self._begin(self.np_random)
-        self._run = self.plant.start(**given | (options or {}))
+        for name, value in (options or {}).items():
+            both = isinstance(value, Mapping) and isinstance(given.get(name), Mapping)
+            given[name] = {**given[name], **value} if both else value
+        self._run = self.plant.start(**given)
         self._end = self._run.time + self.duration
         return self._observe(self._run), {}
 

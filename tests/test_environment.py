@@ -92,6 +92,21 @@ def test_environments_on_one_plant_do_not_disturb_each_other(plant: pt.Plant[Bra
         assert [alone[k][0], *[s[0] for s in alone[k][1:]]] == [row[k].tolist() for row in seen]
 
 
+def test_options_of_reset_override_single_values_of_begin(plant: pt.Plant[Braked]) -> None:
+    """``starts`` of the options replaced all those of ``begin``, so that a speed that ``begin`` gave was lost silently."""
+    begun = {"starts": {"rotor.w": 3.0}, "inputs": {"torque": 2.0}, "t": 1.0}
+    env = made(plant, begin=lambda _: begun)
+    for options, phi, w in (({"starts": {"rotor.phi": 7.0}}, 7.0, 3.0), ({"starts": {"rotor.w": 1.0}}, 0.0, 1.0)):
+        env.reset(options=options)
+        run = env._run
+        assert run is not None
+        assert (run["rotor.phi"], run["rotor.w"], run["torque"], run.time) == (phi, w, 2.0, 1.0)
+    assert begun == {"starts": {"rotor.w": 3.0}, "inputs": {"torque": 2.0}, "t": 1.0}
+    env.reset(options={"inputs": {"press": 1.0}, "t": 2.0})
+    assert env._run is not None
+    assert (env._run["torque"], env._run["press"], env._run.time) == (2.0, 1.0, 2.0)
+
+
 def test_ends(plant: pt.Plant[Braked]) -> None:
     env = made(plant, terminated=lambda run: run["rotor.w"] > 3.0, begin=None)
     env.reset()

@@ -20,13 +20,24 @@ from powertrain.trials.operating import on_rolling_road
 from powertrain.trials.performance import full_accelerator, gradeability, performance, time_between
 from powertrain.trials.plausible import notes
 from powertrain.trials.shifts import shift_quality, shifts
+from powertrain.trials.utility import (
+    FLEET_FACTOR,
+    INDIVIDUAL_FACTOR,
+    WLTP_FACTOR,
+    UtilityFactor,
+    utility_weighted,
+)
 
 __all__ = [
+    "FLEET_FACTOR",
+    "INDIVIDUAL_FACTOR",
+    "WLTP_FACTOR",
     "BackwardRun",
     "ChargeSustaining",
     "CycleRun",
     "Management",
     "MethodComparison",
+    "UtilityFactor",
     "backward",
     "charge_corrected",
     "charge_depleting",
@@ -45,4 +56,5 @@ __all__ = [
     "shift_quality",
     "shifts",
     "time_between",
+    "utility_weighted",
 ]

@@ -102,10 +102,10 @@ class FlywheelBench:
         return float(point["output.w"])
 
     def _steady(self, grid: dict[str, Any], outputs: list[str], on: float = 0.0) -> xr.Dataset:
-        inputs = {n: 0.0 for n in self.plant.compiled.inputs if n not in grid} | {"charge.on": on, "charge.clutch": on}
-        inputs = {n: value for n, value in inputs.items() if n not in grid}
+        given = {"charge.on": on, "charge.clutch": on}
+        held = ["flywheel.w"]
         return pt.steady(
-            self.plant, grid, inputs=inputs, held=["flywheel.w"], outputs=outputs, side=1, first=True, progress=False
+            self.plant, grid, inputs=given, free=[], held=held, outputs=outputs, side=1, first=True, progress=False
         )
 
     def along(self, v: Array, force: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -85,7 +85,7 @@ class PowerSplitBench:
         self.ring = xr.DataArray(teeth * speeds, dims="speed", coords={"speed": speeds})
 
     def _steady(self, grid: dict[str, Any], free: Sequence[str], outputs: Sequence[str], on: float = 0.0) -> xr.Dataset:
-        inputs = {n: 0.0 for n in self.plant.compiled.inputs if n not in grid and n not in free} | {"control.on": on}
+        inputs = {"control.on": on}
         held = ["battery.soc"] if free else ["battery.soc", "engine.w"]
         return pt.steady(
             self.plant, grid, inputs=inputs, free=free, held=held, outputs=outputs, side=1, first=True, progress=False

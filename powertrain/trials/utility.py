@@ -1,0 +1,99 @@
+"""Utility factors: what plug-in hybrids consume in the fleet, from their charge-depleting and charge-sustaining tests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+import powertrain as pt
+from powertrain.language.arguments import of_kind
+from powertrain.trials.charge import BREAK_OFF, ChargeSustaining
+
+MILE = 1.609344
+"""A statute mile [km]."""
+
+
+@dataclass(frozen=True)
+class UtilityFactor:
+    """Share of all driving that happens within a distance d [km] of the last charge, with one charge a day [1].
+
+      UF(d) = 1 - exp(-sum_i C_i (d/d_n)^i),  i = 1, 2, ...
+
+    A fit to a survey of daily distances D: UF(d) = E[min(D, d)]/E[D]. ``coefficients`` are the C_i [1], ``normalized`` is d_n [km].
+    Another d_n: ``dataclasses.replace(WLTP_FACTOR, normalized=...)``.
+    """
+
+    coefficients: tuple[float, ...]
+    normalized: float
+
+    def __call__(self, distance: float) -> float:
+        """UF at a distance [km]. Errors: ParameterError for a distance that is not finite or below 0."""
+        if not 0 <= distance < np.inf:
+            raise pt.ParameterError(f"utility factor: the distance must be finite and 0 or more; it is {distance:g} km")
+        return 1.0 - float(np.exp(-np.polyval([*reversed(self.coefficients), 0.0], distance / self.normalized)))
+
+
+WLTP_FACTOR = UtilityFactor(
+    (26.25, -38.94, -631.05, 5964.83, -25095.0, 60380.2, -87517.0, 75513.8, -35749.0, 7154.94), 800.0
+)
+"""Regulation (EU) 2017/1151, Annex XXI, Sub-Annex 8, Appendix 5, Table A8.App5/1."""
+FLEET_FACTOR = UtilityFactor((10.52, -7.282, -26.37, 79.08, -77.36, 26.07), 399.0 * MILE)
+"""Fleet utility factor of SAE J2841 (September 2010), Table 2, as in the EPA's OMEGA model (``FUF``): every mile counts alike."""
+INDIVIDUAL_FACTOR = UtilityFactor((13.1, -18.7, 5.22, 8.15, 3.53, -1.34, -4.01, -3.90, -1.15, 3.88), 400.0 * MILE)
+"""Multi-day individual utility factor of SAE J2841 (September 2010), Table 2, as in the EPA's OMEGA model (``labelUF``).
+
+Every car counts alike, however far it is driven."""
+
+
+def utility_weighted(
+    depleting: pd.DataFrame, sustaining: ChargeSustaining, factor: UtilityFactor = WLTP_FACTOR
+) -> pd.Series[float]:
+    """Mean consumption of a plug-in hybrid between charges, from its charge-depleting and charge-sustaining tests.
+
+    The cycles of the charge-depleting test, except the last, which only confirms that the battery is empty, count by the utility factor
+    over their own distance. What is driven beyond counts as charge-sustaining:
+      C = sum_j (UF(d_j) - UF(d_j-1)) C_CD,j + (1 - UF(d_n)) C_CS
+
+    Parameters
+    ----------
+    depleting : pandas.DataFrame
+        Result of ``charge_depleting``; begin with a full battery.
+    sustaining : ChargeSustaining
+        Result of ``charge_sustaining`` over the same cycle.
+    factor : UtilityFactor
+        ``WLTP_FACTOR``, ``FLEET_FACTOR``, ``INDIVIDUAL_FACTOR`` or one's own.
+
+    Returns
+    -------
+    pandas.Series
+        utility factor [1] at the charge-depleting cycle range, W.h/km from the battery, l/100 km, g/km CO2.
+
+    Raises
+    ------
+    ParameterError
+        If the charge-depleting test ended before the battery was empty.
+
+    Notes
+    -----
+    The regulation weights the phases of the cycle, this function whole cycles, as SAE J1711 does. Energy is taken from the battery; the
+    regulation counts what the charger takes from the grid.
+    """
+    of_kind("utility_weighted", depleting, pd.DataFrame, "the table of charge_depleting()")
+    of_kind("utility_weighted", sustaining, ChargeSustaining, "the result of charge_sustaining()")
+    if not (change := float(depleting["relative change"].iloc[-1])) < BREAK_OFF:
+        raise pt.ParameterError(
+            f"utility_weighted: the charge-depleting test ended after {depleting['distance'].iloc[-1]:.1f} km, before the battery was "
+            f"empty: the charge still changed by {change:.0%} of the energy demand of the cycle; give charge_depleting a larger most"
+        )
+    driven = depleting.iloc[:-1]
+    factors = np.array([0.0, *(factor(float(d)) for d in driven["distance"])])
+    shares, left = np.diff(factors), 1.0 - factors[-1]
+    beyond = {
+        "from the battery": 0.0,
+        "consumption": sustaining.litres_per_100km,
+        "carbon dioxide": sustaining.co2_per_km,
+    }
+    weighted = {name: float(shares @ driven[name].to_numpy(float)) + left * value for name, value in beyond.items()}
+    return pd.Series({"utility factor": float(factors[-1]), **weighted})
