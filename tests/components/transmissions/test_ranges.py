@@ -76,6 +76,18 @@ def test_it_may_begin_in_any_range() -> None:
     assert result["output.w"][-1] / result["engine.w"][-1] == pytest.approx(1.2, abs=0.01)
 
 
+def test_it_begins_in_the_range_of_its_ratio() -> None:
+    """Two shifts at the start lead from the first range, in which it begins by default, to the third."""
+    structure, m, R_o, shifts = CASES[-1]
+    parts, r = spans(structure, m, R_o, shifts), 1.3
+    w_a = float(factors_of_unit(parts[2][2])[0] @ [200.0, 200.0 * r])
+    model = RatioBench(transmission=RangeTransmission.of(parts, UNIT), actuator=RatioActuator(ratio_start=r))
+    starts = {"engine.w": 200.0, "output.w": 200 * r, "transmission.rotor.w": w_a}
+    result = pt.simulate(model, 1.0, starts=starts, inputs={"wanted": r})
+    assert set(result["transmission.range"]) == {2.0}
+    assert result["output.w"][-1] / result["engine.w"][-1] == pytest.approx(r, rel=1e-4)
+
+
 def test_the_unit_runs_back_through_the_same_speeds() -> None:
     """V goes up to the shift and down after it; the speeds of the unit have no jump."""
     result = driven(spans(*CASES[0]), [0, 0.5, 0.5, 9], [0.5, 0.5, 0.9, 0.9])
