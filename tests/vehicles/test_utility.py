@@ -60,6 +60,11 @@ def test_distances_that_are_none(distance: float) -> None:
         WLTP_FACTOR(distance)
 
 
+def test_a_normalized_distance_is_positive() -> None:
+    with pytest.raises(pt.ParameterError, match="normalized"):
+        UtilityFactor((1.0,), 0.0)
+
+
 def depleted(last: float = 0.01) -> pd.DataFrame:
     """Two cycles on the battery, one of transition, one that confirms."""
     return pd.DataFrame(
