@@ -269,7 +269,8 @@ class CycleRun:
         return pt.explore(self, file, *shown, name=self.title)
 
     def _burnt(self, engine: str) -> float:
-        return float(self.result[f"{engine}.fuel"][-1])
+        fuel = self.result[f"{engine}.fuel"]
+        return float(fuel[-1] - fuel[0])
 
     def _work(self) -> float:
         return sum(
@@ -372,16 +373,16 @@ def drive_cycle(
 def so_far(plant: pt.Plant[Any], parameters: Mapping[str, float] | None = None) -> Callable[[pt.Present[Any]], str]:
     """A text with distance and consumption at the time that a run has reached; called first at the start of the run."""
     parts, values = anatomy(plant.model), plant.parameters | dict(parameters or {})
-    path, begin = f"{parts.the('body')}.s", math.nan
+    path, begin = f"{parts.the('body')}.s", (math.nan, math.nan)
 
     def say(now: pt.Present[Any]) -> str:
         nonlocal begin
-        begin = now[path] if math.isnan(begin) else begin
-        driven = now[path] - begin
+        litres = sum(now[f"{engine}.fuel"] / values[f"{engine}.fuel_density"] for engine in parts.engines) * 1e3
+        begin = (now[path], litres) if math.isnan(begin[0]) else begin
+        driven, burnt = now[path] - begin[0], litres - begin[1]
         texts = [f"{driven / 1e3:.1f} km"]
         if parts.engines and driven > TOLD:
-            litres = sum(now[f"{engine}.fuel"] / values[f"{engine}.fuel_density"] for engine in parts.engines) * 1e3
-            texts.append(f"{litres / driven * 1e5:.2f} l/100 km")
+            texts.append(f"{burnt / driven * 1e5:.2f} l/100 km")
         texts += [f"{battery} {now[f'{battery}.soc']:.1%}" for battery in parts.batteries]
         return ", ".join(texts)
 

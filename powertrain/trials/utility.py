@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 import powertrain as pt
-from powertrain.language.arguments import of_kind
+from powertrain.language.arguments import of_kind, positive
 from powertrain.trials.charge import BREAK_OFF, ChargeSustaining
 
 MILE = 1.609344
@@ -21,12 +21,16 @@ class UtilityFactor:
 
       UF(d) = 1 - exp(-sum_i C_i (d/d_n)^i),  i = 1, 2, ...
 
-    A fit to a survey of daily distances D: UF(d) = E[min(D, d)]/E[D]. ``coefficients`` are the C_i [1], ``normalized`` is d_n [km].
-    Another d_n: ``dataclasses.replace(WLTP_FACTOR, normalized=...)``.
+    A fit to a survey of daily distances D: E[min(D, d)]/E[D] over all days of a fleet, or the mean of this ratio over its cars.
+    ``coefficients`` are the C_i [1], ``normalized`` is d_n [km]. Another d_n: ``dataclasses.replace(WLTP_FACTOR, normalized=...)``.
+    Errors: ParameterError for a d_n that is not above 0.
     """
 
     coefficients: tuple[float, ...]
     normalized: float
+
+    def __post_init__(self) -> None:
+        positive("normalized", self.normalized)
 
     def __call__(self, distance: float) -> float:
         """UF at a distance [km]. Errors: ParameterError for a distance that is not finite or below 0."""

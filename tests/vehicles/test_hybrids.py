@@ -17,11 +17,13 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.trials import (
     ChargeSustaining,
     CycleRun,
+    UtilityFactor,
     charge_corrected,
     charge_depleting,
     charge_sustaining,
     drive_cycle,
     electric_share,
+    utility_weighted,
 )
 from powertrain.trials.charge import _check_reach, _from_soc
 from powertrain.trials.cycle import on_cycle
@@ -205,6 +207,24 @@ def test_charge_depleting(depleting: pd.DataFrame) -> None:
     assert depleting["relative change"].iloc[-1] < 0.04 <= depleting["relative change"].iloc[-2]
     assert 0.12 < depleting["soc"].iloc[-1] < 0.25
     assert depleting["distance"].iloc[-1] == pytest.approx(len(depleting) * depleting["distance"].iloc[0], rel=1e-2)
+
+
+@pytest.mark.slow
+def test_both_tests_are_weighted_by_the_utility_factor(depleting: pd.DataFrame) -> None:
+    """All but the last cycle are charge-depleting; the sum is written out for a factor 1 - exp(-d/10 km)."""
+    equal = {"charge": 0.0, "consumption": 6.0, "carbon dioxide": 140.0}
+    found = utility_weighted(depleting, ChargeSustaining(pd.DataFrame([equal]), 0.0, 0.0), UtilityFactor((1.0,), 10.0))
+    left, electricity, fuel = 1.0, 0.0, 0.0
+    for _, cycle in depleting.iloc[:-1].iterrows():
+        share = left - np.exp(-cycle["distance"] / 10.0)
+        left, electricity, fuel = (
+            left - share,
+            electricity + share * cycle["from the battery"],
+            fuel + share * cycle["consumption"],
+        )
+    assert found["utility factor"] == pytest.approx(1 - left, rel=1e-12)
+    assert found["from the battery"] == pytest.approx(electricity, rel=1e-12)
+    assert found["consumption"] == pytest.approx(fuel + left * 6.0, rel=1e-12)
 
 
 @pytest.mark.slow

@@ -39,6 +39,14 @@ def test_a_utility_factor_is_the_mean_of_a_distribution_cut_off(factor: UtilityF
     assert np.diff(share, 2).max() < 1e-4
 
 
+def test_the_european_factor_is_that_of_the_study_behind_it() -> None:
+    """The technical report on utility factors for the regulation has two more digits (github.com/Phalacrocorax-gaimardi/phevmicrosimr)."""
+    digits = (26.25, -38.94, -631.05, 5964.83, -25094.6, 60380.21, -87517.16, 75513.77, -35748.77, 7154.94)
+    for d in np.linspace(0.0, 400.0, 41):
+        exponent = sum(c * (d / 800.0) ** i for i, c in enumerate(digits, 1))
+        assert WLTP_FACTOR(d) == pytest.approx(1 - np.exp(-exponent), abs=1e-4)
+
+
 def test_one_term_is_exponential() -> None:
     assert UtilityFactor((2.0,), 100.0)(50.0) == pytest.approx(1 - np.exp(-1), rel=1e-14)
     assert replace(WLTP_FACTOR, normalized=1600.0)(100.0) == pytest.approx(WLTP_FACTOR(50.0), rel=1e-14)
@@ -50,6 +58,11 @@ def test_distances_that_are_none(distance: float) -> None:
         pt.ParameterError, match=r"utility factor: the distance must be finite and 0 or more; it is .* km"
     ):
         WLTP_FACTOR(distance)
+
+
+def test_a_normalized_distance_is_positive() -> None:
+    with pytest.raises(pt.ParameterError, match="normalized"):
+        UtilityFactor((1.0,), 0.0)
 
 
 def depleted(last: float = 0.01) -> pd.DataFrame:
