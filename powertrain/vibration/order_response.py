@@ -56,7 +56,7 @@ def order_response(
     Raises
     ------
     ParameterError
-        For unknown names, speeds that are not positive or not in rad/s, and amplitudes that do not fit.
+        For unknown names, speeds that are 0 or not in rad/s, orders that are not positive, and amplitudes that do not fit.
     ModelError
         If an undamped natural frequency is excited exactly.
 
@@ -80,8 +80,8 @@ def order_response(
 
     plant = plant_of(plant)
     line = operating_line(plant, over, at, parameters)
-    if line.unit != "rad/s" or (line.values <= 0.0).any():
-        raise ParameterError(f"over: {line.name} must be a positive speed in rad/s")
+    if line.unit != "rad/s" or (line.values == 0.0).any():
+        raise ParameterError(f"over: {line.name} must be a speed in rad/s, and not 0")
     inputs = list(by_name("excitation", excitation))
     orders, amplitudes = _amplitudes(excitation, line)
     shown = listed("outputs", outputs)
