@@ -339,6 +339,32 @@ def test_orders_of_a_run_up(run_up: pt.Result[RunUp], shaft: Any) -> None:
     np.testing.assert_allclose(vibration.values[away], exact[away], rtol=0.03)
 
 
+class Irregular(pt.Component):
+    """A shaft whose speed fluctuates with the order 12, and a torque with the orders 1/2 and 2 of its angle."""
+
+    turned: pt.Variable = pt.variable("rad", "Mean angle", start=0.0)
+    mean: pt.Variable = pt.variable("rad/s", "Mean speed", start=20.0)
+    phi: pt.Variable = pt.variable("rad", "Angle")
+    w: pt.Variable = pt.variable("rad/s", "Speed")
+    tau: pt.Variable = pt.variable("N.m", "Torque")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.mean) == 5.0
+        yield pt.der(self.turned) == self.mean
+        yield self.phi == self.turned + 0.1 / 12 * ca.sin(12 * self.turned)
+        yield self.w == pt.der(self.phi)
+        yield self.tau == 10 + 3 * ca.cos(2 * self.phi) + ca.cos(self.phi / 2)
+
+
+@pytest.mark.parametrize("shaft", ["phi", "w"])
+def test_orders_of_an_irregular_shaft(shaft: str) -> None:
+    """Whichever orders are asked for, their amplitudes are exact although the shaft has higher ones."""
+    found = pt.order_map(pt.simulate(Irregular(), 10.0, rtol=1e-9), "tau", shaft, orders=2)
+    np.testing.assert_allclose(found.sel(order=2.0), 3.0, rtol=2e-4)
+    np.testing.assert_allclose(found.sel(order=0.5), 1.0, rtol=2e-4)
+    assert float(found.sel(order=[1.0, 1.5]).max()) < 3e-4
+
+
 def test_bad_input(run_up: pt.Result[RunUp]) -> None:
     with pytest.raises(pt.ParameterError, match=r"tau is in N\.m; give an angle in rad or a speed in rad/s"):
         pt.order_map(run_up, "tau", "tau")
