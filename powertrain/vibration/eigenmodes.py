@@ -75,6 +75,9 @@ def eigenmodes(
     change of an inertia J or of a stiffness c by a fraction e changes the squared frequency by -2 E_J e and by 2 E_c e (Rayleigh).
     A mass that moves in a rotating part, such as a centrifugal pendulum, has the potential energy of the centrifugal field in addition.
 
+    Coefficients that change along the motion, such as those of a ``PistonEngine`` or a universal joint with the angle, are those of
+    the point. Replace an engine by its mean inertia (how-to "Analyse the torsional vibration of an engine"), or use ``pt.floquet``.
+
     Parameters
     ----------
     plant : Plant or Component

@@ -34,7 +34,8 @@ def order_response(
     """The steady vibration under excitations at multiples (orders) of a speed of rotation.
 
     At the speed w, an excitation u = Re(U exp(j n w t)) of the order n gives y = Re(Y exp(j n w t)) with
-    Y = (C (j n w - A)^-1 B + D) U, where A, B, C and D are the linear model at that operating point.
+    Y = (C (j n w - A)^-1 B + D) U, where A, B, C and D are the linear model at that operating point. A ``PistonEngine`` has no such
+    model, because its coefficients change with the crank angle: see ``pt.eigenmodes``.
 
     Parameters
     ----------
