@@ -40,6 +40,14 @@ def test_linear_vibration() -> None:
     ends = result.at([1.0, 2.5], list(found.closure))
     for name, change in found.closure.items():
         assert change == pytest.approx(ends[name][1] - ends[name][0], abs=1e-9)
+        assert f"{name} by {change:.3g}" in str(found).splitlines()[-1]
+
+
+def test_a_period_that_closes_says_nothing() -> None:
+    """The steady swing at w = sqrt(c/J) comes back after 2 pi/w; after another span the printed result names what does not."""
+    result = pt.simulate(Damped(damper=Damper(d=0.0)), 8.0, starts={"inertia.w": 1.0}, **TIGHT)
+    assert "changed" not in str(pt.floquet(result, 1.0, 2 * math.pi / 3.0))
+    assert "changed over the period: " in str(pt.floquet(result, 1.0, 2.0))
 
 
 class Bilinear(pt.Component):

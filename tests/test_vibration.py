@@ -214,6 +214,37 @@ def test_a_centrifugal_pendulum_follows_an_order() -> None:
     np.testing.assert_allclose(abs(forced.sel(signal="carrier.psi", order=2.0)), swing, rtol=1e-9)
 
 
+@pytest.mark.parametrize("w", [100.0, -300.0])
+def test_energy_of_a_pendulum_contains_the_centrifugal_field(w: float) -> None:
+    """Shares from the eigenvector of M = (J + m c^2, m r c; m r c, m r^2), K = diag(0, m r R w^2); -2 E_J is the slope of ln(w_0^2)."""
+    plant = pt.compile(Absorbed())
+    J, m, R, r = 0.1, 0.8, 0.12, 0.03
+    pendulum = m * np.array([[(R + r) ** 2, r * (R + r)], [r * (R + r), r**2]])
+    field = np.diag([0.0, m * r * R * w**2])
+    squares, vectors = eigh(field, pendulum + np.diag([J, 0.0]))
+    carrier = J * vectors[0, 1] ** 2 / 2
+    masses = vectors[:, 1] @ (pendulum + field / squares[1]) @ vectors[:, 1] / 2
+    line = pt.compile(Split())
+    found = pt.eigenmodes(line, at={"carrier.w": w})
+    assert found["energy"].sel(component=["extra", "carrier"]).values[0] == pytest.approx(
+        [carrier * 0.7, masses + carrier * 0.3], rel=1e-9
+    )
+    assert found["frequency"].item() == pytest.approx(pt.eigenmodes(plant, at={"carrier.w": w})["frequency"].item())
+    by_inertia = [pt.eigenmodes(line, at={"carrier.w": w}, parameters={"extra.J": 0.07 * k}) for k in (0.999, 1.001)]
+    slope = math.log(by_inertia[1]["frequency"].item() / by_inertia[0]["frequency"].item()) / 0.001
+    assert slope == pytest.approx(-2 * found["energy"].sel(component="extra").item(), rel=1e-5)
+
+
+class Split(pt.Component):
+    """The pendulum's carrier, with 70 % of its inertia in a part of its own."""
+
+    extra: Inertia = Inertia(J=0.07)
+    carrier: Pendulum = Pendulum(J=0.03)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.extra.flange_b, self.carrier.flange)
+
+
 def test_forced_response_against_the_dynamic_stiffness() -> None:
     """(K + s D - w^2 M) phi = T, with an amplitude for each speed, and a phase."""
     speeds = np.linspace(20.0, 300.0, 25)
@@ -244,6 +275,23 @@ def test_critical_speeds() -> None:
     wanted = sorted(w / n for w in np.sqrt(squares) for n in (1.0, 2.0) if 10 < w / n < 500)
     assert table["speed"].to_numpy() == pytest.approx(wanted)
     assert table["frequency"].to_numpy() * 2 * math.pi == pytest.approx(table["speed"] * table["order"])
+
+
+def test_a_shaft_that_turns_backward_has_the_same_critical_speeds() -> None:
+    """Frequencies depend on w^2, and so does the absolute forced response; its phase has the other sign."""
+    speeds = np.linspace(10.0, 500.0, 4)
+    forward, backward = (
+        pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": side * speeds}, parameters=FREE), [1.0, 2.0])
+        for side in (1.0, -1.0)
+    )
+    assert len(forward) > 0
+    assert -backward["speed"].to_numpy()[::-1] == pytest.approx(forward["speed"].to_numpy())
+    assert backward["frequency"].to_numpy()[::-1] == pytest.approx(forward["frequency"].to_numpy())
+    torque = {"inertias[0].flange_a.tau": {2.0: 5.0}}
+    there, back = (
+        pt.order_response(CHAIN, {"inertias[0].w": side * speeds}, torque, ["inertias[3].w"]) for side in (1.0, -1.0)
+    )
+    np.testing.assert_allclose(back.values, there.values.conj(), rtol=1e-9)
 
 
 class RunUp(pt.Component):
@@ -291,6 +339,32 @@ def test_orders_of_a_run_up(run_up: pt.Result[RunUp], shaft: Any) -> None:
     np.testing.assert_allclose(vibration.values[away], exact[away], rtol=0.03)
 
 
+class Irregular(pt.Component):
+    """A shaft whose speed fluctuates with the order 12, and a torque with the orders 1/2 and 2 of its angle."""
+
+    turned: pt.Variable = pt.variable("rad", "Mean angle", start=0.0)
+    mean: pt.Variable = pt.variable("rad/s", "Mean speed", start=20.0)
+    phi: pt.Variable = pt.variable("rad", "Angle")
+    w: pt.Variable = pt.variable("rad/s", "Speed")
+    tau: pt.Variable = pt.variable("N.m", "Torque")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.mean) == 5.0
+        yield pt.der(self.turned) == self.mean
+        yield self.phi == self.turned + 0.1 / 12 * ca.sin(12 * self.turned)
+        yield self.w == pt.der(self.phi)
+        yield self.tau == 10 + 3 * ca.cos(2 * self.phi) + ca.cos(self.phi / 2)
+
+
+@pytest.mark.parametrize("shaft", ["phi", "w"])
+def test_orders_of_an_irregular_shaft(shaft: str) -> None:
+    """Whichever orders are asked for, their amplitudes are exact although the shaft has higher ones."""
+    found = pt.order_map(pt.simulate(Irregular(), 10.0, rtol=1e-9), "tau", shaft, orders=2)
+    np.testing.assert_allclose(found.sel(order=2.0), 3.0, rtol=2e-4)
+    np.testing.assert_allclose(found.sel(order=0.5), 1.0, rtol=2e-4)
+    assert float(found.sel(order=[1.0, 1.5]).max()) < 3e-4
+
+
 def test_bad_input(run_up: pt.Result[RunUp]) -> None:
     with pytest.raises(pt.ParameterError, match=r"tau is in N\.m; give an angle in rad or a speed in rad/s"):
         pt.order_map(run_up, "tau", "tau")
@@ -300,7 +374,7 @@ def test_bad_input(run_up: pt.Result[RunUp]) -> None:
         pt.order_map(run_up, "tau", "w", span=(0.0, 0.5))
     with pytest.raises(pt.ParameterError, match=r"over: the model has no signal spring.c|no signal spring"):
         pt.campbell(CHAIN, {"spring.c": [1.0]})
-    with pytest.raises(pt.ParameterError, match="must be a positive speed in rad/s"):
+    with pytest.raises(pt.ParameterError, match="must be a speed in rad/s, and not 0"):
         pt.order_response(CHAIN, {"springs[0].c": [1.0]}, {"inertias[0].flange_a.tau": {1.0: 1.0}}, ["inertias[0].w"])
     with pytest.raises(pt.ParameterError, match="the order -1 is not positive"):
         pt.order_response(CHAIN, {"inertias[0].w": [1.0]}, {"inertias[0].flange_a.tau": {-1.0: 1.0}}, ["inertias[0].w"])
@@ -308,5 +382,7 @@ def test_bad_input(run_up: pt.Result[RunUp]) -> None:
         pt.order_response(
             CHAIN, {"inertias[0].w": [1.0]}, {"inertias[0].flange_a.tau": {1.0: [1.0, 2.0]}}, ["inertias[0].w"]
         )
+    with pytest.raises(pt.ParameterError, match="the order 0 is not positive"):
+        pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": [1.0]}), [0.0])
     with pytest.raises(pt.ParameterError, match="not over a speed"):
         pt.critical_speeds(pt.campbell(CHAIN, {"springs[0].c": [1.0]}), [1.0])

@@ -104,7 +104,7 @@ def campbell(
 def critical_speeds(diagram: xr.Dataset, orders: ArrayLike) -> pd.DataFrame:
     """The speeds at which excitations of given orders meet natural frequencies, from a Campbell diagram over a speed in rad/s.
 
-    The order n excites at the frequency n w/(2 pi). Between the points of the diagram frequencies are interpolated linearly.
+    The order n excites at the frequency n |w|/(2 pi). Between the points of the diagram frequencies are interpolated linearly.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def critical_speeds(diagram: xr.Dataset, orders: ArrayLike) -> pd.DataFrame:
     Raises
     ------
     ParameterError
-        If the axis is not a speed in rad/s.
+        If the axis is not a speed in rad/s, or an order is not positive.
 
     Examples
     --------
@@ -140,9 +140,11 @@ def critical_speeds(diagram: xr.Dataset, orders: ArrayLike) -> pd.DataFrame:
     speed = np.asarray(diagram[axis].values, float)
     found = []
     for order in row("orders", orders).tolist():
+        if order <= 0.0:
+            raise ParameterError(f"orders: the order {order:g} is not positive")
         for k, mode in enumerate(diagram["mode"].values.tolist()):
             frequency, damping = (diagram[name].values[:, k] for name in ("frequency", "damping"))
-            above = order * speed / (2 * np.pi) - frequency
+            above = order * np.abs(speed) / (2 * np.pi) - frequency
             for i in np.flatnonzero(above[:-1] * above[1:] < 0.0):
                 part = above[i] / (above[i] - above[i + 1])
                 here = [float(v[i] + part * (v[i + 1] - v[i])) for v in (speed, frequency, damping)]

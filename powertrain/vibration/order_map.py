@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 _OVERSAMPLING = 8
 """Samples per period of the highest order: what lies above seven times that order would appear as a lower one."""
+_RESOLUTION = 128
+"""Samples of the shaft's motion per revolution, at least: its irregularity has orders of its own, whichever are asked for."""
 _OVERLAP = 4
 """Blocks that cover the same sample."""
 
@@ -141,7 +143,8 @@ def _equal_angles(
 
     t, course = sampled(max(1000, len(result.time)))
     fastest = np.abs(course).max() if turning.unit == "rad/s" else np.abs(np.gradient(course, t)).max()
-    t, course = sampled(max(1000, int(fastest * (span[1] - span[0]) / (2 * np.pi) * per_turn) + 1))
+    turns = fastest * (span[1] - span[0]) / (2 * np.pi)
+    t, course = sampled(max(1000, int(turns * max(per_turn, _RESOLUTION)) + 1))
     curve = CubicSpline(t, course)
     angle = course - course[0] if turning.unit == "rad" else curve.antiderivative()(t)
     sign = 1.0 if angle[-1] >= 0.0 else -1.0

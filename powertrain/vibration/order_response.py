@@ -34,7 +34,8 @@ def order_response(
     """The steady vibration under excitations at multiples (orders) of a speed of rotation.
 
     At the speed w, an excitation u = Re(U exp(j n w t)) of the order n gives y = Re(Y exp(j n w t)) with
-    Y = (C (j n w - A)^-1 B + D) U, where A, B, C and D are the linear model at that operating point.
+    Y = (C (j n w - A)^-1 B + D) U, where A, B, C and D are the linear model at that operating point. A ``PistonEngine`` has no such
+    model, because its coefficients change with the crank angle: see ``pt.eigenmodes``.
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ def order_response(
     Raises
     ------
     ParameterError
-        For unknown names, speeds that are not positive or not in rad/s, and amplitudes that do not fit.
+        For unknown names, speeds that are 0 or not in rad/s, orders that are not positive, and amplitudes that do not fit.
     ModelError
         If an undamped natural frequency is excited exactly.
 
@@ -80,8 +81,8 @@ def order_response(
 
     plant = plant_of(plant)
     line = operating_line(plant, over, at, parameters)
-    if line.unit != "rad/s" or (line.values <= 0.0).any():
-        raise ParameterError(f"over: {line.name} must be a positive speed in rad/s")
+    if line.unit != "rad/s" or (line.values == 0.0).any():
+        raise ParameterError(f"over: {line.name} must be a speed in rad/s, and not 0")
     inputs = list(by_name("excitation", excitation))
     orders, amplitudes = _amplitudes(excitation, line)
     shown = listed("outputs", outputs)
