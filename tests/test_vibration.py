@@ -246,6 +246,34 @@ def test_critical_speeds() -> None:
     assert table["frequency"].to_numpy() * 2 * math.pi == pytest.approx(table["speed"] * table["order"])
 
 
+@pytest.mark.parametrize(("values", "sign"), [([500.0, 10.0, 300.0, 100.0, 300.0], 1), ([-500.0, -10.0, -300.0], -1)])
+def test_critical_speeds_in_any_order_and_direction(values: list[float], sign: int) -> None:
+    """Each of them once, whatever the order of the points, and the same ones in reverse."""
+    even = pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": [10.0, 500.0]}), [1.0, 2.0])
+    found = pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": values}), [1.0, 2.0])
+    assert len(found) == 6
+    assert sorted(sign * found["speed"]) == pytest.approx(sorted(even["speed"]))
+
+
+@pytest.mark.parametrize("mode", [0, 1, 2])
+def test_no_amplitude_where_an_undamped_vibration_is_excited(mode: int) -> None:
+    """Round-off would decide it; a millionth beside, it is that of the dynamic stiffness."""
+    w = math.sqrt(eigh(stiffness(), np.diag(J), eigvals_only=True)[1 + mode])
+    excited = {"inertias[0].flange_a.tau": {1.0: 3.0}}
+    with pytest.raises(pt.ModelError, match="the order 1 excites an undamped vibration"):
+        pt.order_response(CHAIN, {"inertias[0].w": [w]}, excited, ["inertias[3].phi"], parameters=FREE)
+    beside = w * (1 + 1e-6)
+    found = pt.order_response(CHAIN, {"inertias[0].w": [beside]}, excited, ["inertias[3].phi"], parameters=FREE).item()
+    exact = np.linalg.solve(stiffness() - beside**2 * np.diag(J), [3.0, 0.0, 0.0, 0.0])[3]
+    assert found == pytest.approx(exact, rel=1e-6)
+
+
+def test_parameters_do_not_vibrate() -> None:
+    """The column of a parameter is the effect of another constant: the speed of a mount that moves would be missing at the damper."""
+    with pytest.raises(pt.ParameterError, match=r"excitation: grounds\[0\].phi0 is a parameter, which is constant"):
+        pt.order_response(Joined(), {"first.w": [8.0]}, {"grounds[0].phi0": {2.0: 1.0}}, ["first.phi"])
+
+
 class RunUp(pt.Component):
     """An engine that speeds up evenly, with torque of the second order and of a constant frequency, on the chain's first spring."""
 
@@ -308,5 +336,9 @@ def test_bad_input(run_up: pt.Result[RunUp]) -> None:
         pt.order_response(
             CHAIN, {"inertias[0].w": [1.0]}, {"inertias[0].flange_a.tau": {1.0: [1.0, 2.0]}}, ["inertias[0].w"]
         )
+    with pytest.raises(pt.ParameterError, match="orders: -2 is not positive"):
+        pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": [1.0]}), [1.0, -2.0])
+    with pytest.raises(pt.ParameterError, match="runs from -1 to 2 rad/s; make a diagram for each direction"):
+        pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": [2.0, -1.0]}), [1.0])
     with pytest.raises(pt.ParameterError, match="not over a speed"):
         pt.critical_speeds(pt.campbell(CHAIN, {"springs[0].c": [1.0]}), [1.0])
