@@ -73,7 +73,7 @@ def eigenmodes(
     ``energy`` [1] is the share that each ``component`` has in the mean energy of the vibration: kinetic energy in inertias, strain
     energy in springs, from the quadratic form of the energies that the components declare. Without damping both halves are 0.5. A
     change of an inertia J or of a stiffness c by a fraction e changes the squared frequency by -2 E_J e and by 2 E_c e (Rayleigh).
-    A part that moves relative to a body that turns (a pendulum) may have a negative share: its energy falls with the deflection.
+    In a body that turns, the potential of the centrifugal field counts as strain energy (of a pendulum).
 
     Parameters
     ----------
