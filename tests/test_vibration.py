@@ -14,6 +14,7 @@ from scipy.linalg import eigh
 import powertrain as pt
 from powertrain.components.rotational import Clutch, Fixed, Inertia, Spring, SpringDamper, Torque
 from powertrain.components.rotational.interfaces import Flange
+from powertrain.components.vibration import CentrifugalPendulum
 
 J, C = (0.2, 0.05, 0.3, 1.5), (4000.0, 900.0, 12000.0)
 
@@ -192,6 +193,44 @@ class Absorbed(pt.Component):
         yield pt.connect(self.source.flange, self.carrier.flange)
 
 
+class Carried(pt.Component):
+    """A pendulum on one of two inertias with a spring between them."""
+
+    carrier: Inertia = Inertia(J=0.05)
+    pendulum: CentrifugalPendulum = CentrifugalPendulum(m=1.0, c=0.1, n=1.5, d=0.0)
+    spring: Spring = Spring(c=2000.0)
+    far: Inertia = Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.carrier.flange_b, self.pendulum.flange, self.spring.flange_a)
+        yield pt.connect(self.spring.flange_b, self.far.flange_a)
+
+
+@pytest.mark.parametrize("w", [0.0, 50.0, 100.0, -200.0, 1000.0])
+def test_energies_of_a_pendulum_in_a_body_that_turns(w: float) -> None:
+    """M and K in carrier angle, path angle and far angle, with the stiffness m w^2 r R of the centrifugal field; and Rayleigh's changes."""
+    r = 0.1 / (1 + 1.5**2)
+    M = np.array([[0.05 + 0.01, 0.1 * r, 0.0], [0.1 * r, r**2, 0.0], [0.0, 0.0, 1.0]])
+    K = np.array([[2000.0, 0.0, -2000.0], [0.0, w**2 * r * (0.1 - r), 0.0], [-2000.0, 0.0, 2000.0]])
+    squares, v = (found[..., -2 if w else -1 :] for found in eigh(K, M))
+    carrier, far = 0.05 * squares * v[0] ** 2, squares * v[2] ** 2
+    pendulum = squares * (0.1 * v[0] + r * v[1]) ** 2 + K[1, 1] * v[1] ** 2
+    exact = np.array([carrier, pendulum, 2000.0 * (v[0] - v[2]) ** 2, far]).T / (2 * squares[:, None])
+    plant, turning = pt.compile(Carried()), {"carrier.w": w, "far.w": w}
+    found = pt.eigenmodes(plant, at=turning)
+    np.testing.assert_allclose(found["frequency"] * 2 * math.pi, np.sqrt(squares), rtol=1e-9)
+    np.testing.assert_allclose(
+        found["energy"].sel(component=["carrier", "pendulum", "spring", "far"]), exact, atol=1e-9
+    )
+    for name, value, part, factor in (("carrier.J", 0.05, "carrier", -2), ("spring.c", 2000.0, "spring", 2)):
+        ends = [
+            pt.eigenmodes(plant, at=turning, parameters={name: value * (1 + e)})["frequency"] ** 2
+            for e in (-1e-4, 1e-4)
+        ]
+        change = (ends[1] - ends[0]) / 2e-4 / found["frequency"] ** 2
+        np.testing.assert_allclose(change, factor * found["energy"].sel(component=part), rtol=1e-5, atol=1e-7)
+
+
 SPEEDS = np.linspace(50.0, 400.0, 8)
 
 
@@ -294,6 +333,34 @@ def test_a_shaft_that_turns_backward_has_the_same_critical_speeds() -> None:
     np.testing.assert_allclose(back.values, there.values.conj(), rtol=1e-9)
 
 
+@pytest.mark.parametrize(("values", "sign"), [([500.0, 10.0, 300.0, 100.0, 300.0], 1), ([-500.0, -10.0, -300.0], -1)])
+def test_critical_speeds_in_any_order_and_direction(values: list[float], sign: int) -> None:
+    """Each of them once, whatever the order of the points, and the same ones in reverse."""
+    even = pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": [10.0, 500.0]}), [1.0, 2.0])
+    found = pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": values}), [1.0, 2.0])
+    assert len(found) == 6
+    assert sorted(sign * found["speed"]) == pytest.approx(sorted(even["speed"]))
+
+
+@pytest.mark.parametrize("mode", [0, 1, 2])
+def test_no_amplitude_where_an_undamped_vibration_is_excited(mode: int) -> None:
+    """Round-off would decide it; a millionth beside, it is that of the dynamic stiffness."""
+    w = math.sqrt(eigh(stiffness(), np.diag(J), eigvals_only=True)[1 + mode])
+    excited = {"inertias[0].flange_a.tau": {1.0: 3.0}}
+    with pytest.raises(pt.ModelError, match="the order 1 excites an undamped vibration"):
+        pt.order_response(CHAIN, {"inertias[0].w": [w]}, excited, ["inertias[3].phi"], parameters=FREE)
+    beside = w * (1 + 1e-6)
+    found = pt.order_response(CHAIN, {"inertias[0].w": [beside]}, excited, ["inertias[3].phi"], parameters=FREE).item()
+    exact = np.linalg.solve(stiffness() - beside**2 * np.diag(J), [3.0, 0.0, 0.0, 0.0])[3]
+    assert found == pytest.approx(exact, rel=1e-6)
+
+
+def test_parameters_do_not_vibrate() -> None:
+    """The column of a parameter is the effect of another constant: the speed of a mount that moves would be missing at the damper."""
+    with pytest.raises(pt.ParameterError, match=r"excitation: grounds\[0\].phi0 is a parameter, which is constant"):
+        pt.order_response(Joined(), {"first.w": [8.0]}, {"grounds[0].phi0": {2.0: 1.0}}, ["first.phi"])
+
+
 class RunUp(pt.Component):
     """An engine that speeds up evenly, with torque of the second order and of a constant frequency, on the chain's first spring."""
 
@@ -384,5 +451,9 @@ def test_bad_input(run_up: pt.Result[RunUp]) -> None:
         )
     with pytest.raises(pt.ParameterError, match="the order 0 is not positive"):
         pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": [1.0]}), [0.0])
+    with pytest.raises(pt.ParameterError, match="orders: the order -2 is not positive"):
+        pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": [1.0]}), [1.0, -2.0])
+    with pytest.raises(pt.ParameterError, match="runs from -1 to 2 rad/s; make a diagram for each direction"):
+        pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": [2.0, -1.0]}), [1.0])
     with pytest.raises(pt.ParameterError, match="not over a speed"):
         pt.critical_speeds(pt.campbell(CHAIN, {"springs[0].c": [1.0]}), [1.0])

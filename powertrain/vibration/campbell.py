@@ -109,9 +109,9 @@ def critical_speeds(diagram: xr.Dataset, orders: ArrayLike) -> pd.DataFrame:
     Parameters
     ----------
     diagram
-        From ``pt.campbell`` over a speed.
+        From ``pt.campbell`` over a speed, which may be negative but keeps its sign.
     orders
-        Orders of the excitation: events per revolution, such as 2 and 4 for a four-stroke engine with four cylinders.
+        Positive orders of the excitation: events per revolution, such as 2 and 4 for a four-stroke engine with four cylinders.
 
     Returns
     -------
@@ -121,7 +121,7 @@ def critical_speeds(diagram: xr.Dataset, orders: ArrayLike) -> pd.DataFrame:
     Raises
     ------
     ParameterError
-        If the axis is not a speed in rad/s, or an order is not positive.
+        If the axis is not a speed in rad/s, or has both signs; for orders that are not positive.
 
     Examples
     --------
@@ -137,13 +137,15 @@ def critical_speeds(diagram: xr.Dataset, orders: ArrayLike) -> pd.DataFrame:
     axis = diagram["frequency"].dims[0]
     if diagram[axis].attrs.get("units") != "rad/s":
         raise ParameterError(f"the diagram is over {axis}, not over a speed in rad/s")
-    speed = np.asarray(diagram[axis].values, float)
+    speed, at = np.unique(np.asarray(diagram[axis].values, float), return_index=True)
+    if speed[0] < 0.0 < speed[-1]:
+        raise ParameterError(f"{axis} runs from {speed[0]:g} to {speed[-1]:g} rad/s; make a diagram for each direction")
     found = []
     for order in row("orders", orders).tolist():
         if order <= 0.0:
             raise ParameterError(f"orders: the order {order:g} is not positive")
         for k, mode in enumerate(diagram["mode"].values.tolist()):
-            frequency, damping = (diagram[name].values[:, k] for name in ("frequency", "damping"))
+            frequency, damping = (diagram[name].values[at, k] for name in ("frequency", "damping"))
             above = order * np.abs(speed) / (2 * np.pi) - frequency
             for i in np.flatnonzero(above[:-1] * above[1:] < 0.0):
                 part = above[i] / (above[i] - above[i + 1])

@@ -14,12 +14,15 @@ from powertrain.language.arguments import by_name, listed, number
 from powertrain.language.component import Component
 from powertrain.plant import Plant, plant_of
 from powertrain.signals import signals_of
+from powertrain.vibration.eigenvectors import eigenvectors
 from powertrain.vibration.operating_line import Line, OperatingLine, operating_line
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Matrix = NDArray[np.complex128]
+_RESONANCE = 1e-9
+"""Distance of an eigenvalue from the excitation, over its frequency, below which round-off decides the amplitude."""
 
 
 def order_response(
@@ -42,8 +45,8 @@ def order_response(
     over
         {name: speeds}: a speed in rad/s, to whose multiples the excitation is tied; see ``pt.campbell``.
     excitation
-        {input: {order: amplitude}}; inputs as for ``pt.linearize``, so also external torques such as "engine.flange_a.tau". Amplitudes
-        in the input's unit, complex for a phase, one number or one for each speed.
+        {input: {order: amplitude}}; inputs as for ``pt.linearize``, so also external torques such as "engine.flange_a.tau", but no
+        parameters, which are constant. Amplitudes in the input's unit, complex for a phase, one number or one for each speed.
     outputs
         Signals by name or selector.
     at, parameters
@@ -57,9 +60,10 @@ def order_response(
     Raises
     ------
     ParameterError
-        For unknown names, speeds that are 0 or not in rad/s, orders that are not positive, and amplitudes that do not fit.
+        For unknown names, parameters as inputs, speeds that are 0 or not in rad/s, orders that are not positive, and amplitudes that do
+        not fit.
     ModelError
-        If an undamped natural frequency is excited exactly.
+        If an undamped natural frequency is excited, to 1e-9 of it.
 
     Examples
     --------
@@ -84,6 +88,11 @@ def order_response(
     if line.unit != "rad/s" or (line.values == 0.0).any():
         raise ParameterError(f"over: {line.name} must be a speed in rad/s, and not 0")
     inputs = list(by_name("excitation", excitation))
+    for name in inputs:
+        if name in plant.compiled.parameters:
+            raise ParameterError(
+                f"excitation: {name} is a parameter, which is constant; excite an input, a signal port or the flow of a port"
+            )
     orders, amplitudes = _amplitudes(excitation, line)
     shown = listed("outputs", outputs)
     response = np.array(
@@ -134,14 +143,14 @@ def _response(
 ) -> Matrix:  # fmt: skip
     """The amplitudes (order, output) at one speed."""
     m = linear_at(plant, inputs, outputs, line.points[k]).matrices
+    natural = eigenvectors(m.a).values
     found = np.empty((len(orders), len(outputs)), complex)
     for i, order in enumerate(orders):
         s = 1j * order * line.values[k]
         u = amplitudes[:, i]
-        try:
-            found[i] = m.c @ np.linalg.solve(s * np.eye(len(m.a)) - m.a, m.b[0] @ u) + m.d[0] @ u
-        except np.linalg.LinAlgError:
+        if np.abs(natural - s).min(initial=np.inf) < _RESONANCE * abs(s):
             raise ModelError(
                 f"at {line.name} = {line.values[k]:g} rad/s the order {order:g} excites an undamped vibration"
-            ) from None
+            )
+        found[i] = m.c @ np.linalg.solve(s * np.eye(len(m.a)) - m.a, m.b[0] @ u) + m.d[0] @ u
     return found
