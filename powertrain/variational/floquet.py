@@ -20,7 +20,6 @@ from powertrain.variational.record import Steps, record
 from powertrain.variational.saltation import Saltation
 from powertrain.variational.transitions import VariationalRates, transitions
 
-
 _CLOSED = 1e-6
 """Changes of a state over the period, in its unit, that are not worth a line."""
 
@@ -31,8 +30,8 @@ class Floquet:
 
     ``matrix``: maps a small change of the states (and discrete variables) ``names`` at the start of the period to the change at its
     end; ``multipliers``: its eigenvalues, ``vectors`` their eigenvectors as columns; ``closure``: the change of each state over the
-    period, which should be zero except for angles of a rotating whole; ``print`` shows those that are not. A motion is stable if all multipliers lie inside the unit
-    circle, except those of its own phase and of free rotations, which are 1. Sticking gives zeros.
+    period, which should be zero except for angles of a rotating whole; ``print`` shows those that are not. A motion is stable if all
+    multipliers lie inside the unit circle, except those of its own phase and of free rotations, which are 1. Sticking gives zeros.
     """
 
     names: tuple[str, ...]
