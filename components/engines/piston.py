@@ -86,7 +86,8 @@ class PistonEngine(Component):
     multiples of half their number remain. ``housing`` takes the reactions of cylinders and friction; it is ground if nothing is connected.
     Heat and fuel are means over a cycle; the heat of walls and friction leaves through ``heat_port``, the rest with the exhaust.
     ``inline`` makes engines that fire at equal intervals; for others the ``phase`` of each cylinder determines when it fires: in a V
-    engine it is the crank angle between two ignitions that counts, not the angle of the throws.
+    engine it is the crank angle between two ignitions that counts, not the angle of the throws. For a
+    crankshaft that twists, connect each ``Cylinder`` to an ``Inertia`` of its own, with springs between them.
 
     Errors: ParameterError for an engine without cylinders.
     Source: H. Dresig, F. Holzweissig, Dynamics of Machinery, Springer 2010, section 2.3 (slider crank on a rigid shaft).

@@ -45,7 +45,8 @@ def campbell(
         Signals of the mode shapes; by default the states.
     at
         The operating point, as for ``pt.linearize``; or a function that gives it for each value, for instance ``lambda w: (run, t(w))``
-        for the instants of a run-up.
+        for the instants of a run-up. ``over`` sets one value only: use a function such as ``lambda w: {"engine.w": w, "gearbox.w": w}``
+        where the shafts behind a spring must turn as well.
     parameters
         Other values of parameters.
 
