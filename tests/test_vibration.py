@@ -219,10 +219,13 @@ def test_energies_of_a_pendulum_in_a_body_that_turns(w: float) -> None:
     plant, turning = pt.compile(Carried()), {"carrier.w": w, "far.w": w}
     found = pt.eigenmodes(plant, at=turning)
     np.testing.assert_allclose(found["frequency"] * 2 * math.pi, np.sqrt(squares), rtol=1e-9)
-    np.testing.assert_allclose(found["energy"].sel(component=["carrier", "pendulum", "spring", "far"]), exact, atol=1e-9)
+    np.testing.assert_allclose(
+        found["energy"].sel(component=["carrier", "pendulum", "spring", "far"]), exact, atol=1e-9
+    )
     for name, value, part, factor in (("carrier.J", 0.05, "carrier", -2), ("spring.c", 2000.0, "spring", 2)):
         ends = [
-            pt.eigenmodes(plant, at=turning, parameters={name: value * (1 + e)})["frequency"] ** 2 for e in (-1e-4, 1e-4)
+            pt.eigenmodes(plant, at=turning, parameters={name: value * (1 + e)})["frequency"] ** 2
+            for e in (-1e-4, 1e-4)
         ]
         change = (ends[1] - ends[0]) / 2e-4 / found["frequency"] ** 2
         np.testing.assert_allclose(change, factor * found["energy"].sel(component=part), rtol=1e-5, atol=1e-7)

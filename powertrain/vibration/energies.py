@@ -15,7 +15,6 @@ from powertrain.compiler.assemble import Compiled
 from powertrain.language.symbols import Symbol
 from powertrain.plant import Plant
 
-
 _SPEEDS = ("rad/s", "m/s")
 """Units of the states that are speeds."""
 

@@ -57,8 +57,8 @@ def order_map(
     Returns
     -------
     xarray.DataArray
-        Amplitudes (single-sided, magnitude of the mean at order 0) in the signal's unit, over ``time`` [s] and ``order`` [1], with coordinates
-        ``speed`` [rad/s], the mean of the block, and ``frequency`` [Hz] = order speed/(2 pi). Blocks overlap by three quarters.
+        Amplitudes (single-sided, magnitude of the mean at order 0) in the signal's unit, over ``time`` [s] and ``order`` [1], with
+        coordinates ``speed`` [rad/s], the mean of the block, and ``frequency`` [Hz] = order speed/(2 pi). Blocks overlap by three quarters.
 
     Raises
     ------
