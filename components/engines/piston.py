@@ -116,8 +116,8 @@ class PistonEngine(Component):
     def inline(cls, order: Sequence[int], cylinder: Cylinder | None = None, **values: Any) -> Self:
         """An engine whose cylinders fire at equal intervals, in the given ``order`` of their numbers; ``values`` are its other fields.
 
-        ``cylinders[0]`` is cylinder 1. At the crank angle 0 the first in the order fires. Errors: ParameterError for an order that does
-        not name every cylinder once.
+        ``cylinders[0]`` is cylinder 1. The first in the order fires at the ``phase`` of ``cylinder``, by default at the crank angle 0.
+        Errors: ParameterError for an order that does not name every cylinder once.
 
         >>> [round(math.degrees(c.phase)) for c in PistonEngine.inline((1, 3, 2)).cylinders]
         [0, 480, 240]
@@ -128,7 +128,7 @@ class PistonEngine(Component):
                 f"order = {order} is not a firing order: it must name each cylinder from 1 on once, such as (1, 3, 4, 2)"
             )
         interval, one = 4 * math.pi / len(fired), cylinder or Cylinder()
-        parts = (replace(one, phase=interval * fired.index(number)) for number in range(1, len(fired) + 1))
+        parts = (replace(one, phase=one.phase + interval * fired.index(number)) for number in range(1, len(fired) + 1))
         return cls(cylinders=tuple(parts), **values)
 
     def check(self) -> Equations:

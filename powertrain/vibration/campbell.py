@@ -40,7 +40,8 @@ def campbell(
     Parameters
     ----------
     over
-        {name: values}: a parameter such as a ratio, a start value such as a speed, an input such as a gear; in its unit.
+        {name: values}: a parameter such as a ratio, a start value such as a speed, an input such as a gear; in its unit. A start
+        value is set alone: where speeds on either side of a spring matter, ``at`` gives them all.
     shapes
         Signals of the mode shapes; by default the states.
     at

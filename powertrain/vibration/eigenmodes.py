@@ -83,6 +83,8 @@ def eigenmodes(
         Signals whose amplitudes make up the mode shape; by default the states.
     at, parameters
         The operating point, as for ``pt.linearize``. Modes of friction are those of this point: a stuck clutch joins its two sides.
+        Coefficients that vary with an angle are those of this instant, too: with a ``PistonEngine`` in the model, the frequencies are
+        those of one crank angle. An inertia with its mean over a cycle takes its place.
 
     Returns
     -------
