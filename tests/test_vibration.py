@@ -432,6 +432,25 @@ def test_orders_of_an_irregular_shaft(shaft: str) -> None:
     assert float(found.sel(order=[1.0, 1.5]).max()) < 3e-4
 
 
+class Half(pt.Component):
+    """A shaft that turns evenly, with a mean torque and one of the order 1/2."""
+
+    phi: pt.Variable = pt.variable("rad", "Angle", start=0.0)
+    tau: pt.Variable = pt.variable("N.m", "Torque")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.phi) == 100.0
+        yield self.tau == -20.0 + 0.5 * ca.sin(0.5 * self.phi + 0.2)
+
+
+@pytest.mark.parametrize("revolutions", [2, 4, 8])
+def test_the_mean_does_not_hide_the_lowest_order(revolutions: int) -> None:
+    """Half an order is the first line of a block of two revolutions; the mean is forty times as large."""
+    found = pt.order_map(pt.simulate(Half(), 1.0, rtol=1e-8), "tau", "phi", orders=2, revolutions=revolutions)
+    np.testing.assert_allclose(found.sel(order=0.5), 0.5, rtol=1e-5)
+    np.testing.assert_allclose(found.sel(order=0.0), 20.0, rtol=0.02)
+
+
 def test_bad_input(run_up: pt.Result[RunUp]) -> None:
     with pytest.raises(pt.ParameterError, match=r"tau is in N\.m; give an angle in rad or a speed in rad/s"):
         pt.order_map(run_up, "tau", "tau")

@@ -59,8 +59,8 @@ def order_map(
     Returns
     -------
     xarray.DataArray
-        Amplitudes (single-sided, mean value at order 0) in the signal's unit, over ``time`` [s] and ``order`` [1], with coordinates
-        ``speed`` [rad/s], the mean of the block, and ``frequency`` [Hz] = order speed/(2 pi). Blocks overlap by three quarters.
+        Amplitudes (single-sided, magnitude of the mean at order 0) in the signal's unit, over ``time`` [s] and ``order`` [1], with
+        coordinates ``speed`` [rad/s], the mean of the block, and ``frequency`` [Hz] = order speed/(2 pi). Blocks overlap by three quarters.
 
     Raises
     ------
@@ -99,8 +99,10 @@ def order_map(
     starts = np.arange(0, len(times) - size + 1, max(size // _OVERLAP, 1))
     window = np.hanning(size + 1)[:-1]
     blocks = values[starts[:, None] + np.arange(size)]
-    spectrum = np.abs(np.fft.rfft(blocks * window, axis=1)) * (2.0 / window.sum())
-    spectrum[:, 0] /= 2.0
+    # the window spreads the mean over the first order, too: it is taken out before
+    swing = blocks - blocks.mean(axis=1, keepdims=True)
+    spectrum = np.abs(np.fft.rfft(swing * window, axis=1)) * (2.0 / window.sum())
+    spectrum[:, 0] = np.abs(blocks @ window) / window.sum()
     bins = np.arange(spectrum.shape[1]) / length
     kept = bins <= highest
     speed = speeds[starts[:, None] + np.arange(size)].mean(axis=1)
