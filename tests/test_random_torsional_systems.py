@@ -81,7 +81,7 @@ def test_modes_and_forced_response(seed: int) -> None:
     M, D, K, T = matrices(tree)
     m, d, k = (T.T @ part @ T for part in (M, D, K))
     plant, zero, one = pt.compile(tree), np.zeros_like(m), np.eye(len(m))
-    values = eig(np.block([[zero, one], [-k, -d]]), np.block([[one, zero], [zero, m]]), right=False)
+    values = np.asarray(eig(np.block([[zero, one], [-k, -d]]), np.block([[one, zero], [zero, m]]), right=False))
     values = values[np.isfinite(values) & (values.imag > 1e-5 * np.abs(values)) & (np.abs(values) > 1e-2)]
     values = values[np.argsort(np.abs(values))]
     if len(values):
