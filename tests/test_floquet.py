@@ -12,7 +12,9 @@ from scipy.optimize import brentq
 
 import powertrain as pt
 from powertrain.components.blocks import Constant
-from powertrain.components.rotational import Clutch, ConstantSpeed, Damper, Fixed, Inertia, Spring
+from powertrain.components.rotational import Clutch, ConstantSpeed, Damper, Fixed, Inertia, Spring, SpringDamper, Torque
+from powertrain.components.vibration import DualMassFlywheel, StagedSpring
+from powertrain.variational.record import nearest
 
 TIGHT: dict[str, Any] = {"rtol": 1e-10}
 
@@ -40,6 +42,14 @@ def test_linear_vibration() -> None:
     ends = result.at([1.0, 2.5], list(found.closure))
     for name, change in found.closure.items():
         assert change == pytest.approx(ends[name][1] - ends[name][0], abs=1e-9)
+        assert f"{name} by {change:.3g}" in str(found).splitlines()[-1]
+
+
+def test_a_period_that_closes_says_nothing() -> None:
+    """The steady swing at w = sqrt(c/J) comes back after 2 pi/w; after another span the printed result names what does not."""
+    result = pt.simulate(Damped(damper=Damper(d=0.0)), 8.0, starts={"inertia.w": 1.0}, **TIGHT)
+    assert "changed" not in str(pt.floquet(result, 1.0, 2 * math.pi / 3.0))
+    assert "changed over the period: " in str(pt.floquet(result, 1.0, 2.0))
 
 
 class Bilinear(pt.Component):
@@ -161,6 +171,51 @@ def test_two_contacts_of_one_component() -> None:
     )
     np.testing.assert_allclose(found.matrix, exact, atol=1e-9)
     assert set(plant.function(modes=(result, 0.5)).modes) == {"contact", "contact_2"}
+
+
+OMEGA = 84.0
+
+
+class Rubbing(pt.Component):
+    """A dual-mass flywheel whose coils stick and slip, and whose stages engage, under a torque of one frequency."""
+
+    torque: Torque = Torque()
+    flywheel: DualMassFlywheel = DualMassFlywheel(stages=StagedSpring(stages=((0.05, 400.0), (0.1, 3000.0))))
+    shaft: SpringDamper = SpringDamper(c=300.0, d=3.0)
+    drive: ConstantSpeed = ConstantSpeed(w_fixed=60.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.torque.tau.value == 60.0 * ca.cos(OMEGA * pt.time)
+        yield pt.connect(self.torque.flange, self.flywheel.flange_a)
+        yield pt.connect(self.flywheel.flange_b, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.drive.flange)
+
+
+def test_coils_that_stick_and_slip() -> None:
+    """The columns of the matrix are the differences of two runs over the period, from starts next to one another."""
+    period = 2 * math.pi / OMEGA
+    start, plant = 20.3 * period, pt.compile(Rubbing())
+    turning = {"flywheel.primary.w": 60.0, "flywheel.secondary.w": 60.0}
+    result = plant.simulate(22 * period, starts=turning, **TIGHT)
+    assert sum(start < e.time <= start + period for e in result.events) > 10
+    found = pt.floquet(result, start, period)
+    here = {name: float(result.at([start], name)[0]) for name in found.names}
+    for name in ("flywheel.primary.w", "shaft.phi_rel", "flywheel.flange_b.phi"):
+        ends = [
+            plant.simulate(start + period, start=start, starts={**here, name: here[name] + h}, rtol=1e-12)
+            for h in (-3e-6, 3e-6)
+        ]
+        change = [(ends[1][other][-1] - ends[0][other][-1]) / 6e-6 for other in found.names]
+        exact = found.matrix[:, found.names.index(name)]
+        np.testing.assert_allclose(change, exact, atol=1e-4 * np.abs(exact).max())
+
+
+def test_distance_from_the_nearest_event() -> None:
+    """In the memory of the times alone: a run has thousands of events."""
+    events, times = np.array([3.0, 1.0]), np.array([0.0, 1.0, 1.9, 2.2, 7.0])
+    assert nearest(events, times).tolist() == pytest.approx([1.0, 0.0, 0.9, 0.8, 4.0])
+    assert np.isinf(nearest(events[:0], times)).all()
+    assert nearest(np.arange(3e5), np.arange(3e5) + 0.25).tolist() == [0.25] * 300_000
 
 
 def test_bad_input() -> None:

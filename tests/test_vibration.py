@@ -14,6 +14,7 @@ from scipy.linalg import eigh
 import powertrain as pt
 from powertrain.components.rotational import Clutch, Fixed, Inertia, Spring, SpringDamper, Torque
 from powertrain.components.rotational.interfaces import Flange
+from powertrain.components.vibration import CentrifugalPendulum
 
 J, C = (0.2, 0.05, 0.3, 1.5), (4000.0, 900.0, 12000.0)
 
@@ -192,6 +193,44 @@ class Absorbed(pt.Component):
         yield pt.connect(self.source.flange, self.carrier.flange)
 
 
+class Carried(pt.Component):
+    """A pendulum on one of two inertias with a spring between them."""
+
+    carrier: Inertia = Inertia(J=0.05)
+    pendulum: CentrifugalPendulum = CentrifugalPendulum(m=1.0, c=0.1, n=1.5, d=0.0)
+    spring: Spring = Spring(c=2000.0)
+    far: Inertia = Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.carrier.flange_b, self.pendulum.flange, self.spring.flange_a)
+        yield pt.connect(self.spring.flange_b, self.far.flange_a)
+
+
+@pytest.mark.parametrize("w", [0.0, 50.0, 100.0, -200.0, 1000.0])
+def test_energies_of_a_pendulum_in_a_body_that_turns(w: float) -> None:
+    """M and K in carrier angle, path angle and far angle, with the stiffness m w^2 r R of the centrifugal field; and Rayleigh's changes."""
+    r = 0.1 / (1 + 1.5**2)
+    M = np.array([[0.05 + 0.01, 0.1 * r, 0.0], [0.1 * r, r**2, 0.0], [0.0, 0.0, 1.0]])
+    K = np.array([[2000.0, 0.0, -2000.0], [0.0, w**2 * r * (0.1 - r), 0.0], [-2000.0, 0.0, 2000.0]])
+    squares, v = (found[..., -2 if w else -1 :] for found in eigh(K, M))
+    carrier, far = 0.05 * squares * v[0] ** 2, squares * v[2] ** 2
+    pendulum = squares * (0.1 * v[0] + r * v[1]) ** 2 + K[1, 1] * v[1] ** 2
+    exact = np.array([carrier, pendulum, 2000.0 * (v[0] - v[2]) ** 2, far]).T / (2 * squares[:, None])
+    plant, turning = pt.compile(Carried()), {"carrier.w": w, "far.w": w}
+    found = pt.eigenmodes(plant, at=turning)
+    np.testing.assert_allclose(found["frequency"] * 2 * math.pi, np.sqrt(squares), rtol=1e-9)
+    np.testing.assert_allclose(
+        found["energy"].sel(component=["carrier", "pendulum", "spring", "far"]), exact, atol=1e-9
+    )
+    for name, value, part, factor in (("carrier.J", 0.05, "carrier", -2), ("spring.c", 2000.0, "spring", 2)):
+        ends = [
+            pt.eigenmodes(plant, at=turning, parameters={name: value * (1 + e)})["frequency"] ** 2
+            for e in (-1e-4, 1e-4)
+        ]
+        change = (ends[1] - ends[0]) / 2e-4 / found["frequency"] ** 2
+        np.testing.assert_allclose(change, factor * found["energy"].sel(component=part), rtol=1e-5, atol=1e-7)
+
+
 SPEEDS = np.linspace(50.0, 400.0, 8)
 
 
@@ -212,6 +251,37 @@ def test_a_centrifugal_pendulum_follows_an_order() -> None:
     )
     swing = 10.0 / (0.8 * 0.03 * 0.15 * (2 * SPEEDS) ** 2)  # of the pendulum, whose torque balances the excitation
     np.testing.assert_allclose(abs(forced.sel(signal="carrier.psi", order=2.0)), swing, rtol=1e-9)
+
+
+@pytest.mark.parametrize("w", [100.0, -300.0])
+def test_energy_of_a_pendulum_contains_the_centrifugal_field(w: float) -> None:
+    """Shares from the eigenvector of M = (J + m c^2, m r c; m r c, m r^2), K = diag(0, m r R w^2); -2 E_J is the slope of ln(w_0^2)."""
+    plant = pt.compile(Absorbed())
+    J, m, R, r = 0.1, 0.8, 0.12, 0.03
+    pendulum = m * np.array([[(R + r) ** 2, r * (R + r)], [r * (R + r), r**2]])
+    field = np.diag([0.0, m * r * R * w**2])
+    squares, vectors = eigh(field, pendulum + np.diag([J, 0.0]))
+    carrier = J * vectors[0, 1] ** 2 / 2
+    masses = vectors[:, 1] @ (pendulum + field / squares[1]) @ vectors[:, 1] / 2
+    line = pt.compile(Split())
+    found = pt.eigenmodes(line, at={"carrier.w": w})
+    assert found["energy"].sel(component=["extra", "carrier"]).values[0] == pytest.approx(
+        [carrier * 0.7, masses + carrier * 0.3], rel=1e-9
+    )
+    assert found["frequency"].item() == pytest.approx(pt.eigenmodes(plant, at={"carrier.w": w})["frequency"].item())
+    by_inertia = [pt.eigenmodes(line, at={"carrier.w": w}, parameters={"extra.J": 0.07 * k}) for k in (0.999, 1.001)]
+    slope = math.log(by_inertia[1]["frequency"].item() / by_inertia[0]["frequency"].item()) / 0.001
+    assert slope == pytest.approx(-2 * found["energy"].sel(component="extra").item(), rel=1e-5)
+
+
+class Split(pt.Component):
+    """The pendulum's carrier, with 70 % of its inertia in a part of its own."""
+
+    extra: Inertia = Inertia(J=0.07)
+    carrier: Pendulum = Pendulum(J=0.03)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.extra.flange_b, self.carrier.flange)
 
 
 def test_forced_response_against_the_dynamic_stiffness() -> None:
@@ -244,6 +314,51 @@ def test_critical_speeds() -> None:
     wanted = sorted(w / n for w in np.sqrt(squares) for n in (1.0, 2.0) if 10 < w / n < 500)
     assert table["speed"].to_numpy() == pytest.approx(wanted)
     assert table["frequency"].to_numpy() * 2 * math.pi == pytest.approx(table["speed"] * table["order"])
+
+
+def test_a_shaft_that_turns_backward_has_the_same_critical_speeds() -> None:
+    """Frequencies depend on w^2, and so does the absolute forced response; its phase has the other sign."""
+    speeds = np.linspace(10.0, 500.0, 4)
+    forward, backward = (
+        pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": side * speeds}, parameters=FREE), [1.0, 2.0])
+        for side in (1.0, -1.0)
+    )
+    assert len(forward) > 0
+    assert -backward["speed"].to_numpy()[::-1] == pytest.approx(forward["speed"].to_numpy())
+    assert backward["frequency"].to_numpy()[::-1] == pytest.approx(forward["frequency"].to_numpy())
+    torque = {"inertias[0].flange_a.tau": {2.0: 5.0}}
+    there, back = (
+        pt.order_response(CHAIN, {"inertias[0].w": side * speeds}, torque, ["inertias[3].w"]) for side in (1.0, -1.0)
+    )
+    np.testing.assert_allclose(back.values, there.values.conj(), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("values", "sign"), [([500.0, 10.0, 300.0, 100.0, 300.0], 1), ([-500.0, -10.0, -300.0], -1)])
+def test_critical_speeds_in_any_order_and_direction(values: list[float], sign: int) -> None:
+    """Each of them once, whatever the order of the points, and the same ones in reverse."""
+    even = pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": [10.0, 500.0]}), [1.0, 2.0])
+    found = pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": values}), [1.0, 2.0])
+    assert len(found) == 6
+    assert sorted(sign * found["speed"]) == pytest.approx(sorted(even["speed"]))
+
+
+@pytest.mark.parametrize("mode", [0, 1, 2])
+def test_no_amplitude_where_an_undamped_vibration_is_excited(mode: int) -> None:
+    """Round-off would decide it; a millionth beside, it is that of the dynamic stiffness."""
+    w = math.sqrt(eigh(stiffness(), np.diag(J), eigvals_only=True)[1 + mode])
+    excited = {"inertias[0].flange_a.tau": {1.0: 3.0}}
+    with pytest.raises(pt.ModelError, match="the order 1 excites an undamped vibration"):
+        pt.order_response(CHAIN, {"inertias[0].w": [w]}, excited, ["inertias[3].phi"], parameters=FREE)
+    beside = w * (1 + 1e-6)
+    found = pt.order_response(CHAIN, {"inertias[0].w": [beside]}, excited, ["inertias[3].phi"], parameters=FREE).item()
+    exact = np.linalg.solve(stiffness() - beside**2 * np.diag(J), [3.0, 0.0, 0.0, 0.0])[3]
+    assert found == pytest.approx(exact, rel=1e-6)
+
+
+def test_parameters_do_not_vibrate() -> None:
+    """The column of a parameter is the effect of another constant: the speed of a mount that moves would be missing at the damper."""
+    with pytest.raises(pt.ParameterError, match=r"excitation: grounds\[0\].phi0 is a parameter, which is constant"):
+        pt.order_response(Joined(), {"first.w": [8.0]}, {"grounds[0].phi0": {2.0: 1.0}}, ["first.phi"])
 
 
 class RunUp(pt.Component):
@@ -291,6 +406,51 @@ def test_orders_of_a_run_up(run_up: pt.Result[RunUp], shaft: Any) -> None:
     np.testing.assert_allclose(vibration.values[away], exact[away], rtol=0.03)
 
 
+class Irregular(pt.Component):
+    """A shaft whose speed fluctuates with the order 12, and a torque with the orders 1/2 and 2 of its angle."""
+
+    turned: pt.Variable = pt.variable("rad", "Mean angle", start=0.0)
+    mean: pt.Variable = pt.variable("rad/s", "Mean speed", start=20.0)
+    phi: pt.Variable = pt.variable("rad", "Angle")
+    w: pt.Variable = pt.variable("rad/s", "Speed")
+    tau: pt.Variable = pt.variable("N.m", "Torque")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.mean) == 5.0
+        yield pt.der(self.turned) == self.mean
+        yield self.phi == self.turned + 0.1 / 12 * ca.sin(12 * self.turned)
+        yield self.w == pt.der(self.phi)
+        yield self.tau == 10 + 3 * ca.cos(2 * self.phi) + ca.cos(self.phi / 2)
+
+
+@pytest.mark.parametrize("shaft", ["phi", "w"])
+def test_orders_of_an_irregular_shaft(shaft: str) -> None:
+    """Whichever orders are asked for, their amplitudes are exact although the shaft has higher ones."""
+    found = pt.order_map(pt.simulate(Irregular(), 10.0, rtol=1e-9), "tau", shaft, orders=2)
+    np.testing.assert_allclose(found.sel(order=2.0), 3.0, rtol=2e-4)
+    np.testing.assert_allclose(found.sel(order=0.5), 1.0, rtol=2e-4)
+    assert float(found.sel(order=[1.0, 1.5]).max()) < 3e-4
+
+
+class Half(pt.Component):
+    """A shaft that turns evenly, with a mean torque and one of the order 1/2."""
+
+    phi: pt.Variable = pt.variable("rad", "Angle", start=0.0)
+    tau: pt.Variable = pt.variable("N.m", "Torque")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.phi) == 100.0
+        yield self.tau == -20.0 + 0.5 * ca.sin(0.5 * self.phi + 0.2)
+
+
+@pytest.mark.parametrize("revolutions", [2, 4, 8])
+def test_the_mean_does_not_hide_the_lowest_order(revolutions: int) -> None:
+    """Half an order is the first line of a block of two revolutions; the mean is forty times as large."""
+    found = pt.order_map(pt.simulate(Half(), 1.0, rtol=1e-8), "tau", "phi", orders=2, revolutions=revolutions)
+    np.testing.assert_allclose(found.sel(order=0.5), 0.5, rtol=1e-5)
+    np.testing.assert_allclose(found.sel(order=0.0), 20.0, rtol=0.02)
+
+
 def test_bad_input(run_up: pt.Result[RunUp]) -> None:
     with pytest.raises(pt.ParameterError, match=r"tau is in N\.m; give an angle in rad or a speed in rad/s"):
         pt.order_map(run_up, "tau", "tau")
@@ -300,7 +460,7 @@ def test_bad_input(run_up: pt.Result[RunUp]) -> None:
         pt.order_map(run_up, "tau", "w", span=(0.0, 0.5))
     with pytest.raises(pt.ParameterError, match=r"over: the model has no signal spring.c|no signal spring"):
         pt.campbell(CHAIN, {"spring.c": [1.0]})
-    with pytest.raises(pt.ParameterError, match="must be a positive speed in rad/s"):
+    with pytest.raises(pt.ParameterError, match="must be a speed in rad/s, and not 0"):
         pt.order_response(CHAIN, {"springs[0].c": [1.0]}, {"inertias[0].flange_a.tau": {1.0: 1.0}}, ["inertias[0].w"])
     with pytest.raises(pt.ParameterError, match="the order -1 is not positive"):
         pt.order_response(CHAIN, {"inertias[0].w": [1.0]}, {"inertias[0].flange_a.tau": {-1.0: 1.0}}, ["inertias[0].w"])
@@ -308,5 +468,11 @@ def test_bad_input(run_up: pt.Result[RunUp]) -> None:
         pt.order_response(
             CHAIN, {"inertias[0].w": [1.0]}, {"inertias[0].flange_a.tau": {1.0: [1.0, 2.0]}}, ["inertias[0].w"]
         )
+    with pytest.raises(pt.ParameterError, match="the order 0 is not positive"):
+        pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": [1.0]}), [0.0])
+    with pytest.raises(pt.ParameterError, match="orders: the order -2 is not positive"):
+        pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": [1.0]}), [1.0, -2.0])
+    with pytest.raises(pt.ParameterError, match="runs from -1 to 2 rad/s; make a diagram for each direction"):
+        pt.critical_speeds(pt.campbell(CHAIN, {"inertias[0].w": [2.0, -1.0]}), [1.0])
     with pytest.raises(pt.ParameterError, match="not over a speed"):
         pt.critical_speeds(pt.campbell(CHAIN, {"springs[0].c": [1.0]}), [1.0])

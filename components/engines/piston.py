@@ -86,7 +86,8 @@ class PistonEngine(Component):
     multiples of half their number remain. ``housing`` takes the reactions of cylinders and friction; it is ground if nothing is connected.
     Heat and fuel are means over a cycle; the heat of walls and friction leaves through ``heat_port``, the rest with the exhaust.
     ``inline`` makes engines that fire at equal intervals; for others the ``phase`` of each cylinder determines when it fires: in a V
-    engine it is the crank angle between two ignitions that counts, not the angle of the throws.
+    engine it is the crank angle between two ignitions that counts, not the angle of the throws. For a crankshaft that twists, connect
+    each ``Cylinder`` to an ``Inertia`` of its own, with springs between them.
 
     Errors: ParameterError for an engine without cylinders.
     Source: H. Dresig, F. Holzweissig, Dynamics of Machinery, Springer 2010, section 2.3 (slider crank on a rigid shaft).
@@ -116,8 +117,8 @@ class PistonEngine(Component):
     def inline(cls, order: Sequence[int], cylinder: Cylinder | None = None, **values: Any) -> Self:
         """An engine whose cylinders fire at equal intervals, in the given ``order`` of their numbers; ``values`` are its other fields.
 
-        ``cylinders[0]`` is cylinder 1. At the crank angle 0 the first in the order fires. Errors: ParameterError for an order that does
-        not name every cylinder once.
+        ``cylinders[0]`` is cylinder 1. The first in the order fires at the ``phase`` of ``cylinder``, by default at the crank angle 0.
+        Errors: ParameterError for an order that does not name every cylinder once.
 
         >>> [round(math.degrees(c.phase)) for c in PistonEngine.inline((1, 3, 2)).cylinders]
         [0, 480, 240]
@@ -128,7 +129,7 @@ class PistonEngine(Component):
                 f"order = {order} is not a firing order: it must name each cylinder from 1 on once, such as (1, 3, 4, 2)"
             )
         interval, one = 4 * math.pi / len(fired), cylinder or Cylinder()
-        parts = (replace(one, phase=interval * fired.index(number)) for number in range(1, len(fired) + 1))
+        parts = (replace(one, phase=one.phase + interval * fired.index(number)) for number in range(1, len(fired) + 1))
         return cls(cylinders=tuple(parts), **values)
 
     def check(self) -> Equations:

@@ -13,7 +13,8 @@ class DualMassFlywheel(TwoFlanges):
 
     The arc springs rub in a channel of the primary mass. ``stages`` act in parallel: inner springs beyond an angle, and the stop.
     Without friction the natural frequency is root(c (1/J_primary + 1/J_secondary)), which must be well below the idle speed times
-    the order of ignition. The defaults are invented, for a 200 N.m engine: 400 N.m at 0.8 rad, stop at 0.95 rad.
+    the order of ignition. In a linear analysis coils at rest stick, and the spring is stiffer; with ``arc.mue`` = 0 all of them move.
+    The defaults are invented, for a 200 N.m engine: 400 N.m at 0.8 rad, stop at 0.95 rad.
     """
 
     primary: Inertia = Inertia(J=0.09)

@@ -164,6 +164,8 @@ def _not_determined(square: _SquareSystem, rows: list[int]) -> str:
             f"; {' and '.join(zeros)} {told} {unknown} from them: give {which}, or connect a part that determines "
             f"{' or '.join(names)}, such as an inertia"
         )
+    elif any(name.startswith("der(") for name in names):
+        hint = "; if a shaft without inertia lies between torques that do not depend on its speed, give it an inertia"
     else:
         hint = ""
     return f"the equations below do not determine {', '.join(names)}: one of them repeats or contradicts the others{hint}\n  {quoted}"

@@ -8,11 +8,12 @@ import numpy as np
 import pandas as pd
 
 import powertrain as pt
-from powertrain.language.arguments import of_kind, positive
+from powertrain.language.arguments import number, of_kind, positive
 from powertrain.trials.charge import BREAK_OFF, ChargeSustaining
 
 MILE = 1.609344
 """A statute mile [km]."""
+_USED = {"distance", "from the battery", "consumption", "carbon dioxide", "relative change"}
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ class UtilityFactor:
 
     A fit to a survey of daily distances D: E[min(D, d)]/E[D] over all days of a fleet, or the mean of this ratio over its cars.
     ``coefficients`` are the C_i [1], ``normalized`` is d_n [km]. Another d_n: ``dataclasses.replace(WLTP_FACTOR, normalized=...)``.
-    Errors: ParameterError for a d_n that is not above 0.
+    Errors: ParameterError for a d_n that is not above 0, and without coefficients.
     """
 
     coefficients: tuple[float, ...]
@@ -31,12 +32,19 @@ class UtilityFactor:
 
     def __post_init__(self) -> None:
         positive("normalized", self.normalized)
+        if not self.coefficients:
+            raise pt.ParameterError("utility factor: give at least one coefficient")
+        for i, value in enumerate(self.coefficients, 1):
+            number(f"coefficient {i} of the utility factor", value)
 
     def __call__(self, distance: float) -> float:
-        """UF at a distance [km]. Errors: ParameterError for a distance that is not finite or below 0."""
-        if not 0 <= distance < np.inf:
-            raise pt.ParameterError(f"utility factor: the distance must be finite and 0 or more; it is {distance:g} km")
-        return 1.0 - float(np.exp(-np.polyval([*reversed(self.coefficients), 0.0], distance / self.normalized)))
+        """UF at a distance [km]. Errors: ParameterError for a distance that is not finite or below 0, and for a share below 0 there."""
+        if number("distance", distance, "km") < 0:
+            raise pt.ParameterError(f"utility factor: the distance must be 0 or more; it is {distance:g} km")
+        exponent = float(np.polyval([*reversed(self.coefficients), 0.0], distance / self.normalized))
+        if exponent < 0.0:
+            raise pt.ParameterError(f"utility factor: the coefficients give a share below 0 at {distance:g} km")
+        return 1.0 - float(np.exp(-exponent))
 
 
 WLTP_FACTOR = UtilityFactor(
@@ -77,7 +85,7 @@ def utility_weighted(
     Raises
     ------
     ParameterError
-        If the charge-depleting test ended before the battery was empty.
+        If the charge-depleting test ended before the battery was empty, and for other tables, results and factors.
 
     Notes
     -----
@@ -86,6 +94,10 @@ def utility_weighted(
     """
     of_kind("utility_weighted", depleting, pd.DataFrame, "the table of charge_depleting()")
     of_kind("utility_weighted", sustaining, ChargeSustaining, "the result of charge_sustaining()")
+    of_kind("utility_weighted", factor, UtilityFactor, "a UtilityFactor, such as WLTP_FACTOR")
+    if depleting.empty or not _USED.issubset(depleting):
+        found = f"{len(depleting)} rows and the columns {', '.join(map(str, depleting))}"
+        raise pt.ParameterError(f"utility_weighted() takes the table of charge_depleting(), not one with {found}")
     if not (change := float(depleting["relative change"].iloc[-1])) < BREAK_OFF:
         raise pt.ParameterError(
             f"utility_weighted: the charge-depleting test ended after {depleting['distance'].iloc[-1]:.1f} km, before the battery was "

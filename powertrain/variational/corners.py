@@ -25,7 +25,7 @@ from powertrain.numerics.tape import graph_of
 from powertrain.result import Result
 from powertrain.signals import Samples
 from powertrain.variational.partials import Partials, System
-from powertrain.variational.record import POINTS, Record, edge, spans
+from powertrain.variational.record import POINTS, Record, edge, nearest, spans
 
 _HALVINGS = 50
 _EVENT = 2e-4
@@ -66,10 +66,11 @@ class Corners:
         low, high = at[last], at[first]
         times = self._zeros(result, run.p, side, low, high, np.where(values[last, side] > 0.0, 1.0, -1.0))
         found: list[Corner] = []
-        for t, j in sorted(zip(times.tolist(), side.tolist(), strict=True)):
+        switching = self._at_events(result, run, times)
+        for t, j, at_event in sorted(zip(times.tolist(), side.tolist(), switching.tolist(), strict=True)):
             if found and t - found[-1].time <= _SAME * (1.0 + abs(t)):
                 found[-1] = Corner(found[-1].time, (*found[-1].sides, j))
-            elif not self._at_event(result, run, t):
+            elif not at_event:
                 found.append(Corner(t, (j,)))
         return found
 
@@ -95,10 +96,10 @@ class Corners:
             low, high = np.where(early, middle, low), np.where(early, high, middle)
         return low
 
-    def _at_event(self, result: Result[Any], run: Record, t: float) -> bool:
-        """Whether the corner belongs to a law that switches here, or to the start or end of the run."""
-        near = _EVENT * max(spans(result.trajectory, np.array([t]), before)[0] for before in (True, False))
-        return bool((np.abs(np.array([run.start, run.end, *run.instants.times]) - t) <= near).any())
+    def _at_events(self, result: Result[Any], run: Record, times: Array) -> NDArray[np.bool_]:
+        """Which corners belong to a law that switches there, or to the start or end of the run."""
+        near = _EVENT * np.maximum(*(spans(result.trajectory, times, before) for before in (True, False)))
+        return nearest(np.array([run.start, run.end, *run.instants.times]), times) <= near
 
 
 def _changes(values: Array) -> Iterator[tuple[int, int]]:

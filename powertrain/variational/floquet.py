@@ -20,6 +20,9 @@ from powertrain.variational.record import Steps, record
 from powertrain.variational.saltation import Saltation
 from powertrain.variational.transitions import VariationalRates, transitions
 
+_CLOSED = 1e-6
+"""Changes of a state over the period, in its unit, that are not worth a line."""
+
 
 @dataclass(frozen=True)
 class Floquet:
@@ -27,8 +30,8 @@ class Floquet:
 
     ``matrix``: maps a small change of the states (and discrete variables) ``names`` at the start of the period to the change at its
     end; ``multipliers``: its eigenvalues, ``vectors`` their eigenvectors as columns; ``closure``: the change of each state over the
-    period, which should be zero except for angles of a rotating whole. A motion is stable if all multipliers lie inside the unit
-    circle, except those of its own phase and of free rotations, which are 1. Sticking gives zeros.
+    period, which should be zero except for angles of a rotating whole; printing shows those that are not. A motion is stable if all
+    multipliers lie inside the unit circle, except those of its own phase and of free rotations, which are 1. Sticking gives zeros.
     """
 
     names: tuple[str, ...]
@@ -44,6 +47,9 @@ class Floquet:
             main = self.names[int(np.abs(self.vectors[:, k]).argmax())]
             text = f"{value.real:.6g}" if abs(value.imag) < 1e-12 else f"{value.real:.6g} {value.imag:+.6g}j"
             lines.append(f"{text:>24}  modulus {abs(value):.6g}  mainly {main}")
+        moved = [f"{name} by {change:.3g}" for name, change in self.closure.items() if abs(change) > _CLOSED]
+        if moved:
+            lines.append(f"changed over the period: {', '.join(moved)}")
         return "\n".join(lines)
 
     __repr__ = __str__

@@ -146,7 +146,7 @@ def spans(trajectory: Trajectory, times: Array, before: bool) -> Array:
     """The longest of the few steps before or after instants, in s, up to the next event; the step that ends at an event may be tiny."""
     starts, row = trajectory.times, trajectory.mode_of_step
     changes, told = starts[1:][row[1:] != row[:-1]], np.array([i.time for i in trajectory.instants])
-    apart = np.abs(changes[:, None] - told).min(axis=1, initial=np.inf) > _BESIDE * (1.0 + np.abs(changes))
+    apart = nearest(told, changes) > _BESIDE * (1.0 + np.abs(changes))
     bounds = np.unique([trajectory.start, trajectory.end, *changes[apart], *told])
     side: Literal["left", "right"] = "left" if before else "right"
     place = bounds.searchsorted(times, side=side)
@@ -154,6 +154,13 @@ def spans(trajectory: Trajectory, times: Array, before: bool) -> Array:
     owner = starts.searchsorted(times, side=side) - 1
     few = owner[:, None] + (np.arange(-_FEW, 1) if before else np.arange(_FEW + 1))
     return np.asarray(np.minimum(trajectory.sizes[few.clip(0, len(starts) - 1)].max(axis=1), room), float)
+
+
+def nearest(instants: Array, times: Array) -> Array:
+    """The distance of each time from the nearest of the ``instants``."""
+    bounds = np.concatenate([[-np.inf], np.sort(instants), [np.inf]])
+    after = bounds.searchsorted(times)
+    return np.asarray(np.minimum(times - bounds[np.maximum(after - 1, 0)], bounds[after] - times), float)
 
 
 def _inside(trajectory: Trajectory, times: Array) -> Samples:

@@ -45,7 +45,8 @@ def campbell(
         Signals of the mode shapes; by default the states.
     at
         The operating point, as for ``pt.linearize``; or a function that gives it for each value, for instance ``lambda w: (run, t(w))``
-        for the instants of a run-up.
+        for the instants of a run-up. ``over`` sets one value only: use a function such as ``lambda w: {"engine.w": w, "gearbox.w": w}``
+        where the shafts behind a spring must turn as well.
     parameters
         Other values of parameters.
 
@@ -104,14 +105,14 @@ def campbell(
 def critical_speeds(diagram: xr.Dataset, orders: ArrayLike) -> pd.DataFrame:
     """The speeds at which excitations of given orders meet natural frequencies, from a Campbell diagram over a speed in rad/s.
 
-    The order n excites at the frequency n w/(2 pi). Between the points of the diagram frequencies are interpolated linearly.
+    The order n excites at the frequency n |w|/(2 pi). Between the points of the diagram frequencies are interpolated linearly.
 
     Parameters
     ----------
     diagram
-        From ``pt.campbell`` over a speed.
+        From ``pt.campbell`` over a speed, which may be negative but keeps its sign.
     orders
-        Orders of the excitation: events per revolution, such as 2 and 4 for a four-stroke engine with four cylinders.
+        Positive orders of the excitation: events per revolution, such as 2 and 4 for a four-stroke engine with four cylinders.
 
     Returns
     -------
@@ -121,7 +122,7 @@ def critical_speeds(diagram: xr.Dataset, orders: ArrayLike) -> pd.DataFrame:
     Raises
     ------
     ParameterError
-        If the axis is not a speed in rad/s.
+        If the axis is not a speed in rad/s, or has both signs; for orders that are not positive.
 
     Examples
     --------
@@ -137,12 +138,16 @@ def critical_speeds(diagram: xr.Dataset, orders: ArrayLike) -> pd.DataFrame:
     axis = diagram["frequency"].dims[0]
     if diagram[axis].attrs.get("units") != "rad/s":
         raise ParameterError(f"the diagram is over {axis}, not over a speed in rad/s")
-    speed = np.asarray(diagram[axis].values, float)
+    speed, at = np.unique(np.asarray(diagram[axis].values, float), return_index=True)
+    if speed[0] < 0.0 < speed[-1]:
+        raise ParameterError(f"{axis} runs from {speed[0]:g} to {speed[-1]:g} rad/s; make a diagram for each direction")
     found = []
     for order in row("orders", orders).tolist():
+        if order <= 0.0:
+            raise ParameterError(f"orders: the order {order:g} is not positive")
         for k, mode in enumerate(diagram["mode"].values.tolist()):
-            frequency, damping = (diagram[name].values[:, k] for name in ("frequency", "damping"))
-            above = order * speed / (2 * np.pi) - frequency
+            frequency, damping = (diagram[name].values[at, k] for name in ("frequency", "damping"))
+            above = order * np.abs(speed) / (2 * np.pi) - frequency
             for i in np.flatnonzero(above[:-1] * above[1:] < 0.0):
                 part = above[i] / (above[i] - above[i + 1])
                 here = [float(v[i] + part * (v[i + 1] - v[i])) for v in (speed, frequency, damping)]

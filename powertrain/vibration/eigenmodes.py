@@ -73,7 +73,10 @@ def eigenmodes(
     ``energy`` [1] is the share that each ``component`` has in the mean energy of the vibration: kinetic energy in inertias, strain
     energy in springs, from the quadratic form of the energies that the components declare. Without damping both halves are 0.5. A
     change of an inertia J or of a stiffness c by a fraction e changes the squared frequency by -2 E_J e and by 2 E_c e (Rayleigh).
-    A part that moves relative to a body that turns (a pendulum) may have a negative share: its energy falls with the deflection.
+    A mass that moves in a rotating part, such as a centrifugal pendulum, has the potential energy of the centrifugal field in addition.
+
+    Coefficients that change along the motion, such as those of a ``PistonEngine`` or a universal joint with the angle, are those of
+    the point. Replace an engine by its mean inertia (how-to "Analyse the torsional vibration of an engine"), or use ``pt.floquet``.
 
     Parameters
     ----------

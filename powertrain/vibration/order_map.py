@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 _OVERSAMPLING = 8
 """Samples per period of the highest order: what lies above seven times that order would appear as a lower one."""
+_RESOLUTION = 128
+"""Samples of the shaft's motion per revolution, at least: its irregularity has orders of its own, whichever are asked for."""
 _OVERLAP = 4
 """Blocks that cover the same sample."""
 
@@ -57,8 +59,8 @@ def order_map(
     Returns
     -------
     xarray.DataArray
-        Amplitudes (single-sided, mean value at order 0) in the signal's unit, over ``time`` [s] and ``order`` [1], with coordinates
-        ``speed`` [rad/s], the mean of the block, and ``frequency`` [Hz] = order speed/(2 pi). Blocks overlap by three quarters.
+        Amplitudes (single-sided, magnitude of the mean at order 0) in the signal's unit, over ``time`` [s] and ``order`` [1], with
+        coordinates ``speed`` [rad/s], the mean of the block, and ``frequency`` [Hz] = order speed/(2 pi). Blocks overlap by three quarters.
 
     Raises
     ------
@@ -97,8 +99,10 @@ def order_map(
     starts = np.arange(0, len(times) - size + 1, max(size // _OVERLAP, 1))
     window = np.hanning(size + 1)[:-1]
     blocks = values[starts[:, None] + np.arange(size)]
-    spectrum = np.abs(np.fft.rfft(blocks * window, axis=1)) * (2.0 / window.sum())
-    spectrum[:, 0] /= 2.0
+    # the window spreads the mean over the first order, too: it is taken out before
+    swing = blocks - blocks.mean(axis=1, keepdims=True)
+    spectrum = np.abs(np.fft.rfft(swing * window, axis=1)) * (2.0 / window.sum())
+    spectrum[:, 0] = np.abs(blocks @ window) / window.sum()
     bins = np.arange(spectrum.shape[1]) / length
     kept = bins <= highest
     speed = speeds[starts[:, None] + np.arange(size)].mean(axis=1)
@@ -141,7 +145,8 @@ def _equal_angles(
 
     t, course = sampled(max(1000, len(result.time)))
     fastest = np.abs(course).max() if turning.unit == "rad/s" else np.abs(np.gradient(course, t)).max()
-    t, course = sampled(max(1000, int(fastest * (span[1] - span[0]) / (2 * np.pi) * per_turn) + 1))
+    turns = fastest * (span[1] - span[0]) / (2 * np.pi)
+    t, course = sampled(max(1000, int(turns * max(per_turn, _RESOLUTION)) + 1))
     curve = CubicSpline(t, course)
     angle = course - course[0] if turning.unit == "rad" else curve.antiderivative()(t)
     sign = 1.0 if angle[-1] >= 0.0 else -1.0

@@ -14,12 +14,15 @@ from powertrain.language.arguments import by_name, listed, number
 from powertrain.language.component import Component
 from powertrain.plant import Plant, plant_of
 from powertrain.signals import signals_of
+from powertrain.vibration.eigenvectors import eigenvectors
 from powertrain.vibration.operating_line import Line, OperatingLine, operating_line
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Matrix = NDArray[np.complex128]
+_RESONANCE = 1e-9
+"""Distance of an eigenvalue from the excitation, over its frequency, below which round-off decides the amplitude."""
 
 
 def order_response(
@@ -34,15 +37,16 @@ def order_response(
     """The steady vibration under excitations at multiples (orders) of a speed of rotation.
 
     At the speed w, an excitation u = Re(U exp(j n w t)) of the order n gives y = Re(Y exp(j n w t)) with
-    Y = (C (j n w - A)^-1 B + D) U, where A, B, C and D are the linear model at that operating point.
+    Y = (C (j n w - A)^-1 B + D) U, where A, B, C and D are the linear model at that operating point. A ``PistonEngine`` has no such
+    model, because its coefficients change with the crank angle: see ``pt.eigenmodes``.
 
     Parameters
     ----------
     over
         {name: speeds}: a speed in rad/s, to whose multiples the excitation is tied; see ``pt.campbell``.
     excitation
-        {input: {order: amplitude}}; inputs as for ``pt.linearize``, so also external torques such as "engine.flange_a.tau". Amplitudes
-        in the input's unit, complex for a phase, one number or one for each speed.
+        {input: {order: amplitude}}; inputs as for ``pt.linearize``, so also external torques such as "engine.flange_a.tau", but no
+        parameters, which are constant. Amplitudes in the input's unit, complex for a phase, one number or one for each speed.
     outputs
         Signals by name or selector.
     at, parameters
@@ -56,9 +60,10 @@ def order_response(
     Raises
     ------
     ParameterError
-        For unknown names, speeds that are not positive or not in rad/s, and amplitudes that do not fit.
+        For unknown names, parameters as inputs, speeds that are 0 or not in rad/s, orders that are not positive, and amplitudes that do
+        not fit.
     ModelError
-        If an undamped natural frequency is excited exactly.
+        If an undamped natural frequency is excited, to 1e-9 of it.
 
     Examples
     --------
@@ -80,9 +85,14 @@ def order_response(
 
     plant = plant_of(plant)
     line = operating_line(plant, over, at, parameters)
-    if line.unit != "rad/s" or (line.values <= 0.0).any():
-        raise ParameterError(f"over: {line.name} must be a positive speed in rad/s")
+    if line.unit != "rad/s" or (line.values == 0.0).any():
+        raise ParameterError(f"over: {line.name} must be a speed in rad/s, and not 0")
     inputs = list(by_name("excitation", excitation))
+    for name in inputs:
+        if name in plant.compiled.parameters:
+            raise ParameterError(
+                f"excitation: {name} is a parameter, which is constant; excite an input, a signal port or the flow of a port"
+            )
     orders, amplitudes = _amplitudes(excitation, line)
     shown = listed("outputs", outputs)
     response = np.array(
@@ -133,14 +143,14 @@ def _response(
 ) -> Matrix:  # fmt: skip
     """The amplitudes (order, output) at one speed."""
     m = linear_at(plant, inputs, outputs, line.points[k]).matrices
+    natural = eigenvectors(m.a).values
     found = np.empty((len(orders), len(outputs)), complex)
     for i, order in enumerate(orders):
         s = 1j * order * line.values[k]
         u = amplitudes[:, i]
-        try:
-            found[i] = m.c @ np.linalg.solve(s * np.eye(len(m.a)) - m.a, m.b[0] @ u) + m.d[0] @ u
-        except np.linalg.LinAlgError:
+        if np.abs(natural - s).min(initial=np.inf) < _RESONANCE * abs(s):
             raise ModelError(
                 f"at {line.name} = {line.values[k]:g} rad/s the order {order:g} excites an undamped vibration"
-            ) from None
+            )
+        found[i] = m.c @ np.linalg.solve(s * np.eye(len(m.a)) - m.a, m.b[0] @ u) + m.d[0] @ u
     return found

@@ -130,6 +130,27 @@ def test_an_inertia_of_zero_is_named() -> None:
     refused(pt.ModelError, said, do=lambda: pt.compile(Pressed()))
 
 
+class Rattling(pt.Component):
+    """Nothing that has inertia lies between a clutch and a backlash, whose damper torque is limited."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    clutch: rot.Clutch = rot.Clutch(fn_max=10.0)
+    lash: rot.ElastoBacklash = rot.ElastoBacklash(c=1000.0, d=1.0, b=0.01)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+    press: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.clutch.flange_a)
+        yield pt.connect(self.clutch.flange_b, self.lash.flange_a)
+        yield pt.connect(self.lash.flange_b, self.J2.flange_a)
+        yield pt.connect(self.press.y, self.clutch.f_normalized)
+
+
+def test_a_shaft_without_inertia_needs_one() -> None:
+    said = "if a shaft without inertia lies between torques that do not depend on its speed, give it an inertia"
+    refused(pt.ModelError, "do not determine", "lash", said, do=lambda: pt.compile(Rattling()))
+
+
 class MissingEquation(pt.Component):
     """Two unknowns, one equation."""
 

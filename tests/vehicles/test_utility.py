@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -52,12 +53,30 @@ def test_one_term_is_exponential() -> None:
     assert replace(WLTP_FACTOR, normalized=1600.0)(100.0) == pytest.approx(WLTP_FACTOR(50.0), rel=1e-14)
 
 
-@pytest.mark.parametrize("distance", [-1.0, np.nan, np.inf])
-def test_distances_that_are_none(distance: float) -> None:
-    with pytest.raises(
-        pt.ParameterError, match=r"utility factor: the distance must be finite and 0 or more; it is .* km"
-    ):
+@pytest.mark.parametrize(
+    ("distance", "said"),
+    [
+        (-1.0, "the distance must be 0 or more; it is -1 km"),
+        (np.nan, "not a finite number"),
+        (np.inf, "not a finite number"),
+    ],
+)
+def test_distances_that_are_none(distance: float, said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
         WLTP_FACTOR(distance)
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "said"), [((), "at least one coefficient"), ((1.0, np.nan), "coefficient 2 of the utility factor")]
+)
+def test_coefficients_that_are_none(coefficients: tuple[float, ...], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        UtilityFactor(coefficients, 100.0)
+
+
+def test_coefficients_that_give_no_share() -> None:
+    with pytest.raises(pt.ParameterError, match="the coefficients give a share below 0 at 10 km"):
+        UtilityFactor((-1.0,), 100.0)(10.0)
 
 
 def test_a_normalized_distance_is_positive() -> None:
@@ -125,6 +144,15 @@ def test_a_test_that_ended_early_is_refused() -> None:
         utility_weighted(depleted(last=0.3), sustained())
 
 
-def test_other_arguments_are_named() -> None:
-    with pytest.raises(pt.ParameterError, match=r"utility_weighted\(\) takes the result of charge_sustaining\(\)"):
-        utility_weighted(depleted(), depleted())  # type: ignore[arg-type]
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((depleted(), depleted()), r"utility_weighted\(\) takes the result of charge_sustaining\(\)"),
+        ((depleted(), sustained(), 0.5), r"utility_weighted\(\) takes a UtilityFactor, such as WLTP_FACTOR, not 0.5"),
+        ((sustained().tests, sustained()), r"utility_weighted\(\) takes the table of charge_depleting\(\)"),
+        ((depleted().iloc[:0], sustained()), r"utility_weighted\(\) takes the table of charge_depleting\(\)"),
+    ],
+)
+def test_other_arguments_are_named(arguments: tuple[Any, ...], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        utility_weighted(*arguments)

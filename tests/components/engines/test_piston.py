@@ -123,6 +123,14 @@ def test_firing_order_and_interval() -> None:
         pt.compile(PistonEngine(cylinders=()))
 
 
+def test_the_phase_of_the_first_cylinder() -> None:
+    """An engine whose cylinders have a phase fires that much later, every cylinder of it."""
+    late = PistonEngine.inline((1, 3, 2), Cylinder(phase=0.5))
+    assert [float(c.phase) for c in late.cylinders] == pytest.approx(
+        [0.5, 0.5 + 8 * math.pi / 3, 0.5 + 4 * math.pi / 3]
+    )
+
+
 def test_turned_backward_an_engine_gives_nothing() -> None:
     """Without friction and oscillating mass the speed after whole cycles is what it was: the gas is a spring, and the throttle no motor."""
     engine = PistonEngine(cylinders=(Cylinder(m=0),), crankshaft=Crankshaft(J=0.5, p_f0=0, p_f1=0, p_f2=0))
