@@ -7,7 +7,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import pytest
 from joined import Joined
+from test_fuzz import bounded
 
 import powertrain as pt
 from powertrain.components import blocks, thermal, wheels
@@ -294,3 +296,14 @@ def random_starts(plant: pt.Plant[Any], seed: int) -> dict[str, float]:
         (name, size[name.rpartition(".")[2]]) for name in plant.compiled.states if name.rpartition(".")[2] in size
     ]
     return {name: draws.uniform(-largest, largest) for name, largest in moving if draws.random() < 0.6}
+
+
+def simulated(seed: int, **options: Any) -> tuple[pt.Plant[Any], dict[str, float], pt.Result[Any]]:
+    """The machine of a seed, random starts, and its run for 1 s; skips the test if it is refused."""
+    try:
+        with bounded():
+            plant = pt.compile(mechanism(seed))
+            starts = random_starts(plant, seed)
+            return plant, starts, plant.simulate(1.0, starts=starts, **options)
+    except pt.PowertrainError:
+        pytest.skip("refused")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from drivelines import Driveline, driveline
+from mechanisms import simulated
 
 import powertrain as pt
 from powertrain.components import rotational as rot
@@ -50,6 +51,33 @@ def test_the_second_half_starts_at_the_end_of_the_first(seed: int) -> None:
     second = plant.simulate(STOP, start=cut, starts=starts, rtol=RTOL)
     times = np.linspace(cut, STOP, 60)[1:]
     alike(speeds(model, whole, times), speeds(model, second, times))
+
+
+CUTS = (0.11, 0.27, 0.43, 0.61, 0.83)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(150))
+def test_a_machine_cut_in_two_moves_as_the_whole_one(seed: int) -> None:
+    """The second half starts with the states and discrete variables at the end of the first."""
+    options: dict[str, Any] = {"rtol": 1e-8}
+    plant, starts, whole = simulated(seed, **options)
+    cut = CUTS[seed % len(CUTS)]
+    first = plant.simulate(cut, starts=starts, **options)
+    known = [*plant.compiled.states, *(name for name in plant.compiled.discretes if name in first)]
+    starts = {name: float(first[name][-1]) for name in known}
+    try:
+        second = plant.simulate(1.0, start=cut, starts=starts, **options)
+    except pt.InitializationError as error:
+        if "nothing determines this torque" in str(error):
+            pytest.skip("its state does not tell from which direction it came to rest")
+        raise
+    times = np.linspace(cut, 1.0, 60)[1:]
+    for name in plant.compiled.states:
+        size = 1.0 + np.abs(whole[name]).max()
+        np.testing.assert_allclose(
+            second.at(times, name), whole.at(times, name), rtol=0.0, atol=1e-4 * size, err_msg=name
+        )
 
 
 @pytest.mark.slow

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from cases import few
-from mechanisms import mechanism, random_starts
+from mechanisms import simulated
 from small_models import STARTS, CoupledClutches, Engaging, Relay
-from test_fuzz import bounded
 
 import powertrain as pt
 from powertrain.components.rotational import Damper, Fixed, Inertia
@@ -154,13 +153,7 @@ def test_machines_in_random_steps(seed: int) -> None:
     """At the end of each step the states are those of the whole run, also from a stored state."""
     draws = random.Random(seed)
     options: dict[str, Any] = {"rtol": 1e-8}
-    try:
-        with bounded():
-            plant = pt.compile(mechanism(seed))
-            starts = random_starts(plant, seed)
-            whole = plant.simulate(1.0, starts=starts, **options)
-    except pt.PowertrainError:
-        pytest.skip("refused")
+    plant, starts, whole = simulated(seed, **options)
     run = plant.start(starts=starts, **options)
     for end in [*sorted(draws.random() for _ in range(4)), 1.0]:
         kept = run.state

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from cases import few
-from mechanisms import mechanism, random_starts
-from test_fuzz import bounded
 
 import powertrain as pt
 from powertrain.components.blocks import Hysteresis, Ramp, TimeTable
@@ -74,6 +72,18 @@ def test_what_is_true_behind_a_chain_at_the_start_has_not_become_true(
 ) -> None:
     plant = pt.compile(Behind(T=instant, initially=initially))
     assert [result["count"][-1] for result in ends(plant, tmp_path)] == [count] * 3
+
+
+@pytest.mark.parametrize("initially", [False, True])
+def test_a_parameter_set_in_c_makes_it_true_at_the_start(initially: bool, tmp_path: Path) -> None:
+    plant = pt.compile(Behind(initially=initially))
+    library = plant.export_c(tmp_path).library
+    memory = np.zeros(library.pt_size() // 8 + 1)
+    one = ctypes.c_void_p(memory.ctypes.data)
+    library.pt_start(one)
+    library.pt_set_parameter(one, list(plant.parameters).index("T"), ctypes.c_double(-1.0))
+    assert library.pt_run(one, ctypes.c_double(1.0)) == 0
+    assert library.pt_held(one)[plant.compiled.discretes["count"]] == float(initially)
 
 
 class Raised(pt.Component):
@@ -191,35 +201,3 @@ def test_a_run_that_goes_on_remembers_since_when_the_car_rests() -> None:
 def test_an_engine_that_a_run_starts_stopped_is_started_by_a_pressed_pedal() -> None:
     pressed = pt.replace(Stop(), {"pedal": TimeTable(table=((0.0, 0.5), (10.0, 0.5)))})
     assert pt.simulate(pressed, 1.0, starts={"control.running": 0.0})["control.running"][-1] == 1.0
-
-
-CUTS = (0.11, 0.27, 0.43, 0.61, 0.83)
-
-
-@pytest.mark.parametrize("seed", few(range(150), 0))
-def test_a_machine_cut_in_two_moves_as_the_whole_one(seed: int) -> None:
-    """The second half starts with the states and discrete variables at the end of the first."""
-    options: dict[str, Any] = {"rtol": 1e-8}
-    try:
-        with bounded():
-            plant = pt.compile(mechanism(seed))
-            starts = random_starts(plant, seed)
-            whole = plant.simulate(1.0, starts=starts, **options)
-    except pt.PowertrainError:
-        pytest.skip("refused")
-    cut = CUTS[seed % len(CUTS)]
-    first = plant.simulate(cut, starts=starts, **options)
-    known = [*plant.compiled.states, *(name for name in plant.compiled.discretes if name in first)]
-    starts = {name: float(first[name][-1]) for name in known}
-    try:
-        second = plant.simulate(1.0, start=cut, starts=starts, **options)
-    except pt.InitializationError as error:
-        if "nothing determines this torque" in str(error):
-            pytest.skip("its state does not tell from which direction it came to rest")
-        raise
-    times = np.linspace(cut, 1.0, 60)[1:]
-    for name in plant.compiled.states:
-        size = 1.0 + np.abs(whole[name]).max()
-        np.testing.assert_allclose(
-            second.at(times, name), whole.at(times, name), rtol=0.0, atol=1e-4 * size, err_msg=name
-        )
