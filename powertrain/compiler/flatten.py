@@ -23,6 +23,7 @@ from powertrain.language.law import Law
 from powertrain.language.laws import Connection
 from powertrain.language.recorder import Place, Recorder, reading
 from powertrain.language.symbols import Symbol, free_symbols, key, time
+from powertrain.language.units import with_unit
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,10 @@ class ModelVariable:
 
 @dataclass(frozen=True)
 class ModelConstant:
-    """A parameter (tunable) or a discrete variable of the model; ``check`` rejects values outside the range."""
+    """A parameter (tunable) or a discrete variable of the model; ``check`` rejects values outside the range.
+
+    ``default``: the value of a parameter to which none was given; None if one must be given.
+    """
 
     name: str
     symbol: Symbol
@@ -50,6 +54,7 @@ class ModelConstant:
     doc: str
     value: float
     check: Callable[[float, str], float] = lambda value, where: float(value)
+    default: float | None = None
 
 
 @dataclass(frozen=True)
@@ -195,7 +200,8 @@ def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) ->
     symbol = flat.recorder.hold(name)
     flat.recorder.units[key(symbol)] = unit
     if isinstance(quantity, Parameter):
-        flat.parameters.append(ModelConstant(name, symbol, unit, doc, component._values[quantity.name], quantity.check))
+        value = component._values[quantity.name]
+        flat.parameters.append(ModelConstant(name, symbol, unit, doc, value, quantity.check, quantity.default))
     elif isinstance(quantity, Discrete):
         flat.discretes.append(ModelConstant(name, symbol, unit, doc, quantity.start))
     return symbol
@@ -220,7 +226,7 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
         if left.is_symbolic():
             flat.given[key(left)] = place.path
         return
-    parameters = {key(c.symbol) for c in flat.parameters}
+    parameters = {key(c.symbol): c for c in flat.parameters}
     own = left.is_symbolic() and left.name().rpartition(".")[0] == place.path  # the whole's own sets that of a part
     if right.is_symbolic() and (own or not left.is_symbolic()) and right.name().rpartition(".")[0] != place.path:
         left, right = right, left
@@ -230,6 +236,12 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
         )
     if key(left) in flat.bindings:
         raise ModelError(f"{left.name()} is set twice\n  {flat.binding_places[key(left)]}\n  {place}")
+    constant = parameters[key(left)]
+    if constant.default not in (None, constant.value):
+        given = f"{constant.name} = {with_unit(f'{constant.value:g}', constant.unit)}"
+        raise ParameterError(
+            f"{given} would have no effect, because the model sets this parameter; leave it out\n  {place}"
+        )
     flat.bindings[key(left)] = (left, right)
     flat.binding_places[key(left)] = place
 

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 import powertrain as pt
+from powertrain.components.belts import BeltDrive, Pulley
 from powertrain.components.differentials import Differential
 from powertrain.components.gearless.circular_cam import CircularCamDifferential
 from powertrain.components.gearless.linkage import LinkageDifferential
 from powertrain.components.rotational import IdealGear, IdealGearR2T, IdealPlanetary, Inertia, LossyGear, Torque
+from powertrain.components.vibration import ArcSpring, Coil
 
 
 class Bound(pt.Component):
@@ -37,6 +39,20 @@ def test_bound_parameters_follow() -> None:
     assert list(plant.parameters) == ["k"]
     assert plant.simulate(1.0)["a.w"][-1] == pytest.approx(1 / 3, rel=1e-6)
     assert plant.simulate(1.0, parameters={"k": 4.0})["a.w"][-1] == pytest.approx(1 / 6, rel=1e-6)
+
+
+def test_a_value_that_the_whole_replaces_is_refused() -> None:
+    """The friction of a pulley is that of its belt drive; the inertias of ``Bound`` have no default and must be given."""
+    drive = BeltDrive(pulley_a=Pulley(mue=0.3, m=0.05), mue=0.4)  # m as the default
+    with pytest.raises(
+        pt.ParameterError, match=r"pulley_a\.mue = 0\.3 would have no effect, because the model sets this parameter"
+    ):
+        pt.compile(drive)
+    shaft = ArcSpring(coils=(Coil(), Coil(c=100.0)))
+    with pytest.raises(
+        pt.ParameterError, match=r"coils\[1\]\.c = 100 N\.m/rad would have no effect.*\n.*yield coil\.c == self\.c"
+    ):
+        pt.compile(shaft)
 
 
 class Twins(pt.Component):
