@@ -165,7 +165,7 @@ class Result(Generic[M]):
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What is not unique in this result: its start, or the torque of friction at rest."""
+        """What is not unique in this result: its start, or the torque of friction at rest; tables that keep the parameters of the model."""
         return (*self.report.notes, *self.trajectory.notes)
 
     @cached_property

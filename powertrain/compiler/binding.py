@@ -28,6 +28,12 @@ def bind_parameters(flat: Flat) -> Flat:
     if not flat.bindings:
         return flat
     order = _ordered(flat)
+    for k in order:
+        if (name := flat.bindings[k][0].name()) in flat.recorder.evaluated:
+            raise ModelError(
+                f"the equations are written with the number that {name} has in its part, but the model sets it by an equation; "
+                f"give the part its value instead\n  {flat.binding_places[k]}"
+            )
     old, new = [flat.bindings[k][0] for k in order], [flat.bindings[k][1] for k in order]
     for i in range(1, len(order)):
         (new[i],) = ca.substitute([new[i]], [column(old[:i])], [column(new[:i])])

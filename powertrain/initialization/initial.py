@@ -28,6 +28,7 @@ from powertrain.initialization.conditions import (
     signal_condition,
     unsettled,
 )
+from powertrain.initialization.outdated import outdated
 from powertrain.initialization.report import InitialReport
 from powertrain.initialization.uniqueness import is_default, not_unique
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
@@ -275,10 +276,10 @@ class _Plan:
         )
 
     def _notes(self, t: float, y: Array, m: Array, p: Array, choice: Choice) -> tuple[str, ...]:
-        """What is not unique in the start: speeds, and torques at rest."""
+        """What is not unique in the start, speeds and torques at rest; values of the run that tables of the model do not have."""
         opened, point = self.compiled.dae.opened, Point(t, y[: self.n], y[self.n :], m, p)
         tied = () if opened is None else tied_notes(self._laws, point)
-        return (*self._unasked(t, y, m, p, choice), *tied)
+        return (*self._unasked(t, y, m, p, choice), *tied, *outdated(self.compiled, p))
 
     @cached_property
     def _laws(self) -> Laws:

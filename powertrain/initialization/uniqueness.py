@@ -44,11 +44,12 @@ def not_unique(
     if not found:
         return ""
     return (
-        f"the start is not unique: {_listed(found)} only because {_listed(rivals)} {'starts' if len(rivals) == 1 else 'start'} at 0 "
+        f"the start is not unique: {listed(found)} only because {listed(rivals)} {'starts' if len(rivals) == 1 else 'start'} at 0 "
         "by default; give one of them in starts"
     )
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
+    """Names for a sentence, the first few of many."""
     *first, last = [*names[:_SHOWN], f"{len(names) - _SHOWN} more"] if len(names) > _SHOWN else names
     return f"{', '.join(first)} and {last}" if first else last

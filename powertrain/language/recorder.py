@@ -106,6 +106,8 @@ class Recorder:
     """Expressions that ``der`` was asked of."""
     calls: bool = False
     """Whether an expression calls a function, as large maps do."""
+    evaluated: set[str] = field(default_factory=set)
+    """Parameters whose values the text computes with, as for the table of a control."""
     written: list[tuple[Place, str, Any]] = field(default_factory=list)
     """Laws that were written and not yielded yet, with the word of each."""
 

@@ -221,8 +221,8 @@ class CycleRun:
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """Numbers of the vehicle that look like mistakes, such as a diameter for a radius; see ``trials.notes``."""
-        return notes(pt.replace(self.plant.model, self.parameters))
+        """Numbers of the vehicle that look like mistakes, such as a diameter for a radius (``trials.notes``); notes of the simulation."""
+        return (*notes(pt.replace(self.plant.model, self.parameters)), *self.result.notes)
 
     @cached_property
     def table(self) -> pd.DataFrame:

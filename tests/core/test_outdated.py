@@ -1,0 +1,105 @@
+"""Values of a run that the tables of a model do not have are noted, and only those."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import powertrain as pt
+from powertrain.compiler.flatten import flatten
+from powertrain.components.body import VehicleBody
+from powertrain.language.symbols import column, free_symbols
+from powertrain.presets.catalogue import vehicles
+from powertrain.vehicles.split_path_car import SplitPathCar
+
+CARS = {entry.name: entry.kind for entry in vehicles()}
+
+
+def residuals(model: pt.Component, values: dict[str, float]) -> Any:
+    """The equations and laws of a model with these parameters, at numbers that depend on the names of the variables alone."""
+    flat = flatten(model)
+    rows = [e.residual for e in (*flat.equations, *flat.initial)]
+    rows += [s.g for s in (*flat.recorder.switches, *flat.recorder.relations)]
+    rows += [right for _, right in flat.bindings.values()]
+
+    def kept(listed: list[Any]) -> list[Any]:
+        rows.extend(listed)
+        return listed
+
+    for _, law in flat.laws:
+        law.mapped(kept)
+    whole = column(rows)
+    symbols = free_symbols(whole)
+    numbers = [values.get(s.name(), random.Random(s.name()).uniform(0.1, 0.9)) for s in symbols]
+    return np.array(ca.Function("rows", [column(symbols)], [whole])(numbers)).ravel()
+
+
+@pytest.mark.parametrize("name", CARS)
+def test_a_model_made_with_values_has_the_equations_of_a_run_with_them(name: str) -> None:
+    """All parameters at once but those that are noted: no table of any car knows another value."""
+    plant, draws = pt.compile(CARS[name]()), random.Random(7)
+    evaluated = plant.compiled.source.recorder.evaluated
+    given: dict[str, float] = {}
+    for parameter, value in plant.parameters.items():
+        trial = {parameter: value * draws.uniform(0.95, 1.05)}
+        try:
+            plant.parameter_vector(given | trial)
+            pt.replace(plant.model, given | trial)
+        except pt.ParameterError:
+            continue  # beyond its range, or the default of an input
+        given |= trial if parameter not in evaluated else {}
+    assert len(given) > 30
+    made = pt.replace(plant.model, given)
+    np.testing.assert_array_equal(residuals(made, given), residuals(plant.model, given))
+    assert plant.initialize(parameters=given)[-1].notes == plant.initialize()[-1].notes
+
+
+def test_the_operating_line_of_another_engine_is_noted() -> None:
+    plant = pt.compile(SplitPathCar())
+    (note,) = plant.simulate(0.1, parameters={"engine.tau_max": 200.0, "engine.w_idle": 95.0, "body.m": 1500.0}).notes
+    assert note == (
+        "tables and limits that were computed when the model was compiled are those for engine.w_idle = 85 rad/s and "
+        "engine.tau_max = 150 N.m, not for the values of this run; pt.replace makes a model that has the new values everywhere"
+    )
+    assert plant.simulate(0.1, parameters={"engine.J": 0.2}).notes == ()
+    assert plant.simulate(0.1, parameters={"engine.tau_max": 150.0}).notes == ()
+    other = pt.replace(plant.model, {"engine.tau_max": 200.0})
+    assert pt.simulate(other, 0.1).notes == ()
+
+
+class Tabled(pt.Component):
+    """A limit that is computed from the values of a part within a part."""
+
+    inner: SplitPathCar = SplitPathCar()
+    y: pt.Variable = pt.variable("1", "Ratio of two values")
+
+    def equations(self) -> pt.Equations:
+        car = pt.replace(self.inner)
+        yield self.y == float(car.body.m) / float(pt.replace(car.engine).w_idle)
+
+
+def test_values_of_parts_within_parts_are_noted() -> None:
+    evaluated = flatten(Tabled()).recorder.evaluated
+    assert {"inner.body.m", "inner.engine.w_idle"} <= evaluated
+    assert "inner.body.A" not in evaluated
+
+
+class Bound(pt.Component):
+    """Computes a limit from the number of a part, which it also sets by an equation."""
+
+    mass: pt.Parameter = pt.parameter("kg", "Mass", default=1500.0)
+    body: VehicleBody = VehicleBody()
+    y: pt.Variable = pt.variable("kg", "Mass in the limit")
+
+    def equations(self) -> pt.Equations:
+        yield self.body.m == self.mass
+        yield self.y == float(pt.replace(self.body).m)
+
+
+def test_the_number_of_a_parameter_that_the_model_sets_is_refused() -> None:
+    with pytest.raises(pt.ModelError, match=r"number that body\.m has in its part.*\n.*self\.body\.m == self\.mass"):
+        pt.compile(Bound())
