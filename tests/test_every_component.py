@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 import powertrain as pt
 import powertrain.components as library
@@ -183,6 +184,39 @@ def test_mirrored_drive_gives_mirrored_motion(kind: type[pt.Component]) -> None:
     for name in speeds:
         forward, backward = (run.at(times, name) for run in runs)
         np.testing.assert_allclose(backward, -forward, atol=1e-6 * (1.0 + np.abs(forward).max()))
+
+
+def _moved(plant: pt.Plant[Any], t: float, h: float, starts: dict[str, float]) -> pt.Result[Any]:
+    return plant.simulate(t + h, start=t, starts=starts, rtol=1e-11, points=3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("t", [0.0, 0.77])
+@pytest.mark.parametrize("kind", MECHANICAL, ids=[kind.__qualname__ for kind in MECHANICAL])
+def test_the_linear_model_is_the_derivative_of_short_runs(kind: type[pt.Component], t: float) -> None:
+    """At rest and in motion, where no law changes its mode and the runs from either side have one derivative."""
+    plant, h, eps = pt.compile(bench(made(kind))), 1e-4, 1e-6
+    run = plant.simulate(1.0, rtol=1e-9)
+    names = list(plant.compiled.states)
+    known = {name: float(run.at(t, name)) for name in [*names, *(n for n in plant.compiled.discretes if n in run)]}
+    driven = "rotors[0].flange_a.tau" if plant.model.rotors else "masses[0].flange_a.f"
+    linear = pt.linearize(plant, at=(run, t), inputs=[driven], outputs=names)
+    middle = _moved(plant, t, h, known)
+    for moved in np.asarray(linear.C).T:
+        changes = dict(zip(names, eps * moved, strict=True))
+        sides = [_moved(plant, t, h, known | {n: known[n] + sign * changes[n] for n in names}) for sign in (1, -1)]
+        if any(event.time > t for one in (middle, *sides) for event in one.events):
+            continue
+        (up, down), base = ([[one[n][-1] for n in names] for one in runs] for runs in (sides, [middle]))
+        above, below = (np.subtract(up, base[0]) / eps - moved) / h, (np.subtract(base[0], down) / eps - moved) / h
+        states = np.linalg.lstsq(np.asarray(linear.C), moved)[0]
+        expected = np.asarray(linear.C) @ (expm(np.asarray(linear.A) * h) @ states - states) / h
+        second = np.abs(
+            expected - np.asarray(linear.C) @ (np.asarray(linear.A) @ states)
+        )  # as are changes of A with time
+        smooth = np.abs(above - below) < 1e-2 * (1 + np.abs(above))
+        wrong = smooth & (np.abs(above - expected) > 3e-2 * (1 + np.abs(above)) + second)
+        assert not wrong.any(), [(names[i], above[i], below[i], expected[i]) for i in np.flatnonzero(wrong)]
 
 
 def test_every_package_says_what_it_exports() -> None:

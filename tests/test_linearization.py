@@ -9,6 +9,7 @@ import casadi as ca
 import control
 import numpy as np
 import pytest
+from joined import joined
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
@@ -28,6 +29,8 @@ from powertrain import (
 from powertrain.analysis.linearization import linearize
 from powertrain.components import blocks
 from powertrain.components import rotational as rot
+from powertrain.components import translational as tr
+from powertrain.components.belts import BeltSpan, ChainDrive
 from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, TwoFlanges
 
 FREQUENCIES = np.array([0.3, 2.0, 7.0, 9.0, 40.0])
@@ -505,3 +508,41 @@ def test_a_regulator_of_a_reduced_model_stabilises_the_simulation() -> None:
         total.append(state @ (weight + gain.T @ (1e-2 * gain)) @ state)
         state = step @ state
     assert np.trapezoid(total, times) == pytest.approx(start @ cost @ start, rel=1e-4)
+
+
+def between(part: pt.Component, **starts: float) -> Any:
+    """The eigenvalues of two inertias of 1 and 2 kg.m2, or masses of 1 and 2 kg, with a part between them."""
+    shafts = "flange_a" in part._fields and issubclass(part._fields["flange_a"].kind, rot.Flange)
+    ends: Any = [rot.Inertia(J=J) for J in (1.0, 2.0)] if shafts else [tr.Mass(m=m) for m in (1.0, 2.0)]
+    model = joined(ends[0], part, ends[1], joints="0.flange_b=1.flange_a 1.flange_b=2.flange_a")
+    at = {f"parts[0].{name}": value for name, value in starts.items()}
+    drive = f"parts[0].flange_a.{'tau' if shafts else 'f'}"
+    return np.linalg.eigvals(linearize(model, [drive], [f"parts[0].{'w' if shafts else 'v'}"], at=at).A)
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        rot.ElastoBacklash(c=1000.0, d=10.0, b=0.1),
+        rot.ElastoBacklash2(c=1000.0, d=10.0, b=0.1),
+        tr.ElastoGap(c=1000.0, d=10.0, s_rel0=-0.05),
+        BeltSpan(T_0=0.0),
+    ],
+)
+def test_parts_that_do_not_touch_are_free_also_at_rest(part: pt.Component) -> None:
+    assert np.abs(between(part, **({"flange_b.s": 0.1} if isinstance(part, BeltSpan) else {}))).max() < 1e-12
+
+
+def test_without_play_it_is_a_spring_and_damper_also_at_rest() -> None:
+    reduced, c, d = 2.0 / 3.0, 1000.0, 10.0
+    exact = [0.0, 0.0, *np.roots([reduced, d, c])]
+    for part in (rot.ElastoBacklash(c=c, d=d), rot.ElastoBacklash2(c=c, d=d), rot.SpringDamper(c=c, d=d)):
+        np.testing.assert_allclose(np.sort_complex(between(part)), np.sort_complex(exact), atol=1e-5)
+
+
+def test_the_slack_strand_of_a_chain_at_rest_does_not_damp() -> None:
+    (a, b), c, d = (z * 9.525e-3 / (2 * np.pi) for z in (20, 40)), 1e6, 200.0
+    across = a**2 / 1.0 + b**2 / 2.0  # of the stretch x = a phi_a - b phi_b per unit of the strand's force
+    exact = [0.0, 0.0, *np.roots([1.0, d * across, c * across])]
+    found = between(ChainDrive(T_0=0.0, c=c, d=d, polygon=False), phi=1e-3)
+    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(exact), atol=1e-5)

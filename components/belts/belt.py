@@ -7,6 +7,7 @@ import math
 import casadi as ca
 
 from powertrain import Equations, Parameter, Symbol, Variable, connect, der, friction, parameter, port, variable
+from powertrain.components.limited import limited_by
 from powertrain.components.rotational.interfaces import Flange, Lossy
 from powertrain.components.rotational.interfaces import TwoFlanges as TwoShafts
 from powertrain.components.translational.interfaces import CompliantWithRelativeStates
@@ -33,7 +34,7 @@ class BeltSpan(CompliantWithRelativeStates, Lossy):
         yield from self._dissipate()
 
     def _damping(self) -> Symbol:
-        return ca.fmin(ca.fmax(self.d * self.v_rel, -self.stretch), self.stretch)
+        return limited_by(self.stretch, self.d * self.v_rel)
 
     def energy(self) -> Symbol:
         """Elastic energy stretch^2/(2 c)."""

@@ -7,6 +7,7 @@ import math
 import casadi as ca
 
 from powertrain import Equations, Parameter, ParameterError, Symbol, Variable, der, parameter, variable
+from powertrain.components.limited import limited_by
 from powertrain.components.rotational.interfaces import Lossy, TwoFlanges
 
 HARMONICS = 3
@@ -72,7 +73,7 @@ class ChainDrive(TwoFlanges, Lossy):
 
     def _tension(self, x: Symbol, v: Symbol) -> Symbol:
         spring = self._spring(x)
-        return spring + ca.fmin(ca.fmax(self.d * v, -spring), spring)
+        return spring + limited_by(spring, self.d * v)
 
     def _path_of(self, phi: Symbol, z: int) -> Symbol:
         return self.p * z / (2 * math.pi) * (phi + sum(a / (k * z) * ca.sin(k * z * phi) for k, a in self._terms(z)))

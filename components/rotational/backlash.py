@@ -20,17 +20,23 @@ class _Play(CompliantWithRelativeStates, Lossy):
     phi_rel0: Parameter = parameter("rad", "Relative angle in the middle of the gap", default=0.0)
     tau_c: Variable = variable("N.m", "Spring torque")
 
-    def _spring(self, offset: Symbol | float = 0.0) -> Symbol:
-        """Spring torque: zero in the gap ``offset`` rad beyond phi_rel0, linear behind either contact."""
+    def _gap(self, offset: Symbol | float = 0.0) -> tuple[Symbol, Symbol, Symbol]:
+        """The angle from the middle of the gap ``offset`` rad beyond phi_rel0, and whether it is beyond the gap or before it."""
         x = self.phi_rel - self.phi_rel0 - offset
-        behind = switch(x < -self.b / 2, self.c * (x + self.b / 2), 0.0, continuous=True)
-        return switch(x > self.b / 2, self.c * (x - self.b / 2), behind, continuous=True)
+        return x, x > self.b / 2, x < -self.b / 2
 
-    def _limited_damping(self) -> Symbol:
-        """Damper torque, limited to the spring torque."""
+    def _spring(self, x: Symbol, beyond: Symbol, before: Symbol) -> Symbol:
+        """Spring torque: zero in the gap, linear on either side."""
+        left = switch(before, self.c * (x + self.b / 2), 0.0, continuous=True)
+        right = switch(beyond, self.c * (x - self.b / 2), left, continuous=True)
+        return switch(self.b <= NO_PLAY, self.c * x, right)
+
+    def _limited_damping(self, beyond: Symbol, before: Symbol) -> Symbol:
+        """Damper torque, limited to the spring torque: in the gap also its slope is zero."""
         damping, limit = self.d * self.w_rel, ca.fabs(self.tau_c)
         above = switch(damping > limit, limit, damping, continuous=True)
-        return switch(damping < -limit, -limit, above, continuous=True)
+        limited = switch(damping < -limit, -limit, above, continuous=True)
+        return switch(beyond, limited, switch(before, limited, 0.0, continuous=True), continuous=True)
 
     def energy(self) -> Symbol:
         """Elastic energy of the contact tau_c^2/(2 c)."""
@@ -55,8 +61,9 @@ class ElastoBacklash(_Play):
     def equations(self) -> Equations:
         """Spring behind the gap, and a damper limited to the spring torque."""
         yield from self._transmit()
-        yield self.tau_c == self._spring()
-        damping = switch(self.b <= NO_PLAY, self.d * self.w_rel, self._limited_damping())
+        x, beyond, before = self._gap()
+        yield self.tau_c == self._spring(x, beyond, before)
+        damping = switch(self.b <= NO_PLAY, self.d * self.w_rel, self._limited_damping(beyond, before))
         yield self.tau == self.tau_c + damping
         yield from self._dissipate()
 
@@ -73,10 +80,11 @@ class ElastoBacklash2(_Play):
     def equations(self) -> Equations:
         """Spring and damper behind the gap."""
         yield from self._transmit()
-        yield self.tau_c == self._spring()
-        x, full = self.phi_rel - self.phi_rel0, self.tau_c + self.d * self.w_rel
+        x, beyond, before = self._gap()
+        yield self.tau_c == self._spring(x, beyond, before)
+        full = self.tau_c + self.d * self.w_rel
         push = switch(full > 0, full, 0.0, continuous=True)
         pull = switch(full < 0, full, 0.0, continuous=True)
-        contact = switch(x > self.b / 2, push, switch(x < -self.b / 2, pull, 0.0))
+        contact = switch(beyond, push, switch(before, pull, 0.0))
         yield self.tau == switch(self.b <= NO_PLAY, full, contact)
         yield from self._dissipate()

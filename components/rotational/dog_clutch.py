@@ -96,6 +96,7 @@ class ElasticDogClutch(_Play):
         middle = 2 * math.pi * self.gap / self.n
         free = ca.logic_and(self.engage.value < 0.5, ca.fabs(self.phi_rel - self.phi_rel0 - middle) < self.b / 2)
         yield when(ca.logic_and(free, self.inside > 0.5), reinit(self.inside, 0), initially=True)
-        yield self.tau_c == switch(self.inside > 0.5, self._spring(middle), 0.0)
-        yield self.tau == self.tau_c + self._limited_damping()
+        x, beyond, before = self._gap(middle)
+        yield self.tau_c == switch(self.inside > 0.5, self._spring(x, beyond, before), 0.0)
+        yield self.tau == self.tau_c + self._limited_damping(beyond, before)
         yield from self._dissipate()

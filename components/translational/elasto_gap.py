@@ -31,12 +31,11 @@ class ElastoGap(CompliantWithRelativeStates, Lossy):
     def equations(self) -> Equations:
         """Spring and limited damper while the parts touch."""
         yield from self._transmit()
-        yield self.f_c == switch(
-            self.s_rel < self.s_rel0, -self.c * self._penetration() ** self.n, 0.0, continuous=True
-        )
-        damping = self.d * self.v_rel
-        below = switch(damping < self.f_c, self.f_c, damping, continuous=True)
-        yield self.f_d == switch(damping > -self.f_c, -self.f_c, below, continuous=True)
+        contact, damping = self.s_rel < self.s_rel0, self.d * self.v_rel
+        yield self.f_c == switch(contact, -self.c * self._penetration() ** self.n, 0.0, continuous=True)
+        above = switch(damping < self.f_c, self.f_c, damping, continuous=True)
+        limited = switch(damping > -self.f_c, -self.f_c, above, continuous=True)
+        yield self.f_d == switch(contact, limited, 0.0, continuous=True)  # in the gap also the slope is zero
         yield self.f == self.f_c + self.f_d
         yield from self._dissipate()
 

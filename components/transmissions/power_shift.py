@@ -152,4 +152,4 @@ class StartingConverter(StartingDevice):
         yield connect(self.converter.flange_b, self.flange_b)
         demand = limited((self.converter.w_b - self.w_lock) / self.band)
         yield self.T_fill * der(self.filled) == demand - self.filled
-        yield self.converter.lockup.value == ca.fmin(self.filled, demand)
+        yield self.converter.lockup.value == ca.if_else(self.filled < demand, self.filled, demand)
