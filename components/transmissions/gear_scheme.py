@@ -196,6 +196,8 @@ class GearScheme:
         at: dict[str, tuple[str, ...]] = {"input": (self.input,), "output": (self.output,)}
         at |= {f"shift element {element.name}": element.joint for element in self.elements}
         for what, shafts in at.items():
+            if len(shafts) == 2 and shafts[0] == shafts[1]:
+                raise ParameterError(f"the {what} is between the shaft {shafts[0]!r} and itself; it needs two shafts")
             met = [HOUSING, *members, *joined, *(shaft for name, pair in at.items() if name != what for shaft in pair)]
             if lone := [shaft for shaft in shafts if shaft not in met]:
                 raise ParameterError(
@@ -205,7 +207,9 @@ class GearScheme:
 
     def _check_direction(self) -> None:
         """The first gear must be a forward one: with a reversed output, forward gears would be taken for reverse gears."""
-        if self.forward and self.gears[0] in self.reverse:
+        if not self.gears:
+            raise ParameterError("the shift table has no gears")
+        if self.gears[0] in self.reverse:
             raise ParameterError(
                 f"gear {self.gears[0].name} has the ratio {self.ratio(self.gears[0].name):.4g}, it turns the output backward; list the "
                 "forward gears first. A pair of transfer gears that turns the output round has a positive ratio here"
