@@ -223,7 +223,7 @@ class GearSchedule(SpeedSchedule):
     speeds only the shift speeds count. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed like a centrifugal
     clutch: below w_open it is open, so the vehicle starts and stops in first gear. A driver who wants the best acceleration lets the engine
     rise further and holds it there with the slipping clutch until the vehicle has caught up; ``launch`` is this rise.
-    Errors: ParameterError for speeds without hysteresis or not in order.
+    Errors: ParameterError for speeds without hysteresis or not in order, and for a shift that takes longer than ``dwell``.
     """
 
     interrupts: ClassVar[bool] = True
@@ -231,6 +231,11 @@ class GearSchedule(SpeedSchedule):
     t_lever: Parameter = parameter("s", "Time in which the lever goes from gear to gear", default=0.25, above=0)
     t_close: Parameter = parameter("s", "Time in which the clutch closes and the throttle opens", default=0.3, above=0)
     hold: Variable = variable("1", "Clutch pedal: 1 released, 0 pressed")
+
+    def check(self) -> Equations:
+        """A shift ends before the next one begins; otherwise clutch and lever would jump."""
+        yield from super().check()
+        yield self.t_open + self.t_lever + self.t_close <= self.dwell
 
     def equations(self) -> Equations:
         """When to shift, and the sequence of a shift."""
@@ -260,12 +265,18 @@ class PowerShiftSchedule(SpeedSchedule):
     clutch = (w - w_open - rise)/(w_closed - w_open)
 
     In an upshift the engine gives up kinetic energy; ``cut`` reduces its torque meanwhile, so that the shift is not felt as a push.
+    Errors: as for ``GearSchedule``.
     """
 
     t_shift: Parameter = parameter("s", "Duration of a shift", default=0.4, above=0)
     cut: Parameter = parameter(
         "1", "Part of the throttle taken back in the middle of an upshift", default=0.0, min=0, max=1
     )
+
+    def check(self) -> Equations:
+        """A shift ends before the next one begins; otherwise the lever would jump."""
+        yield from super().check()
+        yield self.t_shift <= self.dwell
 
     def equations(self) -> Equations:
         """When to shift, and the position of the lever."""
