@@ -61,12 +61,14 @@ class Shifting(Component):
 
 
 class FixedGear(Shifting):
-    """A single gear that is always engaged, for measurements.
+    """A single gear that is always engaged, for measurements and for driving in reverse.
 
     lever = gear,  throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
+
+    ``gear`` is -1 for the reverse gear and 0 for neutral of an ``Automatic``. Cars refuse a gear that their gearbox does not have.
     """
 
-    gear: Parameter = parameter("1", "Gear", default=1.0, min=1)
+    gear: Parameter = parameter("1", "Gear", default=1.0, min=-1)
 
     def equations(self) -> Equations:
         """No memory."""

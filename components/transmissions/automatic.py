@@ -174,6 +174,11 @@ class Automatic(ClutchToClutch):
         return len(self.scheme.forward)
 
     @property
+    def has_reverse(self) -> bool:
+        """Whether the scheme has a reverse gear."""
+        return bool(self.scheme.reverse)
+
+    @property
     def gear_ratios(self) -> tuple[float, ...]:
         """Those of the scheme."""
         return tuple(self.scheme.ratio(gear.name) for gear in self.scheme.forward)

@@ -81,11 +81,7 @@ class ClutchToClutch(Shiftable):
             if one is None and other is not None:
                 hold += last
                 if k not in beside:
-                    law += (
-                        other
-                        * (self.braking * first + (pulling or {}).get(k, 0.0) * self._phase(k, 2))
-                        * (1 - last)
-                    )
+                    law += other * (self.braking * first + (pulling or {}).get(k, 0.0) * self._phase(k, 2)) * (1 - last)
             elif one is not None and other is None:
                 hold -= first
                 law += one * driving * first * (1 - last)
