@@ -189,8 +189,8 @@ class Automatic(ClutchToClutch):
         for lever, part in zip(self.scheme.levers, self.levers, strict=False):
             R = lever.ratio
             yield abs(part.ratio - R) <= SAME * abs(R)  # levers have the ratios of the scheme: Automatic.of(scheme)
-        for part in self.elements:
-            yield isinstance(part, OneWayClutch) or part.capacity > 0
+        for element in self.elements:
+            yield isinstance(element, OneWayClutch) or element.capacity > 0
 
     def friction_elements(self) -> dict[str, str]:
         """The paths of the shift elements, by their names in the scheme."""

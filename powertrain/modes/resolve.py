@@ -190,7 +190,8 @@ class ModeResolver:
     def _groups(self) -> list[list[int]]:
         """The places of each law in the held values: its mode, and whether others hold it at rest at its limit."""
         frictions = [[f.index] if f.rests is None else [f.index, f.rests] for f in self.dae.frictions]
-        return frictions + [[law.index] for law in (*self.dae.contacts, *self.dae.switches)]
+        contacts, switches = [[c.index] for c in self.dae.contacts], [[s.index] for s in self.dae.switches]
+        return [*frictions, *contacts, *switches]
 
     def _tried(self, side: int, start: Array, laws: set[int], against: set[int]) -> bool:
         """Try all modes of ``laws`` (on a ray) and ``against``, then of all laws at rest, in all pieces.

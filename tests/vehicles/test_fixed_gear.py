@@ -34,14 +34,15 @@ def test_gears_that_the_gearbox_does_not_have(kind: Any, parts: dict[str, Any], 
 
 
 def test_cars_without_a_reverse_gear() -> None:
-    for kind, parts in ((ManualCar, {}), (AutomaticCar, {}), (AutomaticCar, {"gearbox": Automatic.of(FORWARD_ONLY)})):
+    cars: list[Any] = [ManualCar(), AutomaticCar(), AutomaticCar.with_gearset(Automatic.of(FORWARD_ONLY))]
+    for car in cars:
         with pytest.raises(pt.ParameterError, match=r"has_reverse .*\n.* schedule.gear = -1"):
-            kind(schedule=FixedGear(gear=-1), **parts)
+            pt.replace(car, schedule=FixedGear(gear=-1))
 
 
 def test_driving_in_reverse() -> None:
     """At the end of the run the turbine and the wheels have the speeds of the reverse gear, and the energy closes."""
-    car = AutomaticCar.with_gearset(Automatic.eight_speed(), schedule=FixedGear(gear=-1), driver=OpenPedals())
+    car: Any = AutomaticCar.with_gearset(Automatic.eight_speed(), schedule=FixedGear(gear=-1), driver=OpenPedals())
     result = pt.simulate(car, 4.0, inputs={"driver.accelerator_pedal": ([0.0, 0.5, 4.0], [0.0, 0.3, 0.3])}, rtol=1e-6)
     wheel = result["body.v"][-1] / float(car.front.wheels.radius)
     assert wheel < -3.0

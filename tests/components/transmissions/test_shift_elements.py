@@ -79,7 +79,7 @@ def inertia_at_the_input(box: Automatic, lever: float) -> float:
     bench = GearBench(gearbox=box, lever=lever, input=Inertia(J=1.0))
     result = pt.simulate(bench, 0.4, parameters={"drive.tau_constant": 50.0}, rtol=1e-8)
     early, late = result.at(np.array([0.2, 0.4]), "input.w")
-    return 50.0 * 0.2 / (late - early) - 1.0
+    return float(50.0 * 0.2 / (late - early) - 1.0)
 
 
 @pytest.mark.parametrize("scheme", [SIMPSON_THREE, CR_CR_FREEWHEELS, EIGHT_SPEED], ids=["Simpson", "CR-CR", "eight"])
