@@ -82,6 +82,8 @@ class SpeedSchedule(Shifting, Switching):
 
     interrupts: ClassVar[bool] = False
     """Whether a shift interrupts the torque: a kick-down then costs more than it gains, unless the shift speeds ask for it."""
+    stages: ClassVar[tuple[str, ...]] = ()
+    """The parameters whose sum is the duration of a shift."""
 
     speeds: Annotated[tuple[tuple[float, float], ...], "m/s"] = SPEEDS
     eager: Parameter = parameter(
@@ -108,6 +110,11 @@ class SpeedSchedule(Shifting, Switching):
         "rad/s", "Engine speed below which a fully pressed accelerator shifts down", default=0.0
     )
     w_kick: Input = signal_input("rad/s", "Engine speed above which there is no kick-down", default=NEVER)
+
+    def check(self) -> Equations:
+        """A shift ends before the next one begins; otherwise lever, clutch and throttle would jump."""
+        yield from super().check()
+        yield sum(getattr(self, stage) for stage in self.stages) <= self.dwell
 
     def initial(self) -> Equations:
         """No shift is going on, and no kick-down is remembered."""
@@ -229,15 +236,11 @@ class GearSchedule(SpeedSchedule):
     """
 
     interrupts: ClassVar[bool] = True
+    stages: ClassVar[tuple[str, ...]] = "t_open", "t_lever", "t_close"
     t_open: Parameter = parameter("s", "Time in which the clutch opens and the throttle closes", default=0.15, above=0)
     t_lever: Parameter = parameter("s", "Time in which the lever goes from gear to gear", default=0.25, above=0)
     t_close: Parameter = parameter("s", "Time in which the clutch closes and the throttle opens", default=0.3, above=0)
     hold: Variable = variable("1", "Clutch pedal: 1 released, 0 pressed")
-
-    def check(self) -> Equations:
-        """A shift ends before the next one begins; otherwise clutch and lever would jump."""
-        yield from super().check()
-        yield self.t_open + self.t_lever + self.t_close <= self.dwell
 
     def equations(self) -> Equations:
         """When to shift, and the sequence of a shift."""
@@ -270,15 +273,11 @@ class PowerShiftSchedule(SpeedSchedule):
     Errors: as for ``GearSchedule``.
     """
 
+    stages: ClassVar[tuple[str, ...]] = ("t_shift",)
     t_shift: Parameter = parameter("s", "Duration of a shift", default=0.4, above=0)
     cut: Parameter = parameter(
         "1", "Part of the throttle taken back in the middle of an upshift", default=0.0, min=0, max=1
     )
-
-    def check(self) -> Equations:
-        """A shift ends before the next one begins; otherwise the lever would jump."""
-        yield from super().check()
-        yield self.t_shift <= self.dwell
 
     def equations(self) -> Equations:
         """When to shift, and the position of the lever."""
