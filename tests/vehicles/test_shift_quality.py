@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -33,7 +35,8 @@ def test_a_shift_that_interrupts_the_torque() -> None:
     first = shift_quality(result).iloc[0]
     assert (first["from"], first["to"]) == (1, 2)
     assert first["slip energy"] == pytest.approx(heat(result, first["time"], first["time"] + 1.0), rel=5e-3)
-    assert plot_shift(result)[0].patches[0].get_width() == pytest.approx(0.7)
+    shaded: Any = plot_shift(result)[0].patches[0]
+    assert shaded.get_width() == pytest.approx(0.7)
 
 
 def test_shifts_that_follow_closely_share_no_heat() -> None:
