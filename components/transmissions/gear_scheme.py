@@ -48,12 +48,7 @@ class GearScheme:
     joints: tuple[Joint, ...] = ()
 
     def __post_init__(self) -> None:
-        known = [element.name for element in self.elements]
-        for gear in self.gears:
-            if unknown := [name for name in (*gear.engaged, *gear.coast) if name not in known]:
-                raise ParameterError(
-                    f"gear {gear.name} engages {unknown[0]!r}; the shift elements are {', '.join(known)}"
-                )
+        self._check_names()
         self._check_shafts()
         for gear in self.gears:
             try:
@@ -188,6 +183,18 @@ class GearScheme:
             (shaft, shaft) for element in self.elements for shaft in element.joint
         )  # shafts need not have a lever
         return Network(self.levers, ends, (*alone, *self.joints, *joints), *ends)
+
+    def _check_names(self) -> None:
+        """Names are unique, and gears engage elements that exist."""
+        known, gears = [element.name for element in self.elements], [gear.name for gear in self.gears]
+        for what, names in (("shift elements", known), ("gears", gears)):
+            if twice := [name for name in names if names.count(name) > 1]:
+                raise ParameterError(f"two {what} have the name {twice[0]!r}")
+        for gear in self.gears:
+            if unknown := [name for name in (*gear.engaged, *gear.coast) if name not in known]:
+                raise ParameterError(
+                    f"gear {gear.name} engages {unknown[0]!r}; the shift elements are {', '.join(known)}"
+                )
 
     def _check_shafts(self) -> None:
         """Input, output and the shafts of elements must also belong to another part; otherwise a name is misspelt."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -139,6 +140,15 @@ def test_elements_without_capacity() -> None:
         Automatic.of(SIMPSON_THREE, torque=0.0)
     with pytest.raises(pt.ParameterError, match=r"mue_pos: \(\) is not a table of rows"):
         DualClutchGearbox(odd_clutch=Clutch(fn_max=100, mue_pos=()))
+
+
+def test_names_are_unique() -> None:
+    """Of two gears with one name the first counted; of two elements with one name a gear engaged both."""
+    levers, elements, gears = SIMPSON_THREE.levers, SIMPSON_THREE.elements, SIMPSON_THREE.gears
+    with pytest.raises(pt.ParameterError, match=r"two gears have the name '3'"):
+        GearScheme(levers, elements, (*gears[:3], replace(gears[3], name="3")))
+    with pytest.raises(pt.ParameterError, match=r"two shift elements have the name 'low'"):
+        GearScheme(levers, (*elements, replace(elements[0], name="low")), gears)
 
 
 def test_schemes_without_gears_and_elements_on_one_shaft() -> None:
