@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Self
 
-from powertrain import Equations, connect
+from powertrain import Equations, ParameterError, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, Pedals, PowerShiftSchedule, Shifting
 from powertrain.components.differentials import CrownGear
@@ -54,8 +54,14 @@ class AutomaticCar(GearedCar):
 
         With the accelerator released it shifts up where the next gear gives the input the speed ``w_up`` [rad/s], with the accelerator
         fully pressed at up to ``w_full``. Speeds with another unit, such as "1500 rpm", are converted.
+        Errors: ParameterError for axles of your own without a ``schedule`` for their final drive and wheels.
         """
         cls._check_names(parts, "w_up", "w_full", "ratio")
+        if "schedule" not in parts and (own := {"front", "rear"} & parts.keys()):
+            raise ParameterError(
+                f"{cls.__name__}.with_gearset: {' and '.join(sorted(own))} given, but no shift speeds for it; give "
+                "schedule=PowerShiftSchedule.for_gears(gearbox.gear_ratios, final_drive, radius=...), too"
+            )
         axle = LumpedAxle(final_drive=CrownGear(ratio=ratio, eta_ab=0.97, eta_ba=0.97))
         ratios = [gearbox.scheme.ratio(gear.name) for gear in gearbox.scheme.forward]
         radius = float(axle.wheels.radius)

@@ -23,6 +23,7 @@ from powertrain.components.control import (
     AlwaysOn,
     Driver,
     EngineSwitch,
+    FixedGear,
     GearSchedule,
     Pedals,
     Shifting,
@@ -109,6 +110,12 @@ class ShiftedCar(Car):
         Empty for a gearbox that does not say its ratios.
         """
         return pulls(self.mover, self.gearbox)
+
+    def check(self) -> Equations:
+        """The gearbox has the gear of a ``FixedGear``."""
+        if isinstance(self.schedule, FixedGear):
+            yield self.schedule.gear <= self.gearbox.gear_count
+            yield self.gearbox.has_reverse or self.schedule.gear >= 1
 
     def _shifted(self) -> Equations:
         """The schedule sees the drive and operates the lever."""

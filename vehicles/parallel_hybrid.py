@@ -6,7 +6,15 @@ from typing import Any, Literal, Self, get_args
 
 from powertrain import Equations, ParameterError, Symbol, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
-from powertrain.components.control import Driver, ParallelControl, Pedals, PowerShiftSchedule, Shifting, SpeedSchedule
+from powertrain.components.control import (
+    Driver,
+    FixedGear,
+    ParallelControl,
+    Pedals,
+    PowerShiftSchedule,
+    Shifting,
+    SpeedSchedule,
+)
 from powertrain.components.differentials import CrownGear
 from powertrain.components.electric import ElectricMachine, PolarizedBattery, cells_in_series
 from powertrain.components.engines import Engine, WillansEngine
@@ -86,6 +94,12 @@ class ParallelHybrid(HybridCar):
         """The P2 hybrid with a 13 kWh battery, whose charge it sustains at 20 %: start it with ``{"battery.soc": 0.95}``."""
         control = ParallelControl(v_on=36.0, v_off=33.0, soc_0=0.2, k_soc=150e3)
         return cls(**({"battery": PLUG_IN, "control": control} | parts))
+
+    def check(self) -> Equations:
+        """The gearbox has the gear of a ``FixedGear``."""
+        if isinstance(self.schedule, FixedGear):
+            yield self.schedule.gear <= self.gearbox.gear_count
+            yield self.gearbox.has_reverse or self.schedule.gear >= 1
 
     def equations(self) -> Equations:
         """Engine to road, and the machine at its position."""

@@ -61,12 +61,14 @@ class Shifting(Component):
 
 
 class FixedGear(Shifting):
-    """A single gear that is always engaged, for measurements.
+    """A single gear that is always engaged, for measurements and for driving in reverse.
 
     lever = gear,  throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
+
+    ``gear`` is -1 for the reverse gear and 0 for neutral of an ``Automatic``. Cars refuse a gear that their gearbox does not have.
     """
 
-    gear: Parameter = parameter("1", "Gear", default=1.0, min=1)
+    gear: Parameter = parameter("1", "Gear", default=1.0, min=-1)
 
     def equations(self) -> Equations:
         """No memory."""
@@ -80,6 +82,8 @@ class SpeedSchedule(Shifting, Switching):
 
     interrupts: ClassVar[bool] = False
     """Whether a shift interrupts the torque: a kick-down then costs more than it gains, unless the shift speeds ask for it."""
+    stages: ClassVar[tuple[str, ...]] = ()
+    """The parameters whose sum is the duration of a shift."""
 
     speeds: Annotated[tuple[tuple[float, float], ...], "m/s"] = SPEEDS
     eager: Parameter = parameter(
@@ -106,6 +110,11 @@ class SpeedSchedule(Shifting, Switching):
         "rad/s", "Engine speed below which a fully pressed accelerator shifts down", default=0.0
     )
     w_kick: Input = signal_input("rad/s", "Engine speed above which there is no kick-down", default=NEVER)
+
+    def check(self) -> Equations:
+        """A shift ends before the next one begins; otherwise lever, clutch and throttle would jump."""
+        yield from super().check()
+        yield sum(getattr(self, stage) for stage in self.stages) <= self.dwell
 
     def initial(self) -> Equations:
         """No shift is going on, and no kick-down is remembered."""
@@ -223,10 +232,11 @@ class GearSchedule(SpeedSchedule):
     speeds only the shift speeds count. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed like a centrifugal
     clutch: below w_open it is open, so the vehicle starts and stops in first gear. A driver who wants the best acceleration lets the engine
     rise further and holds it there with the slipping clutch until the vehicle has caught up; ``launch`` is this rise.
-    Errors: ParameterError for speeds without hysteresis or not in order.
+    Errors: ParameterError for speeds without hysteresis or not in order, and for a shift that takes longer than ``dwell``.
     """
 
     interrupts: ClassVar[bool] = True
+    stages: ClassVar[tuple[str, ...]] = "t_open", "t_lever", "t_close"
     t_open: Parameter = parameter("s", "Time in which the clutch opens and the throttle closes", default=0.15, above=0)
     t_lever: Parameter = parameter("s", "Time in which the lever goes from gear to gear", default=0.25, above=0)
     t_close: Parameter = parameter("s", "Time in which the clutch closes and the throttle opens", default=0.3, above=0)
@@ -260,8 +270,10 @@ class PowerShiftSchedule(SpeedSchedule):
     clutch = (w - w_open - rise)/(w_closed - w_open)
 
     In an upshift the engine gives up kinetic energy; ``cut`` reduces its torque meanwhile, so that the shift is not felt as a push.
+    Errors: as for ``GearSchedule``.
     """
 
+    stages: ClassVar[tuple[str, ...]] = ("t_shift",)
     t_shift: Parameter = parameter("s", "Duration of a shift", default=0.4, above=0)
     cut: Parameter = parameter(
         "1", "Part of the throttle taken back in the middle of an upshift", default=0.0, min=0, max=1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from powertrain import Equations, Input, Parameter, Symbol, Variable, der, friction, parameter, signal_input, variable
-from powertrain.components.friction_table import Table, at_speed
+from powertrain.components.friction_table import Table, at_rest, at_speed
 from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
 
 
@@ -41,6 +41,11 @@ class Brake(TwoFlangesAndSupport, Lossy):
         limit = self.cgeo * ca.fmax(self.fn, 0) * at_speed(self, "mue_pos", self.w, ("rad/s", "1"))
         yield friction(self.w, self.tau, -limit, limit, peak=self.peak)
         yield from self._dissipate()
+
+    @property
+    def capacity(self) -> Symbol:
+        """Torque of the slowly sliding plates at f_normalized = 1 [N.m]."""
+        return self.fn_max * self.cgeo * at_rest(self, "mue_pos")
 
     def loss(self) -> Symbol:
         """Friction torque times speed."""

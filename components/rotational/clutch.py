@@ -7,7 +7,7 @@ import math
 import casadi as ca
 
 from powertrain import Equations, Input, Parameter, Symbol, Variable, friction, parameter, signal_input, variable
-from powertrain.components.friction_table import Table, at_speed
+from powertrain.components.friction_table import Table, at_rest, at_speed
 from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
 
 
@@ -28,6 +28,11 @@ class _Pressed(CompliantWithRelativeStates, Lossy):
     def _limit(self) -> Symbol:
         """Torque of the sliding plates at |w_rel|."""
         return self.cgeo * ca.fmax(self.fn, 0) * at_speed(self, "mue_pos", self.w_rel, ("rad/s", "1"))
+
+    @property
+    def capacity(self) -> Symbol:
+        """Torque of the slowly sliding plates at f_normalized = 1 [N.m]."""
+        return self.fn_max * self.cgeo * at_rest(self, "mue_pos")
 
     def loss(self) -> Symbol:
         """Friction torque times relative speed."""

@@ -7,7 +7,7 @@ import math
 import casadi as ca
 
 from powertrain import Equations, Input, Parameter, Symbol, Variable, der, friction, parameter, signal_input, variable
-from powertrain.components.friction_table import Table, at_speed
+from powertrain.components.friction_table import Table, at_rest, at_speed
 from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy, TwoFlangesAndSupport
 
 
@@ -27,7 +27,7 @@ class _Cone(Lossy):
 
     def check(self) -> Equations:
         """The cones must release by themselves when the force ends: tan(angle) exceeds the coefficient of friction at rest."""
-        yield ca.sin(self.angle) > self.peak * self.mue_pos[0][1] * ca.cos(self.angle)
+        yield ca.sin(self.angle) > self.peak * at_rest(self, "mue_pos") * ca.cos(self.angle)
 
     def _limit(self, w: Symbol) -> Symbol:
         """Torque of the cones sliding at speed w."""

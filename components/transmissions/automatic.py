@@ -32,6 +32,7 @@ from powertrain.components.transmissions.shift_table import ShiftElement
 
 TORQUE, MARGIN, J_SHAFT = 400.0, 1.5, 0.004
 """Input torque [N.m] for sizing elements, capacity relative to their load at that torque, inertia of a shaft [kg.m2]."""
+SIZE = parameter("N.m", "Input torque that the shift elements can hold", above=0)
 SAME = 1e-9
 """Ratios with a smaller relative difference are equal."""
 Element = Clutch | Brake | OneWayClutch
@@ -51,7 +52,8 @@ def _elements(scheme: GearScheme, torque: float = TORQUE) -> tuple[Element, ...]
 
 def _element(scheme: GearScheme, element: ShiftElement, torque: float) -> Element:
     gears = [gear.name for gear in scheme.gears if element.name in (*gear.engaged, *gear.coast)]
-    carried = max((scheme.torque_factor(gear, element.name) for gear in gears), default=0.0)
+    factors = [scheme.torque_factor(gear, element.name) for gear in gears]
+    carried = max(factors, default=0.0) or 1.0  # without load it still accelerates an idle shaft
     kind = _kind(element)
     return kind(fn_max=0.0 if element.freewheel else MARGIN * torque * carried, mue_pos=((0.0, 1.0),))
 
@@ -112,6 +114,7 @@ class Automatic(ClutchToClutch):
         **parts
             Other parts and parameters of the component.
         """
+        torque = SIZE.check(torque, f"{cls.__name__}.of: torque")
         made = {"shafts": _shafts(scheme, J), "elements": _elements(scheme, torque)}
         return cls(scheme=scheme, **(made | parts))
 
@@ -171,15 +174,23 @@ class Automatic(ClutchToClutch):
         return len(self.scheme.forward)
 
     @property
+    def has_reverse(self) -> bool:
+        """Whether the scheme has a reverse gear."""
+        return bool(self.scheme.reverse)
+
+    @property
     def gear_ratios(self) -> tuple[float, ...]:
         """Those of the scheme."""
         return tuple(self.scheme.ratio(gear.name) for gear in self.scheme.forward)
 
     def check(self) -> Equations:
-        """The differentials must be those of the scheme: the shift control uses its ratios."""
+        """The differentials must be those of the scheme, whose ratios the shift control uses; the elements can carry torque."""
+        yield from super().check()
         for lever, part in zip(self.scheme.levers, self.levers, strict=False):
             R = lever.ratio
             yield abs(part.ratio - R) <= SAME * abs(R)  # levers have the ratios of the scheme: Automatic.of(scheme)
+        for element in self.elements:
+            yield isinstance(element, OneWayClutch) or element.capacity > 0
 
     def friction_elements(self) -> dict[str, str]:
         """The paths of the shift elements, by their names in the scheme."""
@@ -191,16 +202,20 @@ class Automatic(ClutchToClutch):
         With any ``coast`` above 0 they also replace freewheels and the elements for overrun.
         """
         scheme = self.scheme.in_gear(self.scheme.forward[k - 1].name, coast=float(self.coast) > 0)
-        mean = sum(float(shaft.J) for shaft in self.shafts) / len(self.shafts)
         parts = dict(zip(self.scheme.elements, self.elements, strict=True))
         elements = tuple(parts[each] for each in scheme.elements)
         return Automatic(
-            scheme=scheme,
-            levers=self.levers,
-            shafts=_shafts(scheme, mean),
-            elements=elements,
-            churning=self.churning,
+            scheme=scheme, levers=self.levers, shafts=self._joined(scheme), elements=elements, churning=self.churning
         )
+
+    def _joined(self, scheme: GearScheme) -> tuple[Inertia, ...]:
+        """The shafts of a scheme that joins those of this gearset: their inertias add up."""
+        before, after = self.scheme.free.nodes, scheme.free.nodes
+        parts = {before[name]: node for name, node in after.items() if node >= 0}
+        sums = [0.0] * (max(after.values()) + 1)
+        for k, node in parts.items():
+            sums[node] += float(self.shafts[k].J)
+        return tuple(Inertia(J=J) for J in sums)
 
     def equations(self) -> Equations:
         """The flanges on every shaft are connected; the shift law presses the elements."""
@@ -237,11 +252,10 @@ class Automatic(ClutchToClutch):
             if set(scheme.freewheels(one.name)) - set(other.engaged)
         }
         for element, part in zip(scheme.elements, self.elements, strict=True):
-            full = part.fn_max * part.cgeo
             if element.freewheel:
                 yield part.f_normalized.value == 0
             else:
-                yield part.f_normalized.value == self._pressed(element.name, full, pulling) / full
+                yield part.f_normalized.value == self._pressed(element.name, part.capacity, pulling) / part.capacity
 
     def _pressed(self, name: str, full: Symbol, pulling: Mapping[int, Symbol]) -> Symbol:
         """The torque for which an element is pressed."""

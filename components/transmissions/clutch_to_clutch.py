@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
 from itertools import pairwise
+from typing import ClassVar
 
 import casadi as ca
 
@@ -29,7 +30,11 @@ class ClutchToClutch(Shiftable):
     Source of the phases: H. Naunheimer et al., Automotive Transmissions, 2nd ed., Springer 2011, section 9.2 (powershifts).
     """
 
-    torque_phase: float = 0.25
+    begin: ClassVar[float] = 0.0
+    """Share of the lever's travel between gears before the first phase."""
+    torque_phase: Parameter = parameter(
+        "1", "Share of the lever's travel between gears in each torque phase", default=0.25, above=0
+    )
     k_slip: Parameter = parameter("N.m.s/rad", "Torque against deviations from the speed reference", default=8.0, min=0)
     T_in: Parameter = parameter("s", "Filter of the input torque", default=0.1, above=0)
     tau_in: Variable = variable("N.m", "Filtered torque of the input", start=0.0, nominal=100.0)
@@ -42,11 +47,15 @@ class ClutchToClutch(Shiftable):
         """The paths of the clutches and brakes in this component, by name."""
         raise NotImplementedError(type(self).__name__)
 
-    def _shift(self, ratios: Sequence[float | Symbol], w_in: Symbol, w_out: Symbol, begin: float = 0.0) -> Equations:
-        """The reference speed and the torque law; ``begin``: share of the lever's travel before the first phase."""
+    def check(self) -> Equations:
+        """The inertia phase lies between the torque phases."""
+        yield self.begin + 2 * self.torque_phase < 1
+
+    def _shift(self, ratios: Sequence[float | Symbol], w_in: Symbol, w_out: Symbol) -> Equations:
+        """The reference speed and the torque law."""
         ratio = Symbol(ratios[0])
         for k, (one, other) in enumerate(pairwise(ratios), 1):
-            ratio += (other - one) * self._phase(k, begin, 2)
+            ratio += (other - one) * self._phase(k, 2)
         yield self.w_in == w_in
         yield self.w_ref == ratio * w_out
         yield self.T_in * der(self.tau_in) == self.flange_a.tau - self.tau_in
@@ -57,7 +66,6 @@ class ClutchToClutch(Shiftable):
         self,
         factors: Sequence[float | None],
         full: Symbol,
-        begin: float = 0.0,
         *,
         beside: Container[int] = (),
         pulling: Mapping[int, Symbol] | None = None,
@@ -69,15 +77,11 @@ class ClutchToClutch(Shiftable):
         """
         hold, law, driving = Symbol(float(factors[0] is not None)), Symbol(0.0), self.braking - self.tau_law
         for k, (one, other) in enumerate(pairwise(factors), 1):
-            first, last = self._phase(k, begin, 1), self._phase(k, begin, 3)
+            first, last = self._phase(k, 1), self._phase(k, 3)
             if one is None and other is not None:
                 hold += last
                 if k not in beside:
-                    law += (
-                        other
-                        * (self.braking * first + (pulling or {}).get(k, 0.0) * self._phase(k, begin, 2))
-                        * (1 - last)
-                    )
+                    law += other * (self.braking * first + (pulling or {}).get(k, 0.0) * self._phase(k, 2)) * (1 - last)
             elif one is not None and other is None:
                 hold -= first
                 law += one * driving * first * (1 - last)
@@ -89,9 +93,9 @@ class ClutchToClutch(Shiftable):
         behind = ca.fmax(ratio * w_out - self.w_in, 0)
         return self.k_slip * behind
 
-    def _phase(self, k: int, begin: float, number: int) -> Symbol:
+    def _phase(self, k: int, number: int) -> Symbol:
         """S_n of the shift between gears k and k + 1."""
-        marks = begin, begin + self.torque_phase, 1 - self.torque_phase, 1.0
+        marks = self.begin, self.begin + self.torque_phase, 1 - self.torque_phase, 1.0
         start, stop = marks[number - 1], marks[number]
         return _smooth((self.lever.value - k - start) / (stop - start))
 

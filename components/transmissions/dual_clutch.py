@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import casadi as ca
 
-from powertrain import Equations, Input, Map, ParameterError, Symbol, connect, signal_input
+from powertrain import Equations, Input, Map, Parameter, ParameterError, Symbol, connect, parameter, signal_input
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.limited import limited
 from powertrain.components.ratios import gear_ratios
@@ -33,7 +33,7 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
 
     gear k: w_loose = w_shaft/ratio_k,  synchroniser k: dry friction between the loose wheel and the output shaft
 
-    The clutches exchange the torque by the law of ``ClutchToClutch``, each pressed for at most fn_max cgeo pressed. ``pressed``
+    The clutches exchange the torque by the law of ``ClutchToClutch``, each pressed for at most its capacity times pressed. ``pressed``
     within 0..1 starts the vehicle with the clutch of the engaged gear, and lets the engine idle when it stops, also during a shift. While
     a gear is engaged, the gear below is preselected on the other shaft. An upshift therefore begins with the synchronisation of the gear
     above, in the first 30 % of the lever's travel, against an open clutch; a downshift ends with that of the gear two below. The meshes
@@ -42,7 +42,10 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
     Errors: ParameterError if the numbers of gears and synchronisers differ, and for ratios that do not decrease from gear to gear.
     """
 
-    torque_phase: float = 0.15
+    begin: ClassVar[float] = PRESELECT
+    torque_phase: Parameter = parameter(
+        "1", "Share of the lever's travel between gears in each torque phase", default=0.15, above=0
+    )
     gears: tuple[IdealGear, ...] = tuple(IdealGear(ratio=r) for r in RATIOS)
     synchronisers: tuple[Clutch, ...] = (SYNCHRONISER,) * len(RATIOS)
     odd_clutch: Clutch = Clutch(fn_max=350, mue_pos=((0.0, 1.0),))
@@ -70,7 +73,10 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
         return tuple(float(gear.ratio) for gear in self.gears)
 
     def check(self) -> Equations:
-        """Gear ratios must decrease: an upshift slows the engine down."""
+        """Gear ratios must decrease: an upshift slows the engine down. The clutches can carry torque."""
+        yield from super().check()
+        for clutch in (self.odd_clutch, self.even_clutch):
+            yield clutch.capacity > 0
         yield from ratios_decrease(self.gears)  # with two final drives, give the products with them
 
     def friction_elements(self) -> dict[str, str]:
@@ -98,12 +104,11 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
 
     def _press(self) -> Equations:
         ratios = [gear.ratio for gear in self.gears]
-        yield from self._shift(ratios, self.input.w, self.output.w, PRESELECT)
+        yield from self._shift(ratios, self.input.w, self.output.w)
         for clutch, first in ((self.odd_clutch, 0), (self.even_clutch, 1)):
             factors = [1.0 if k % 2 == first else None for k in range(len(ratios))]
-            full = clutch.fn_max * clutch.cgeo
-            asked = full * limited(self.pressed.value)
-            yield clutch.f_normalized.value == ca.fmin(self._torque(factors, asked, PRESELECT), asked) / full
+            asked = clutch.capacity * limited(self.pressed.value)
+            yield clutch.f_normalized.value == ca.fmin(self._torque(factors, asked), asked) / clutch.capacity
         for k, synchroniser in enumerate(self.synchronisers, 1):
             yield synchroniser.f_normalized.value == self._selected(k)
 

@@ -48,12 +48,7 @@ class GearScheme:
     joints: tuple[Joint, ...] = ()
 
     def __post_init__(self) -> None:
-        known = [element.name for element in self.elements]
-        for gear in self.gears:
-            if unknown := [name for name in (*gear.engaged, *gear.coast) if name not in known]:
-                raise ParameterError(
-                    f"gear {gear.name} engages {unknown[0]!r}; the shift elements are {', '.join(known)}"
-                )
+        self._check_names()
         self._check_shafts()
         for gear in self.gears:
             try:
@@ -189,6 +184,18 @@ class GearScheme:
         )  # shafts need not have a lever
         return Network(self.levers, ends, (*alone, *self.joints, *joints), *ends)
 
+    def _check_names(self) -> None:
+        """Names are unique, and gears engage elements that exist."""
+        known, gears = [element.name for element in self.elements], [gear.name for gear in self.gears]
+        for what, names in (("shift elements", known), ("gears", gears)):
+            if twice := [name for name in names if names.count(name) > 1]:
+                raise ParameterError(f"two {what} have the name {twice[0]!r}")
+        for gear in self.gears:
+            if unknown := [name for name in (*gear.engaged, *gear.coast) if name not in known]:
+                raise ParameterError(
+                    f"gear {gear.name} engages {unknown[0]!r}; the shift elements are {', '.join(known)}"
+                )
+
     def _check_shafts(self) -> None:
         """Input, output and the shafts of elements must also belong to another part; otherwise a name is misspelt."""
         members = [shaft for x in self.levers for shaft in (x.a, x.b, x.carrier)]
@@ -196,6 +203,8 @@ class GearScheme:
         at: dict[str, tuple[str, ...]] = {"input": (self.input,), "output": (self.output,)}
         at |= {f"shift element {element.name}": element.joint for element in self.elements}
         for what, shafts in at.items():
+            if len(shafts) == 2 and shafts[0] == shafts[1]:
+                raise ParameterError(f"the {what} is between the shaft {shafts[0]!r} and itself; it needs two shafts")
             met = [HOUSING, *members, *joined, *(shaft for name, pair in at.items() if name != what for shaft in pair)]
             if lone := [shaft for shaft in shafts if shaft not in met]:
                 raise ParameterError(
@@ -205,7 +214,9 @@ class GearScheme:
 
     def _check_direction(self) -> None:
         """The first gear must be a forward one: with a reversed output, forward gears would be taken for reverse gears."""
-        if self.forward and self.gears[0] in self.reverse:
+        if not self.gears:
+            raise ParameterError("the shift table has no gears")
+        if self.gears[0] in self.reverse:
             raise ParameterError(
                 f"gear {self.gears[0].name} has the ratio {self.ratio(self.gears[0].name):.4g}, it turns the output backward; list the "
                 "forward gears first. A pair of transfer gears that turns the output round has a positive ratio here"

@@ -40,6 +40,11 @@ class Shiftable(TwoFlanges):
         """Ratios of the forward gears, speed at flange_a over speed at flange_b; empty if the transmission does not say them."""
         return ()
 
+    @property
+    def has_reverse(self) -> bool:
+        """Whether the lever position -1 selects a reverse gear."""
+        return False
+
     def in_gear(self, k: int) -> Shiftable:
         """The transmission with the k-th gear permanently engaged."""
         raise ModelError(

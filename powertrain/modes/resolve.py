@@ -32,6 +32,8 @@ _ROUNDS = 10_000
 """Resets and impacts at one instant."""
 _LINEARIZED = 16
 """Linearisations of the complementarity problem, if laws are nonlinear in the torques or conditions on speeds change."""
+_EXCHANGES = 200
+"""Laws whose modes are exchanged one by one."""
 _MOST_PIECES = 12
 """Conditions on torques in the bounds; with more there are too many combinations to try."""
 _MOST_COMBINATIONS = 5000
@@ -153,6 +155,9 @@ class ModeResolver:
         found, laws = self._linearized(side, held=False)
         if found is not None:
             return found
+        self.memory.m[:] = start
+        if self._one_by_one(side):
+            return True
         if len(pieces) > _MOST_PIECES:
             raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
         for piece in product((0.0, 1.0), repeat=len(pieces)):  # each piece is a separate problem
@@ -164,6 +169,29 @@ class ModeResolver:
             if found is not None:
                 return found
         return self._tried(side, start, laws, against)
+
+    def _one_by_one(self, side: int) -> bool:
+        """Change the mode of one law at a time, the first that its rule would change; False if modes recur.
+
+        K. G. Murty, Note on a Bard-type scheme for solving the complementarity problem, Opsearch 11 (1974) 123.
+        """
+        m, held, seen = self.memory.m, self.memory.held, set[bytes]()
+        for _ in range(_EXCHANGES):
+            if self._consistent(side):
+                return True
+            wanted = [group for group in self._groups if m[group[0]] != held[group[0]]]
+            if not wanted or (key := m.tobytes()) in seen:
+                return False
+            seen.add(key)
+            m[wanted[0]] = held[wanted[0]]
+        return False
+
+    @cached_property
+    def _groups(self) -> list[list[int]]:
+        """The places of each law in the held values: its mode, and whether others hold it at rest at its limit."""
+        frictions = [[f.index] if f.rests is None else [f.index, f.rests] for f in self.dae.frictions]
+        contacts, switches = [[c.index] for c in self.dae.contacts], [[s.index] for s in self.dae.switches]
+        return [*frictions, *contacts, *switches]
 
     def _tried(self, side: int, start: Array, laws: set[int], against: set[int]) -> bool:
         """Try all modes of ``laws`` (on a ray) and ``against``, then of all laws at rest, in all pieces.

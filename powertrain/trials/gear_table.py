@@ -129,7 +129,7 @@ def _overload(gearbox: Automatic, gears: list[str], torque: float) -> str:
     """
     scheme, coast = gearbox.scheme, float(gearbox.coast)
     capacity = {
-        element.name: float(part.fn_max) * float(part.cgeo) * part.mue_pos[0][1] * float(part.peak)
+        element.name: float(part.capacity) * float(part.peak)
         for element, part in zip(scheme.elements, gearbox.elements, strict=True)
         if not element.freewheel
     }

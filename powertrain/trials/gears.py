@@ -44,8 +44,9 @@ def in_gear(vehicle: pt.Component, k: int) -> pt.Component:
     """The vehicle with gear k permanently engaged."""
     shifting, name = _named(vehicle, SpeedSchedule), _named(vehicle, Shiftable)
     schedule, box = getattr(vehicle, shifting), getattr(vehicle, name)
-    held = FixedGear(gear=k, w_open=float(schedule.w_open), w_closed=float(schedule.w_closed))
-    return pt.replace(vehicle, {shifting: held, name: box.in_gear(k)})
+    alone = box.in_gear(k)
+    held = FixedGear(gear=min(k, alone.gear_count), w_open=float(schedule.w_open), w_closed=float(schedule.w_closed))
+    return pt.replace(vehicle, {shifting: held, name: alone})
 
 
 def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array, maps: list[xr.Dataset]) -> NDArray[np.intp]:

@@ -10,7 +10,7 @@ import numpy as np
 import powertrain as pt
 from powertrain.figures.plot import axes_of
 from powertrain.trials.anatomy import anatomy
-from powertrain.trials.shifts import AFTER, clutch_to_clutch, shift_quality, shifting, shifts
+from powertrain.trials.shifts import AFTER, clutch_to_clutch, duration, shift_quality, shifts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +35,7 @@ def plot_shift(result: pt.Result[Any], number: int = 1, *, axes: Any = None) -> 
         raise pt.ParameterError(f"the run has {len(table)} shifts; there is no shift {number}")
     row, box = table.loc[number], clutch_to_clutch(model)
     axes = plt.subplots(4, 1, figsize=(7.5, 9), sharex=True, layout="constrained")[1] if axes is None else axes
-    stop = row["time"] + float(result.parameters[f"{shifting(model)}.t_shift"]) + AFTER
+    stop = row["time"] + duration(result) + AFTER
     t = np.linspace(max(row["time"] - BEFORE, result.time[0]), min(stop, result.time[-1]), POINTS)
     speed, torque, acceleration, slip = axes
     for engine in anatomy(model).engines:

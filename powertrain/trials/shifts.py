@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 import powertrain as pt
-from powertrain.components.control import Shifting
+from powertrain.components.control import Shifting, SpeedSchedule
 from powertrain.components.transmissions import ClutchToClutch
 from powertrain.language.arguments import of_kind
 from powertrain.language.component import children
@@ -19,7 +19,7 @@ RATE = 1000
 SPAN = 0.1
 """Time [s] over which accelerations and their changes are averaged: about what a person resolves."""
 AFTER = 0.3
-"""Time [s] after the lever's travel that still belongs to a shift."""
+"""Time [s] after the end of a shift that still belongs to a shift."""
 
 
 def shifts(result: pt.Result[Any]) -> pd.DataFrame:
@@ -29,7 +29,7 @@ def shifts(result: pt.Result[Any]) -> pd.DataFrame:
     """
     of_kind("shifts", result, pt.Result, "the result of a simulation, run.result of a drive cycle")
     schedule = shifting(result.model)
-    if "gear" not in result.model._values[schedule]._fields:
+    if not isinstance(result.model._values[schedule], SpeedSchedule):
         raise pt.ParameterError(f"{type(result.model).__name__}.{schedule} does not shift")
     time, gear = result.time, result[f"{schedule}.gear"]
     at = np.flatnonzero(np.diff(gear))
@@ -42,15 +42,16 @@ def shift_quality(result: pt.Result[Any]) -> pd.DataFrame:
 
     Columns besides those of ``shifts``: "jerk" [m/s3], the largest change of the vehicle's acceleration (averaged over 0.1 s) within 0.1 s,
     divided by 0.1 s; "slip energy" [J], the heat of the clutches and brakes of the gearbox; "slip time" [s], the time for which they
-    slip. Errors: ParameterError for a vehicle without such a gearbox, or without a schedule that shifts.
+    slip. A shift counts until 0.3 s after its end, or until the next one begins.
+    Errors: ParameterError for a vehicle without such a gearbox, or without a schedule that shifts.
     """
     table, box, model = shifts(result), clutch_to_clutch(result.model), result.model
-    lasting = float(result.parameters[f"{shifting(model)}.t_shift"]) + AFTER
+    lasting = duration(result) + AFTER
     speed = f"{anatomy(model).the('body')}.v"
     losses = [f"{box}.{path}.lossPower" for path in model._values[box].friction_elements().values()]
     found: dict[str, list[float]] = {"jerk": [], "slip energy": [], "slip time": []}
-    for start in table["time"]:
-        stop = min(start + lasting, result.time[-1])
+    for start, next_one in zip(table["time"], [*table["time"][1:], result.time[-1]], strict=False):
+        stop = min(start + lasting, next_one)
         t = np.arange(start, stop, 1 / RATE)
         heat = np.sum(list(result.at(t, losses).values()), axis=0)
         found["slip energy"].append(float(np.trapezoid(heat, t)))
@@ -64,6 +65,12 @@ def _jerk(result: pt.Result[Any], speed: str, start: float, stop: float) -> floa
     middle = np.arange(max(start, result.time[0] + SPAN), stop - SPAN, 1 / RATE)
     before, now, after = (result.at(middle + k * SPAN, speed) for k in (-1, 0, 1))
     return float(np.abs(after - 2 * now + before).max(initial=0.0)) / SPAN**2
+
+
+def duration(result: pt.Result[Any]) -> float:
+    """The time that a shift takes [s]."""
+    name = shifting(result.model)
+    return float(sum(result.parameters[f"{name}.{stage}"] for stage in result.model._values[name].stages))
 
 
 def shifting(model: pt.Component) -> str:

@@ -51,7 +51,7 @@ def model(given: Piecewise) -> pt.Component:
     return Steep()
 
 
-@pytest.mark.parametrize("seed", [10, 17, 35, 50, 51, 54, 60, 62, 84, 103, 114, 117, 127, 132, 183])
+@pytest.mark.parametrize("seed", [10, 17, 35, 50, 51, 54, 60, 62, 84, 103, 114, 127, 132, 183])
 def test_modes_are_those_of_brute_force(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """All of these need the last resort."""
     asked, tried = list[int](), ModeResolver._tried

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.components.control import GearSchedule, OpenPedals
+from powertrain.components.body import LumpedAxle
+from powertrain.components.control import GearSchedule, OpenPedals, PowerShiftSchedule
 from powertrain.components.cycles import DriveCycle
+from powertrain.components.differentials import CrownGear
 from powertrain.components.transmissions import Automatic, DualClutchGearbox, ManualGearbox
 from powertrain.trials import CycleRun, drive_cycle, full_accelerator, shift_quality, shifts
 from powertrain.trials.gears import in_gear
@@ -38,6 +40,16 @@ def test_shift_speeds_of_a_gearset_in_rpm() -> None:
     np.testing.assert_allclose(in_rpm, plain)
     with pytest.raises(pt.ParameterError, match=r"AutomaticCar has no field w_upp; did you mean w_up"):
         AutomaticCar.with_gearset(box, w_upp=150)
+
+
+def test_an_axle_of_its_own_needs_shift_speeds() -> None:
+    """The shift speeds are those of a final drive of 3.2 and wheels of 0.3 m: with 4.1 the engine turned 28 % faster at every shift."""
+    box, axle = Automatic.simpson_three_speed(), LumpedAxle(final_drive=CrownGear(ratio=4.1))
+    with pytest.raises(pt.ParameterError, match=r"with_gearset: front given, but no shift speeds for it"):
+        AutomaticCar.with_gearset(box, front=axle)
+    schedule = PowerShiftSchedule.for_gears(box.gear_ratios, 4.1, radius=0.3, w_up=150)
+    car: Any = AutomaticCar.with_gearset(box, front=axle, schedule=schedule)
+    assert car.schedule.speeds[0][0] == pytest.approx(150 * 0.3 / (4.1 * box.gear_ratios[1]))
 
 
 @pytest.fixture(scope="module", params=["eight", "dual clutch"])

@@ -342,3 +342,13 @@ def test_runs_while_the_vehicle_does() -> None:
 def test_a_clutch_that_closes_below_the_speed_at_which_it_opens_is_refused(control: type[Any]) -> None:
     with pytest.raises(pt.ParameterError, match="w_open = 200 rad/s, w_closed = 160 rad/s"):
         control(w_open=200)
+
+
+def test_a_shift_ends_before_the_next_one_begins() -> None:
+    """Otherwise the lever would start again at the gear that it has not reached."""
+    GearSchedule(dwell=0.7, t_open=0.15, t_lever=0.25, t_close=0.3)
+    with pytest.raises(pt.ParameterError, match=r"dwell = 0.69 s, .*t_lever = 0.25 s"):
+        GearSchedule(dwell=0.69, t_open=0.15, t_lever=0.25, t_close=0.3)
+    PowerShiftSchedule(dwell=0.4)
+    with pytest.raises(pt.ParameterError, match=r"dwell = 0.39 s, t_shift = 0.4 s"):
+        PowerShiftSchedule(dwell=0.39)

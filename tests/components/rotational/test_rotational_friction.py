@@ -246,10 +246,11 @@ def test_freewheel_cannot_start_the_wrong_way(kind: str) -> None:
     ("table", "said"),
     [
         (((0.0, -1.0),), "-1 N.m at 0 rad/s"),
-        (((-1.0, 2.0), (0.0, 1.0)), "2 N.m at -1 rad/s"),
+        (((-1.0, 2.0), (0.0, 1.0)), "begins at -1 rad/s"),
         (((0.0, 1.0), (5.0, 2.0), (5.0, 3.0)), "5 follows 5"),
         (((0.0, 1.0), (5.0,)), "no table of rows"),
-        ((), "no points"),
+        ((), r"tau_pos: \(\) is not"),
+        (((5.0, 2.0), (10.0, 1.0)), "begins at 5 rad/s; the first row must be at 0 rad/s"),
     ],
 )
 def test_friction_that_is_no_table_or_would_drive(table: tuple[tuple[float, ...], ...], said: str) -> None:
