@@ -25,6 +25,7 @@ from powertrain import (
     signal_input,
     signal_output,
     variable,
+    within,
 )
 from powertrain.components.body.body import G_N
 from powertrain.components.thermal import Lossy
@@ -37,6 +38,8 @@ ROUND = 1e-12
 """Slopes that differ by less are equal."""
 STEEPEST = 1.0
 """Largest grade of a road, in both directions: steeper than any, and exceeded by percentages passed as fractions."""
+TIGHTEST = 0.99
+"""Largest share of the radius of a bend that half of the track takes: the inner wheel rolls forward, too."""
 HALVINGS = 60
 """Bisections of the range of angles, -90 to 90 degrees, down to round-off."""
 
@@ -44,12 +47,13 @@ HALVINGS = 60
 class AxlePath(Lossy):
     """An axle in a bend: its two wheels run on circles whose radii differ by the track.
 
-    v_left = (lead - curvature track/2) v,  v_right = (lead + curvature track/2) v,  lead = root(1 + (curvature ahead)^2)
+    v_left = root((1 - apart)^2 + (curvature ahead)^2) v,  v_right = root((1 + apart)^2 + (curvature ahead)^2) v,  apart = curvature track/2
     axle.f v + left.f v_left + right.f v_right = lossPower = slip_angle load side^2 |v|,  side = curvature v^2/g
     left_load = load/2 - transfer,  right_load = load/2 + transfer,  transfer = roll load side h/track
 
-    Positive curvature bends to the left. It is that of the path of the unsteered axle, where the speed is v. An axle ``ahead`` of it is
-    steered and runs on a larger circle about the same centre; it is assumed to turn as a whole. The forces follow from the power balance.
+    Positive curvature bends to the left. It is that of the path of the unsteered axle, where the speed is v. All wheels run on circles
+    about one centre (Ackermann's condition); those of an axle ``ahead`` of the unsteered one are steered and run on larger circles. The
+    forces follow from the power balance. A centre of the bend between the wheels ends the simulation.
     ``h`` is the height of the axle's share of the mass, which transfers load in a bend; with 0 the load is shared equally. ``roll`` is the
     axle's share of the roll stiffness divided by its share of the load: a stiffer axle takes more of the car's load transfer, and the other
     one less, so the products of ``roll`` and load of both axles must add up to the weight. The side force requires a slip angle of
@@ -61,7 +65,7 @@ class AxlePath(Lossy):
 
     track: Parameter = parameter("m", "Distance of the wheels", default=1.5, above=0)
     ahead: Parameter = parameter("m", "Distance ahead of the axle that is not steered", default=0.0, min=0)
-    h: Parameter = parameter("m", "Height of the mass for the transfer of load in a bend", default=0.0, min=0)
+    h: Parameter = parameter("m", "Height of the mass for the transfer of load in a bend", default=0.55, min=0)
     roll: Parameter = parameter("1", "Share of the roll stiffness over the share of the load", default=1.0, min=0)
     slip_angle: Parameter = parameter("rad", "Slip angle of the tyres over side force over load", default=0.0, min=0)
     axle: Flange = port(Flange)
@@ -76,8 +80,9 @@ class AxlePath(Lossy):
 
     def equations(self) -> Equations:
         """Kinematics of a rigid body on a circle, power balance, and moments about the road."""
-        lead, apart = ca.sqrt(1 + (self.curvature.value * self.ahead) ** 2), self.curvature.value * self.track / 2
-        left, right = lead - apart, lead + apart
+        apart, tightest = self.curvature.value * self.track / 2, 2 * TIGHTEST / self.track
+        within(self.curvature.value, -tightest, tightest, name="curvature of the path", unit="1/m")
+        left, right = (ca.sqrt((1 + side) ** 2 + (self.curvature.value * self.ahead) ** 2) for side in (-apart, apart))
         yield self.v == der(self.axle.s)
         yield der(self.left.s) == left * self.v
         yield der(self.right.s) == right * self.v
