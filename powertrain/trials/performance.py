@@ -21,6 +21,8 @@ from powertrain.trials.starting import checked_starts, empty
 KM_H, MPH = 1 / 3.6, 0.44704
 MOVES = 1.0
 """Distance [m] within the first minute above which a vehicle moves."""
+LEFT = 0.1
+"""Distance [m] from which a vehicle has left its place: more than what its tyres and half shafts yield."""
 SETTLED = 1e-3
 """Acceleration [m/s2] below which the top speed is reached."""
 STEEPEST = 1.0
@@ -117,9 +119,13 @@ class Hill:
         return cls(plant, f"{parts.the('road')}.grade", checked_starts(plant, starts))
 
     def climbed(self, grade: float, time: float = 20.0) -> bool:
-        """Whether the vehicle moves off on a slope tan(alpha) = ``grade`` within a time [s]."""
+        """Whether the vehicle moves off on a slope tan(alpha) = ``grade`` within a time [s].
+
+        Even where the force hardly exceeds the weight: it has left its place, and has not come to rest again.
+        """
         result = self.plant.simulate(time, inputs={self.slope: grade}, starts=self.starts, points=100)
-        return bool(_speed(result)[-1] > 1.0 and result[f"{anatomy(result.model).the('body')}.s"][-1] > 0)
+        covered = result[f"{anatomy(result.model).the('body')}.s"][-1]
+        return bool(covered > LEFT and _speed(result)[-1] * time > covered / 2)
 
 
 def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:

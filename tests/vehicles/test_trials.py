@@ -199,6 +199,15 @@ def test_steep_slopes_stop_the_car() -> None:
     assert not hill.climbed(1.0)
 
 
+@pytest.mark.slow
+def test_gradeability_against_the_balance_of_forces() -> None:
+    """sin(alpha) + Cr cos(alpha) = 310 N.m 2.5 3.6 0.97/(0.3 m m g): a car that accelerates by a mm/s2 moves off."""
+    car = pt.replace(ElectricCar(), {"body.m": 1711.0})
+    pull = 310 * 2.5 * 3.6 * 0.97 / 0.3 / (1711 * 9.80665)
+    steepest = np.tan(np.arcsin(pull / np.hypot(1, 0.01)) - np.arctan(0.01))
+    assert gradeability(car, 1e-3) == pytest.approx(steepest, abs=1e-3)
+
+
 def test_energy_flow_shows_every_loss_in_scale(town: CycleRun) -> None:
     ax = plot_energy_flow(town)
     supplied = float(town.audit.components["sources"][""])
