@@ -103,21 +103,29 @@ class AxlePath(Lossy):
 
 
 class RoadProfile(Component):
-    """The slope of a road along its length: grade = profile(s).
+    """The slope and the bends of a road along its length: grade = profile(s),  curvature = bends(s).
 
-    ``profile`` is a map with one argument, the path in m, to tan(alpha); ``from_heights`` makes one from heights.
+    ``profile`` is a map with one argument, the path in m, to tan(alpha); ``from_heights`` makes one from heights. ``bends`` is a map of the
+    path to the curvature in 1/m, positive to the left.
     Errors: ParameterError for a map with other arguments or another unit, and for grades above 100 %.
     """
 
     profile: Map = Map.constant(0.0, x="s", x_unit="m", name="grade")
+    bends: Map = Map.constant(0.0, x="s", x_unit="m", unit="1/m", name="curvature")
     s: Input = signal_input("m", "Path of the vehicle")
     grade: Output = signal_output("1", "Slope of the road, tan(alpha), positive uphill")
+    curvature: Output = signal_output("1/m", "Curvature of the road, positive to the left")
 
     def equations(self) -> Equations:
-        """The map."""
-        if len(self.profile.axes) != 1:
-            names = ", ".join(axis.name for axis in self.profile.axes)
-            raise ParameterError(f"{self._path}.profile takes one argument, the path s; this map takes {names}")
+        """The maps."""
+        for name, given in ("profile", self.profile), ("bends", self.bends):
+            if len(given.axes) != 1:
+                names = ", ".join(axis.name for axis in given.axes)
+                raise ParameterError(f"{self._path}.{name} takes one argument, the path s; this map takes {names}")
+        if self.bends.unit != "1/m":
+            raise ParameterError(
+                f"{self._path}.bends gives {self.bends.name} [{self.bends.unit}]; it must give the curvature in 1/m, one over the radius"
+            )
         if self.profile.unit != "1":
             raise ParameterError(
                 f"{self._path}.profile gives {self.profile.name} [{self.profile.unit}]; it must give the slope tan(alpha) [1]; "
@@ -130,6 +138,7 @@ class RoadProfile(Component):
                 "tangent of the slope, 0.06 for 6 %"
             )
         yield self.grade.value == self.profile(self.s.value)
+        yield self.curvature.value == self.bends(self.s.value)
 
     @classmethod
     @arguments_checked

@@ -230,3 +230,31 @@ def test_a_bend_takes_of_the_grip_of_wheels_that_are_one(driven: bool) -> None:
         )
         > 0
     )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wheel", [SlipWheel(), RigidWheel()], ids=["tyre", "rigid"])
+def test_bends_of_a_road(wheel: SlipWheel | RigidWheel) -> None:
+    """Through 2.8 rad to the left and 1 rad to the right: the right wheel covers 1.8 track more than the left one, at any speed."""
+    places, bends = [0, 20, 30, 90, 100, 105, 110, 130, 135], [0, 0, 0.04, 0.04, 0, 0, -0.04, -0.04, 0]
+    road = RoadProfile(
+        bends=pt.Map.curve(places, bends, x="s", x_unit="m", unit="1/m", name="curvature", outside="clip")
+    )
+    car = RearDriveCar.in_one_gear(1.0, rear=DrivenAxle(left=wheel, right=wheel, path=AxlePath(track=1.4)), road=road)
+    for speed in 8.0, 11.0:
+        result = pt.simulate(
+            car,
+            22.0,
+            starts={"body.v": speed, "engine.w": speed / 0.3 * 3.9},
+            inputs={"driver.accelerator_pedal": 0.2},
+            rtol=1e-8,
+        )
+        assert result["body.s"][-1] > 140
+        left, right = (np.diff(result[f"rear.path.{side}.s"][[0, -1]])[0] for side in ("left", "right"))
+        assert right - left == pytest.approx(1.4 * (0.04 * 70 - 0.04 * 25), abs=1e-4)
+
+
+def test_bends_that_are_none() -> None:
+    radius = pt.Map.curve([0, 100], [1e9, 20], x="s", x_unit="m", unit="m", name="radius")
+    with pytest.raises(pt.ParameterError, match=r"road.bends gives radius \[m\]; it must give the curvature in 1/m"):
+        pt.compile(RearDriveCar(road=RoadProfile(bends=radius)))
