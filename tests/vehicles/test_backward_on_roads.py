@@ -26,7 +26,7 @@ def climbing(car: pt.Component, cycle: DriveCycle) -> np.ndarray:
 def test_the_weight_does_the_work_of_the_heights() -> None:
     """Half a kilometre a row, up and down: the slope in the middle of a row is steeper than the mean."""
     heights = np.array([0.0, 20.0, 0.0, 30.0, 30.0])
-    cycle = DriveCycle.from_distance("hills", [0, 500, 1000, 1500, 2000], [0, 15, 15, 15, 0], heights=heights)
+    cycle = DriveCycle.from_distance("hills", [0, 500, 1000, 1500, 2000], [0, 15, 15, 15, 0], heights=heights.tolist())
     np.testing.assert_allclose(climbing(ManualCar(), cycle), WEIGHT * np.diff(heights), atol=1e-3)
 
 

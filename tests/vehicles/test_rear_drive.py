@@ -211,8 +211,8 @@ def test_a_bend_takes_of_the_grip_of_wheels_that_are_one(driven: bool) -> None:
     """Brakes that lock on a road of mu = 0.5, 20 m/s round 100 m: root(0.5^2 - (v^2/100/g)^2) of the load is left."""
     wheel = SlipWheel(mu=0.5, J=2)
     axle = LumpedAxle(wheels=wheel) if driven else RollingAxle(wheels=wheel)
-    car = RearDriveCar.in_one_gear(**{"rear" if driven else "front": axle})
     name = "rear" if driven else "front"
+    car = pt.replace(RearDriveCar.in_one_gear(), {name: axle})
     result = pt.simulate(
         car, 0.6, inputs={"driver.brake_pedal": 1.0, "curvature": -0.01}, starts={"body.v": 20.0}, rtol=1e-8
     )
