@@ -58,7 +58,8 @@ class Car(Component):
         """``shaft`` turns the driven axles, ``demand`` brakes both; they push the body, which loads them, on the slope of its road.
 
         A separate shaft ``rear`` turns the rear axle instead of the transfer case.
-        The curvature is that of the rear axle's path; the steered front wheels run on larger circles.
+        The curvature, that of the input plus that of the road, is that of the rear axle's path; the steered front wheels run on larger
+        circles. The load that a bend transfers between the wheels of a ``DrivenAxle`` is that of the body's height.
         Errors: ModelError if no axle is driven, if a centre differential has only one axle, or if two axles are rigidly coupled to the
         road; ParameterError if the wheels have a rolling resistance that the road load of the body already includes.
         """
@@ -71,8 +72,12 @@ class Car(Component):
             yield connect(self.transfer.rear if rear is None else rear, self.rear.pinion)
         if isinstance(self.front, DrivenAxle):
             yield self.front.path.ahead == self.body.wheelbase
+        for axle in self.front, self.rear:
+            if isinstance(axle, DrivenAxle):
+                yield axle.path.h == self.body.h
         yield connect(demand, self.front.brake, self.rear.brake)
-        yield connect(self.curvature, self.front.curvature, self.rear.curvature)
+        for axle in self.front, self.rear:
+            yield axle.curvature.value == self.curvature.value + self.road.curvature.value
         yield connect(self.front.axle, self.body.front)
         yield connect(self.rear.axle, self.body.rear)
         yield connect(self.body.front_load, self.front.load)

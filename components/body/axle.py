@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from powertrain import Component, Equations, Input, ModelError, ParameterError, Symbol, connect, port, signal_input
+from powertrain.components.body.body import G_N
 from powertrain.components.body.elastic_shaft import ElasticShaft
 from powertrain.components.body.path import AxlePath
 from powertrain.components.differentials import BevelDifferential, CrownGear, Differential
@@ -42,6 +43,10 @@ class Axle(Component):
     curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
     brake: Input = signal_input("1", "Brake demand, 0 to 1", default=0.0)
 
+    def _bend(self, wheels: Wheel) -> Equations:
+        """Wheels that are one bear the side force of a bend."""
+        yield wheels.side.value == self.curvature.value * wheels.v**2 / G_N
+
     def lumped(self) -> Axle:
         """The axle on a straight road without slip: its wheels as one that does not slip."""
         raise ModelError(
@@ -57,7 +62,10 @@ class PoweredAxle(Axle):
 
 
 class RollingAxle(Axle):
-    """An axle that is not driven. Its two wheels are one, with the inertia of both; in a bend it follows the middle of the axle."""
+    """An axle that is not driven. Its two wheels are one, with the inertia of both.
+
+    In a bend it follows the middle of the axle and bears the side force load curvature v^2/g.
+    """
 
     brakes: WheelBrake = WheelBrake(tau_max=1500)
     wheels: Wheel = RigidWheel(J=2.0)
@@ -68,6 +76,7 @@ class RollingAxle(Axle):
         yield connect(self.wheels.road, self.axle)
         yield connect(self.load, self.wheels.load)
         yield connect(self.brake, self.brakes.demand)
+        yield from self._bend(self.wheels)
 
     def initial(self) -> Equations:
         """The wheels roll."""
@@ -83,6 +92,7 @@ class LumpedAxle(PoweredAxle):
 
     On a straight road with equal ground the two wheels turn at the same speed. A differential between them then turns as a block and loses
     nothing, whatever its kind. In a bend the mean wheel speed is that of the middle of the axle, as with a differential without friction.
+    The wheels bear the side force load curvature v^2/g.
     If the differential matters, in bends and on uneven ground, use a ``DrivenAxle``.
     """
 
@@ -98,6 +108,7 @@ class LumpedAxle(PoweredAxle):
         yield connect(self.wheels.road, self.axle)
         yield connect(self.load, self.wheels.load)
         yield connect(self.brake, self.brakes.demand)
+        yield from self._bend(self.wheels)
 
     def initial(self) -> Equations:
         """The wheels roll."""
@@ -114,7 +125,7 @@ class DrivenAxle(PoweredAxle):
     The differential and the wheels are slots.
     """
 
-    path: AxlePath = AxlePath(track=1.5, h=0.55)
+    path: AxlePath = AxlePath()
     left: Wheel = MagicFormulaWheel()
     right: Wheel = MagicFormulaWheel()
     left_brake: WheelBrake = WheelBrake(tau_max=1500)

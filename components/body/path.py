@@ -25,6 +25,7 @@ from powertrain import (
     signal_input,
     signal_output,
     variable,
+    within,
 )
 from powertrain.components.body.body import G_N
 from powertrain.components.thermal import Lossy
@@ -37,6 +38,8 @@ ROUND = 1e-12
 """Slopes that differ by less are equal."""
 STEEPEST = 1.0
 """Largest grade of a road, in both directions: steeper than any, and exceeded by percentages passed as fractions."""
+TIGHTEST = 0.99
+"""Largest share of the radius of a bend that half of the track takes: the inner wheel rolls forward, too."""
 HALVINGS = 60
 """Bisections of the range of angles, -90 to 90 degrees, down to round-off."""
 
@@ -44,12 +47,13 @@ HALVINGS = 60
 class AxlePath(Lossy):
     """An axle in a bend: its two wheels run on circles whose radii differ by the track.
 
-    v_left = (lead - curvature track/2) v,  v_right = (lead + curvature track/2) v,  lead = root(1 + (curvature ahead)^2)
+    v_left = root((1 - apart)^2 + (curvature ahead)^2) v,  v_right = root((1 + apart)^2 + (curvature ahead)^2) v,  apart = curvature track/2
     axle.f v + left.f v_left + right.f v_right = lossPower = slip_angle load side^2 |v|,  side = curvature v^2/g
     left_load = load/2 - transfer,  right_load = load/2 + transfer,  transfer = roll load side h/track
 
-    Positive curvature bends to the left. It is that of the path of the unsteered axle, where the speed is v. An axle ``ahead`` of it is
-    steered and runs on a larger circle about the same centre; it is assumed to turn as a whole. The forces follow from the power balance.
+    Positive curvature bends to the left. It is that of the path of the unsteered axle, where the speed is v. All wheels run on circles
+    about one centre (Ackermann's condition); those of an axle ``ahead`` of the unsteered one are steered and run on larger circles. The
+    forces follow from the power balance. A centre of the bend between the wheels ends the simulation.
     ``h`` is the height of the axle's share of the mass, which transfers load in a bend; with 0 the load is shared equally. ``roll`` is the
     axle's share of the roll stiffness divided by its share of the load: a stiffer axle takes more of the car's load transfer, and the other
     one less, so the products of ``roll`` and load of both axles must add up to the weight. The side force requires a slip angle of
@@ -61,7 +65,7 @@ class AxlePath(Lossy):
 
     track: Parameter = parameter("m", "Distance of the wheels", default=1.5, above=0)
     ahead: Parameter = parameter("m", "Distance ahead of the axle that is not steered", default=0.0, min=0)
-    h: Parameter = parameter("m", "Height of the mass for the transfer of load in a bend", default=0.0, min=0)
+    h: Parameter = parameter("m", "Height of the mass for the transfer of load in a bend", default=0.55, min=0)
     roll: Parameter = parameter("1", "Share of the roll stiffness over the share of the load", default=1.0, min=0)
     slip_angle: Parameter = parameter("rad", "Slip angle of the tyres over side force over load", default=0.0, min=0)
     axle: Flange = port(Flange)
@@ -76,8 +80,9 @@ class AxlePath(Lossy):
 
     def equations(self) -> Equations:
         """Kinematics of a rigid body on a circle, power balance, and moments about the road."""
-        lead, apart = ca.sqrt(1 + (self.curvature.value * self.ahead) ** 2), self.curvature.value * self.track / 2
-        left, right = lead - apart, lead + apart
+        apart, tightest = self.curvature.value * self.track / 2, 2 * TIGHTEST / self.track
+        within(self.curvature.value, -tightest, tightest, name="curvature of the path", unit="1/m")
+        left, right = (ca.sqrt((1 + side) ** 2 + (self.curvature.value * self.ahead) ** 2) for side in (-apart, apart))
         yield self.v == der(self.axle.s)
         yield der(self.left.s) == left * self.v
         yield der(self.right.s) == right * self.v
@@ -98,21 +103,29 @@ class AxlePath(Lossy):
 
 
 class RoadProfile(Component):
-    """The slope of a road along its length: grade = profile(s).
+    """The slope and the bends of a road along its length: grade = profile(s),  curvature = bends(s).
 
-    ``profile`` is a map with one argument, the path in m, to tan(alpha); ``from_heights`` makes one from heights.
+    ``profile`` is a map with one argument, the path in m, to tan(alpha); ``from_heights`` makes one from heights. ``bends`` is a map of the
+    path to the curvature in 1/m, positive to the left.
     Errors: ParameterError for a map with other arguments or another unit, and for grades above 100 %.
     """
 
     profile: Map = Map.constant(0.0, x="s", x_unit="m", name="grade")
+    bends: Map = Map.constant(0.0, x="s", x_unit="m", unit="1/m", name="curvature")
     s: Input = signal_input("m", "Path of the vehicle")
     grade: Output = signal_output("1", "Slope of the road, tan(alpha), positive uphill")
+    curvature: Output = signal_output("1/m", "Curvature of the road, positive to the left")
 
     def equations(self) -> Equations:
-        """The map."""
-        if len(self.profile.axes) != 1:
-            names = ", ".join(axis.name for axis in self.profile.axes)
-            raise ParameterError(f"{self._path}.profile takes one argument, the path s; this map takes {names}")
+        """The maps."""
+        for name, given in ("profile", self.profile), ("bends", self.bends):
+            if len(given.axes) != 1:
+                names = ", ".join(axis.name for axis in given.axes)
+                raise ParameterError(f"{self._path}.{name} takes one argument, the path s; this map takes {names}")
+        if self.bends.unit != "1/m":
+            raise ParameterError(
+                f"{self._path}.bends gives {self.bends.name} [{self.bends.unit}]; it must give the curvature in 1/m, one over the radius"
+            )
         if self.profile.unit != "1":
             raise ParameterError(
                 f"{self._path}.profile gives {self.profile.name} [{self.profile.unit}]; it must give the slope tan(alpha) [1]; "
@@ -125,6 +138,7 @@ class RoadProfile(Component):
                 "tangent of the slope, 0.06 for 6 %"
             )
         yield self.grade.value == self.profile(self.s.value)
+        yield self.curvature.value == self.bends(self.s.value)
 
     @classmethod
     @arguments_checked

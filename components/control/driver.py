@@ -24,8 +24,9 @@ class SpeedFollower(Pedals):
 
     While a pedal is at its stop, the integral x is held (anti-windup by conditional integration), so that the driver releases the pedal
     just before the speed is reached. k_a is the pedal position that the vehicle needs for 1 m/s2, about its mass divided by the largest
-    force. When the cycle is at standstill, the driver presses the brake, and harder if the vehicle rolls forward or backward. ``v_ref``
-    and ``a_ref`` are outputs of ``CycleSpeed``.
+    force. When the cycle is at standstill, the driver presses the brake, and harder if the vehicle rolls forward or backward; so on
+    slopes above hold times the force of all brakes over the weight it first rolls. ``v_ref`` and ``a_ref`` are outputs of
+    ``CycleSpeed``.
     """
 
     k_p: Parameter = parameter("s/m", "Pedal position per speed error", default=0.5, min=0)

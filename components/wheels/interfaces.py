@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from powertrain import (
     Equations,
     Input,
     Parameter,
+    ParameterError,
     Symbol,
     Variable,
     der,
@@ -34,7 +37,7 @@ class Wheel(Lossy):
     that lift off are not modelled. ``radius`` takes the size of a radial tyre as well, such as "205/55R16", see ``rolling_radius``.
     """
 
-    Cr_2: float = 0.0
+    Cr_2: Annotated[float, "s2/m2"] = 0.0
     hub: Hub = port(Hub)
     road: Road = port(Road)
     load: Input = signal_input("N", "Wheel load in addition to load_nominal", default=0.0)
@@ -50,6 +53,8 @@ class Wheel(Lossy):
     tau_roll: Variable = variable("N.m", "Torque of rolling resistance")
 
     def _roll(self) -> Equations:
+        if not self.Cr_2 >= 0:
+            raise ParameterError(f"{self._path or type(self).__name__}.Cr_2 = {self.Cr_2:g} s2/m2 must not be negative")
         yield self.w == der(self.hub.phi)
         yield self.v == der(self.road.s)
         yield self.f == -self.road.f

@@ -105,5 +105,5 @@ def parameters(path: str | Path, given: Mapping[str, object]) -> dict[str, float
         if "BREFF" not in entries:
             raise ParameterError(f"{path} has no BREFF, DREFF and FREFF for the rolling radius under load; give radius")
         share = number("DREFF") * math.atan(number("BREFF")) + number("FREFF")
-        found["radius"] = free - load / positive("VERTICAL_STIFFNESS") * share
+        found["radius"] = positive("Q_RE0", 1.0) * free - load / positive("VERTICAL_STIFFNESS") * share
     return {name: value for name, value in found.items() if name not in given}

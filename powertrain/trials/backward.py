@@ -26,11 +26,13 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 SPEEDS, ACCELERATORS = 46, 61
+GAUSS = 5
+"""Points of Gauss' formula on a piece of a road."""
 
 
 @dataclass(frozen=True)
 class BackwardRun:
-    """Fuel flow [kg/s] and tractive force [N] at the midpoint of every row of a cycle.
+    """Fuel flow [kg/s] and tractive force [N] at the midpoint of every row of a cycle, with the mean slope of the row.
 
     ``missing`` [N] is the force that the vehicle lacks; ``gears`` are those chosen by its schedule, or 1 without a schedule.
     """
@@ -53,7 +55,8 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     force = (m + sum of J/radius^2 of the wheels) a + resistance(v) + m g sin(alpha),  fuel_rate = map(v, force)
     braked or in overrun: fuel_rate of accelerator 0
 
-    The resistance is the force that pulls the body of the vehicle along a level road at constant speed. The map is that of
+    The resistance is the force that pulls the body of the vehicle along a level road at constant speed. sin(alpha) is the mean over a row
+    of the cycle, so rows longer than the hills of the road level them. The brakes hold the vehicle at rest. The map is that of
     ``driveline_map`` (computed here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel there are
     those of the lowest speed. Without a demand the engine idles, against the drag of a converter if there is one; with ``StartStop`` it is
     off while the vehicle stands. The engine is warm, and its inertia is neglected.
@@ -128,7 +131,7 @@ def _filled(found: xr.Dataset, gear: int) -> xr.Dataset:
 
 
 def demand(vehicle: pt.Component, cycle: DriveCycle) -> tuple[Array, Array]:
-    """Speed [m/s] and tractive force [N] of all wheels at the midpoint of every row of a cycle; of the rotating parts only wheels count."""
+    """Speed [m/s] and tractive force [N] of all wheels at the midpoint of every row; of the rotating parts only wheels count."""
     v, a = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2, np.diff(cycle.speeds) / np.diff(cycle.times)
     return v, _pull(vehicle, v, a) + _climb(vehicle, cycle)
 
@@ -151,12 +154,24 @@ def _resistance(body: Body, v: Array) -> Array:
 
 
 def _climb(vehicle: Any, cycle: DriveCycle) -> Array:
-    """The component of the weight along the road at the midpoint of every row, N."""
-    step = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2 * np.diff(cycle.times)
+    """The mean component of the weight along the road in every row, N; none at rest, where the brakes hold it."""
+    places = np.append(0.0, np.cumsum((cycle.speeds[1:] + cycle.speeds[:-1]) / 2 * np.diff(cycle.times)))
     parts = anatomy(vehicle)
     body, road = value_at(vehicle, parts.the("body")), value_at(vehicle, parts.the("road"))
-    slope = np.asarray((cycle.slope() if cycle.has_road else road.profile)(np.cumsum(step) - step / 2))
-    return np.asarray(float(body.m) * float(body.g) * slope / np.sqrt(1 + slope**2))
+    steps = np.diff(places)
+    climbed = _rises(cycle.slope() if cycle.has_road else road.profile, places)
+    sines = np.divide(climbed, steps, out=np.zeros_like(steps), where=steps > 0)
+    return np.asarray(float(body.m) * float(body.g) * sines)
+
+
+def _rises(profile: pt.Map, places: Array) -> Array:
+    """The heights climbed from place to place [m]: the integral of sin(alpha), by Gauss' formula between the points of the map."""
+    ends = np.union1d(places, np.clip(profile.axes[0].points, places[0], places[-1]))
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
+    lengths = np.diff(ends)
+    slope = np.asarray(profile(ends[:-1, None] + lengths[:, None] * (1 + nodes) / 2))
+    rises = lengths / 2 * (slope / np.sqrt(1 + slope**2) @ weights)
+    return np.diff(np.interp(places, ends, np.append(0.0, np.cumsum(rises))))
 
 
 def _idle(vehicle: Any) -> float:

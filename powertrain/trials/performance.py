@@ -21,10 +21,14 @@ from powertrain.trials.starting import checked_starts, empty
 KM_H, MPH = 1 / 3.6, 0.44704
 MOVES = 1.0
 """Distance [m] within the first minute above which a vehicle moves."""
+LEFT = 0.1
+"""Distance [m] from which a vehicle has left its place: more than what its tyres and half shafts yield."""
 SETTLED = 1e-3
 """Acceleration [m/s2] below which the top speed is reached."""
 STEEPEST = 1.0
 """The steepest slope tan(alpha) tried: 45 degrees."""
+ROUND = 1e-9
+"""Speeds that differ by less, relatively or in m/s, are equal."""
 ACCURACY = pt.parameter("1", "accuracy of the slope", above=0, max=0.5)
 """Accuracy of a gradeability."""
 
@@ -75,14 +79,27 @@ def _check_moving(result: pt.Result[Any]) -> None:
         )
 
 
-def time_between(result: pt.Result[Any], low: float, high: float) -> float:
-    """Time [s] from the speed ``low`` to ``high`` [m/s]; nan if the vehicle does not reach them."""
+def time_between(result: pt.Result[Any], begin: float, end: float) -> float:
+    """Time [s] from passing the speed ``begin`` to passing the speed ``end`` [m/s], rising or falling; nan if the vehicle does not.
+
+    A run that begins at the speed ``begin`` passes it there. Both are the first times, interpolated between the points of the run.
+    """
     of_kind("time_between", result, pt.Result, "the result of a simulation, run.result of a drive cycle")
-    low, high = number("low", low, "m/s"), number("high", high, "m/s")
-    t, v = result.time, _speed(result)
-    if v.max() < high:
+    begin, end = number("begin", begin, "m/s"), number("end", end, "m/s")
+    sign = 1.0 if end >= begin else -1.0
+    t, v = result.time, sign * _speed(result)
+    starts = math.isclose(v[0], sign * begin, rel_tol=ROUND, abs_tol=ROUND)
+    first = float(t[0]) if starts else _passed(t, v, sign * begin)
+    return _passed(t, v, sign * end, after=first) - first
+
+
+def _passed(t: NDArray[np.float64], v: NDArray[np.float64], level: float, after: float = -math.inf) -> float:
+    """When v first rises through a level; nan if it never does."""
+    (rows,) = np.nonzero((v[:-1] < level) & (v[1:] >= level) & (t[1:] >= after))
+    if not rows.size:
         return float("nan")
-    return float(t[np.argmax(v >= high)] - t[np.argmax(v >= low)])
+    k = rows[0]
+    return float(t[k] + (level - v[k]) / (v[k + 1] - v[k]) * (t[k + 1] - t[k]))
 
 
 @dataclass(frozen=True)
@@ -102,9 +119,13 @@ class Hill:
         return cls(plant, f"{parts.the('road')}.grade", checked_starts(plant, starts))
 
     def climbed(self, grade: float, time: float = 20.0) -> bool:
-        """Whether the vehicle moves off on a slope tan(alpha) = ``grade`` within a time [s]."""
+        """Whether the vehicle moves off on a slope tan(alpha) = ``grade`` within a time [s].
+
+        Even where the force hardly exceeds the weight: it has left its place, and has not come to rest again.
+        """
         result = self.plant.simulate(time, inputs={self.slope: grade}, starts=self.starts, points=100)
-        return bool(_speed(result)[-1] > 1.0 and result[f"{anatomy(result.model).the('body')}.s"][-1] > 0)
+        covered = result[f"{anatomy(result.model).the('body')}.s"][-1]
+        return bool(covered > LEFT and _speed(result)[-1] * time > covered / 2)
 
 
 def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:
@@ -144,7 +165,7 @@ def performance(
     starts: Mapping[str, Any] | None = None,
     progress: bool = False,
 ) -> pd.DataFrame:
-    """Acceleration times (nan if a speed is not reached), top speed and gradeability: value and unit.
+    """Acceleration times (nan if a speed is not passed), top speed and gradeability: value and unit.
 
     ``starts``: initial values by name, such as ``{"battery.soc": 0.95}``.
     ``run`` is the result of ``full_accelerator``; by default it is computed here. The vehicle needs a body, pedals and a road.

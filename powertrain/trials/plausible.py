@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import powertrain as pt
-from powertrain.components.body import CoastDownBody, DrivenAxle, LumpedAxle
+from powertrain.components.body import AxlePath, CoastDownBody, DrivenAxle, LumpedAxle
 from powertrain.components.control import BlendedBraking, SpeedSchedule
 from powertrain.components.rotational import Clutch
 from powertrain.components.transmissions import (
@@ -27,6 +27,9 @@ from powertrain.vehicles.wheels import wheels_of
 USUAL: dict[str, tuple[float, float, str]] = {
     "radius": (0.15, 0.6, "it is the radius of the wheel"),
     "m": (200.0, 60e3, "it is the mass in kg"),
+    "wheelbase": (1.0, 12.0, "it is the distance of the axles"),
+    "h": (0.0, 3.0, "it is the height of the centre of mass"),
+    "track": (0.5, 3.0, "it is the distance of the wheels of an axle"),
     "A": (0.4, 12.0, "it is the frontal area"),
     "Cd": (0.1, 1.2, "it is the drag coefficient"),
     "w_idle": (30.0, 200.0, 'it is the idle speed, written in rpm as "800 rpm"'),
@@ -34,7 +37,7 @@ USUAL: dict[str, tuple[float, float, str]] = {
     "fuel_density": (50.0, 1200.0, 'it is the density of the fuel, written as "0.745 kg/l"'),
     "co2_per_fuel": (0.0, 4.0, "it is the mass of carbon dioxide per mass of fuel"),
 }
-"""Usual values of wheels, bodies and engines of road vehicles, in the unit of the parameter, with its description."""
+"""Usual values of wheels, axles, bodies and engines of road vehicles, in the unit of the parameter, with its description."""
 ROLLING = 0.003, 0.04
 """Usual road load near standstill, relative to the weight: rolling resistance of tyres and drag of bearings and brakes."""
 POWER = 5.0, 1000.0
@@ -68,8 +71,11 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
     """
     parts = anatomy(vehicle)
     bodies = [(path, value_at(vehicle, path)) for name, path in parts.one if name == "body"]
+    paths = [(path, part) for path, part in descendants(vehicle) if isinstance(part, AxlePath)]
+    engines = [(path, value_at(vehicle, path)) for path in parts.engines]
     return (
-        *_unusual([*wheels_of(vehicle), *bodies, *((path, value_at(vehicle, path)) for path in parts.engines)]),
+        *_unusual([*wheels_of(vehicle), *paths, *bodies, *engines]),
+        *_loaded_twice(vehicle),
         *(text for path, body in bodies if isinstance(body, CoastDownBody) for text in _road_load(path, body)),
         *(text for path, body in bodies for text in _power(vehicle, parts, path, body)),
         *(text for path, body in bodies for text in _brakes(vehicle, path, body)),
@@ -97,6 +103,13 @@ def _unusual(parts: list[tuple[str, Any]]) -> Iterator[str]:
             if value is not None and isinstance(spec, pt.Parameter) and not low <= value <= high:
                 unit = "" if spec.unit == "1" else f" {spec.unit}"
                 yield f"{path}.{name} = {value:g}{unit} is unusual ({low:g} to {high:g}{unit}); {what}"
+
+
+def _loaded_twice(vehicle: pt.Component) -> Iterator[str]:
+    """Wheels with a load of their own under a body."""
+    for path, wheel in wheels_of(vehicle):
+        if load := _number(wheel, "load_nominal"):
+            yield f"{path}.load_nominal = {load:g} N adds to the load from the body; it is that of a wheel without a body"
 
 
 def _road_load(path: str, body: CoastDownBody) -> Iterator[str]:

@@ -15,7 +15,7 @@ from powertrain.components.engines import MappedEngine
 from powertrain.components.rotational import Clutch
 from powertrain.components.wheels import WheelBrake
 from powertrain.trials import notes
-from powertrain.vehicles import AutomaticCar, DualClutchCar, ElectricCar, ManualCar, ParallelHybrid
+from powertrain.vehicles import AutomaticCar, DualClutchCar, ElectricCar, ManualCar, ParallelHybrid, RearDriveCar
 
 POUNDS = {
     "body": CoastDownBody(m=1500, F_0=26.0, F_1=0.25, F_2=0.0185),  # lbf, lbf/mph, lbf/mph2 without their units
@@ -45,6 +45,14 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
     ("car", "changes", "said"),
     [
         (ManualCar(), {"front.wheels.radius": 0.64}, ["front.wheels.radius = 0.64 m is unusual (0.15 to 0.6 m)"]),
+        (
+            ManualCar(),
+            {"front.wheels.load_nominal": 4e3},
+            ["front.wheels.load_nominal = 4000 N adds to the load from the"],
+        ),
+        (ManualCar(), {"body.wheelbase": 2700}, ["body.wheelbase = 2700 m is unusual (1 to 12 m)"]),
+        (ManualCar(), {"body.h": 550}, ["body.h = 550 m is unusual (0 to 3 m)"]),
+        (RearDriveCar(), {"rear.path.track": 1500}, ["rear.path.track = 1500 m is unusual (0.5 to 3 m)"]),
         (ManualCar(), {"body.Cd": 30}, ["body.Cd = 30 is unusual"]),
         (ManualCar(), {"body.m": 1.5}, ["body.m = 1.5 kg is unusual", "engine: 8.2e+04 W for body.m = 1.5 kg"]),
         (ManualCar(), POUNDS, ["body.F_0 = 26 N is 0.18% of the weight"]),

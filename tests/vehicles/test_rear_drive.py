@@ -13,7 +13,7 @@ import pytest
 from cases import few
 
 import powertrain as pt
-from powertrain.components.body import AxlePath, DrivenAxle, RoadProfile
+from powertrain.components.body import AxlePath, DrivenAxle, LumpedAxle, RoadProfile, RollingAxle
 from powertrain.components.differentials import BevelDifferential, Differential, LimitedSlipDifferential
 from powertrain.components.gearless.circular_cam import CircularCamDifferential
 from powertrain.components.gearless.linkage import JointFriction, LinkageDifferential
@@ -58,7 +58,7 @@ def torques(result: Any) -> tuple[Any, Any]:
 @pytest.mark.parametrize("name", ["bevel", "locking cam"])
 def test_wheel_speeds_in_a_bend(name: str) -> None:
     """Cage 88 rad/s, radius 7 m, track 1.4 m (Madhavan, App. A): 96.8 rad/s outside, 79.2 rad/s inside."""
-    axle = DrivenAxle(differential=KINDS[name], left=RigidWheel(), right=RigidWheel(), path=AxlePath(track=1.4))
+    axle = DrivenAxle(differential=KINDS[name], left=RigidWheel(), right=RigidWheel(), path=AxlePath(track=1.4, roll=0))
     car = RearDriveCar.in_one_gear(1.0, rear=axle)
     result = pt.simulate(
         car,
@@ -203,3 +203,58 @@ def test_a_bend_takes_of_the_grip() -> None:
     ]
     straight, bent = (-(r["rear.left.f"] + r["rear.right.f"])[r.time > 0.3].mean() for r in bends)
     assert bent < 0.75 * straight
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("driven", [False, True])
+def test_a_bend_takes_of_the_grip_of_wheels_that_are_one(driven: bool) -> None:
+    """Brakes that lock on a road of mu = 0.5, 20 m/s round 100 m: root(0.5^2 - (v^2/100/g)^2) of the load is left."""
+    wheel = SlipWheel(mu=0.5, J=2)
+    axle = LumpedAxle(wheels=wheel) if driven else RollingAxle(wheels=wheel)
+    name = "rear" if driven else "front"
+    car = pt.replace(RearDriveCar.in_one_gear(), {name: axle})
+    result = pt.simulate(
+        car, 0.6, inputs={"driver.brake_pedal": 1.0, "curvature": -0.01}, starts={"body.v": 20.0}, rtol=1e-8
+    )
+    side = result["body.v"] ** 2 / 100 / 9.80665
+    slides = np.abs(result[f"{name}.wheels.v_slide"]) > 0.5
+    grip = -(result[f"{name}.wheels.f"] / result[f"{name}.wheels.fn"])[slides]
+    np.testing.assert_allclose(grip, np.sqrt(0.25 - side[slides] ** 2), rtol=1e-6)
+    assert slides.sum() > 20
+    fast = pt.simulate(car, 0.1, inputs={"curvature": 0.02}, starts={"body.v": 20.0})
+    assert (
+        sum(
+            n
+            for what, n in fast.statistics.items()
+            if "side force" in what and "left" not in what and "right" not in what
+        )
+        > 0
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wheel", [SlipWheel(), RigidWheel()], ids=["tyre", "rigid"])
+def test_bends_of_a_road(wheel: SlipWheel | RigidWheel) -> None:
+    """Through 2.8 rad to the left and 1 rad to the right: the right wheel covers 1.8 track more than the left one, at any speed."""
+    places, bends = [0, 20, 30, 90, 100, 105, 110, 130, 135], [0, 0, 0.04, 0.04, 0, 0, -0.04, -0.04, 0]
+    road = RoadProfile(
+        bends=pt.Map.curve(places, bends, x="s", x_unit="m", unit="1/m", name="curvature", outside="clip")
+    )
+    car = RearDriveCar.in_one_gear(1.0, rear=DrivenAxle(left=wheel, right=wheel, path=AxlePath(track=1.4)), road=road)
+    for speed in 8.0, 11.0:
+        result = pt.simulate(
+            car,
+            22.0,
+            starts={"body.v": speed, "engine.w": speed / 0.3 * 3.9},
+            inputs={"driver.accelerator_pedal": 0.2},
+            rtol=1e-8,
+        )
+        assert result["body.s"][-1] > 140
+        left, right = (np.diff(result[f"rear.path.{side}.s"][[0, -1]])[0] for side in ("left", "right"))
+        assert right - left == pytest.approx(1.4 * (0.04 * 70 - 0.04 * 25), abs=1e-4)
+
+
+def test_bends_that_are_none() -> None:
+    radius = pt.Map.curve([0, 100], [1e9, 20], x="s", x_unit="m", unit="m", name="radius")
+    with pytest.raises(pt.ParameterError, match=r"road.bends gives radius \[m\]; it must give the curvature in 1/m"):
+        pt.compile(RearDriveCar(road=RoadProfile(bends=radius)))

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
 
 import powertrain as pt
+from powertrain.components.body import CoastDownBody
 from powertrain.components.control import SetPedals
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials import (
@@ -157,9 +158,37 @@ def test_acceleration_time_against_newton(start: pt.Result[Any]) -> None:
     inside = (v >= low) & (v <= high)
     assert time_between(start, low, high) == pytest.approx(float(np.trapezoid(1 / a[inside], v[inside])), abs=0.03)
     assert np.isnan(time_between(start, low, 100.0))
-    with pytest.raises(pt.ParameterError, match="high = '100 km/h' m/s is not a finite number"):
+    with pytest.raises(pt.ParameterError, match="end = '100 km/h' m/s is not a finite number"):
         time_between(start, low, "100 km/h")  # type: ignore[arg-type]
     assert t[-1] == 20
+
+
+class Coasting(pt.Component):
+    """A body that coasts."""
+
+    body: CoastDownBody = CoastDownBody(m=1500, F_0=120, F_1=0, F_2=0.4)
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+
+def test_coast_down_times_against_the_arctangent() -> None:
+    """The time from a to b is m/root(F_0 F_2) (arctan(a root(F_2/F_0)) - arctan(b root(F_2/F_0))), whatever the points of the run."""
+    rate, share = 1500 / np.sqrt(120 * 0.4), np.sqrt(0.4 / 120)
+    bend = (
+        2 * 0.4 * 30 / 1500
+    )  # |v''/v'| at most, 1/s: each of two interpolated times is off by an eighth of it times the step squared
+    for points in 400, 4000:
+        run = pt.simulate(Coasting(), 400.0, starts={"body.v": 30.0}, points=points, rtol=1e-9)
+        for a, b in (30.0, 20.0), (25.0, 5.0), (30.0, 1.0):
+            expected = rate * (np.arctan(a * share) - np.arctan(b * share))
+            assert time_between(run, a, b) == pytest.approx(expected, abs=bend * (400 / points) ** 2 / 4 + 1e-5)
+        stands = time_between(run, 30.0, 0.0)
+        assert stands == pytest.approx(rate * np.arctan(30 * share), abs=400 / points)
+        for a, b in (20.0, 25.0), (25.0, 30.0), (31.0, 10.0), (10.0, -1.0):
+            assert np.isnan(time_between(run, a, b))
+    coarse = pt.simulate(Coasting(), 400.0, starts={"body.v": 30.0}, points=4)
+    assert 0 < time_between(coarse, 29.0, 28.0) < time_between(coarse, 29.0, 27.0)
 
 
 @pytest.mark.slow
@@ -168,6 +197,15 @@ def test_steep_slopes_stop_the_car() -> None:
     hill = Hill.of(SplitPathCar())
     assert hill.climbed(0.5)
     assert not hill.climbed(1.0)
+
+
+@pytest.mark.slow
+def test_gradeability_against_the_balance_of_forces() -> None:
+    """sin(alpha) + Cr cos(alpha) = 310 N.m 2.5 3.6 0.97/(0.3 m m g): a car that accelerates by a mm/s2 moves off."""
+    car = pt.replace(ElectricCar(), {"body.m": 1711.0})
+    pull = 310 * 2.5 * 3.6 * 0.97 / 0.3 / (1711 * 9.80665)
+    steepest = np.tan(np.arcsin(pull / np.hypot(1, 0.01)) - np.arctan(0.01))
+    assert gradeability(car, 1e-3) == pytest.approx(steepest, abs=1e-3)
 
 
 def test_energy_flow_shows_every_loss_in_scale(town: CycleRun) -> None:

@@ -246,15 +246,25 @@ def test_path_keeps_power_while_the_bend_changes() -> None:
     np.testing.assert_allclose(result["path.left_load"], 2500 - transfer, rtol=1e-9)
 
 
-def test_a_steered_axle_runs_on_a_larger_circle() -> None:
-    """About the centre 6 m beside the rear axle, 2.7 m ahead of it: the middle on 6.58 m; the power that goes through is kept."""
+@pytest.mark.parametrize("radius", [6.0, -11.0])
+def test_steered_wheels_run_on_circles_about_the_centre_of_the_bend(radius: float) -> None:
+    """A rigid body that turns at w = v/radius: the hub at (2.7, +-0.75) m has the velocity v + w x r. The power is kept."""
     path = AxlePath(track=1.5, ahead=2.7)
-    result = run(Turning(path=path, curvature=Sine(amplitude=0.0, f=1, offset=1 / 6)), 2.0, {"body.v": 5.0})
+    result = run(Turning(path=path, curvature=Sine(amplitude=0.0, f=1, offset=1 / radius)), 2.0, {"body.v": 5.0})
     v = result["body.v"]
-    np.testing.assert_allclose(result["left.v"], (np.hypot(6, 2.7) - 0.75) / 6 * v, rtol=1e-9)
-    np.testing.assert_allclose(result["right.v"], (np.hypot(6, 2.7) + 0.75) / 6 * v, rtol=1e-9)
+    for name, y in ("left", 0.75), ("right", -0.75):
+        speed = np.linalg.norm([v, 0 * v, 0 * v] + np.cross([0, 0, 1 / radius], [2.7, y, 0])[:, None] * v, axis=0)
+        np.testing.assert_allclose(result[f"{name}.v"], speed, rtol=1e-9)
     kinetic = 5 * v**2 + result["left.v"] ** 2 / 2 + result["right.v"] ** 2
     np.testing.assert_allclose(kinetic - 30 * (result["right.s"] - result["right.s"][0]), kinetic[0], rtol=1e-8)
+
+
+def test_a_bend_about_a_point_between_the_wheels_is_refused() -> None:
+    """Such as a radius of 20 m that is given as curvature."""
+    with pytest.raises(
+        pt.SimulationError, match=r"curvature of the path \(path.*t = 0 s: 20 1/m; allowed is -1.32 to 1.32"
+    ):
+        run(Turning(path=AxlePath(track=1.5), curvature=Sine(amplitude=0.0, f=1, offset=20)), 1.0, {"body.v": 1.0})
 
 
 def test_a_side_force_drags() -> None:

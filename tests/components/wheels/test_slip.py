@@ -260,6 +260,13 @@ def test_older_tyre_files_have_a_relaxation_length(tmp_path: Path) -> None:
         MagicFormulaWheel.from_tir(tmp_path / "tyre.tir")
 
 
+def test_the_free_radius_of_a_tyre_file_is_a_share_of_the_unloaded_one(tmp_path: Path) -> None:
+    """Version 6: R_e = R_0 Q_RE0 - Fz_0/c_z (D atan(B) + F) at nominal load and low speed."""
+    (tmp_path / "tyre.tir").write_text(TIR.replace("DREFF = 0.25", "DREFF = 0.25\nQ_RE0 = 1.02"))
+    radius = float(MagicFormulaWheel.from_tir(tmp_path / "tyre.tir").radius)
+    assert radius == pytest.approx(1.02 * 0.33 - 4000 / 2.2e5 * (0.25 * np.arctan(8.0) + 0.05))
+
+
 def test_tyre_files_of_other_writers(tmp_path: Path) -> None:
     """A byte order mark, and units spelt otherwise."""
     (tmp_path / "tyre.tir").write_text(TIR)

@@ -204,5 +204,8 @@ def test_values_are_checked() -> None:
         SlipWheel(radius=316)  # millimetres
     with pytest.raises(pt.ParameterError, match=r"SlipWheel.sigma = -1 m is outside its range \(0, inf\)"):
         SlipWheel(sigma=-1)
+    with pytest.raises(pt.ParameterError, match=r"front\.Cr_2 = -1e-06 s2/m2 must not be negative"):
+        pt.compile(plain(RigidWheel(Cr_2=-1e-6)))
+    assert RigidWheel(Cr_2="4e-6 s2/m2") == RigidWheel(Cr_2=4e-6)  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match="RigidWheel has no field mu"):
         RigidWheel(mu=0.5)  # type: ignore[call-arg]
