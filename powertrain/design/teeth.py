@@ -51,7 +51,7 @@ def sets_near(
     """
     import pandas as pd
 
-    number("R_o", R_o), positive("tolerance", tolerance), count("planets", planets)
+    R_o, tolerance, planets = number("R_o", R_o), positive("tolerance", tolerance), count("planets", planets)
     candidates = [count("suns", sun) for sun in ([suns] if isinstance(suns, int) else suns)]
     if R_o in (0.0, 1.0):
         raise pt.ParameterError(f"R_o = {R_o:g}: no gear set has this basic ratio; two members would coincide")

@@ -62,6 +62,7 @@ def test_types_of_differentials() -> None:
     assert ratio(stepped) == pytest.approx(25 / 3)
     assert ratio(DoublePinionPlanetaryGear.from_teeth(sun=30, ring=72, inner=18, outer=18)) == pytest.approx(2.4)
     assert ratio(CrownGear.from_teeth(pinion=11, crown=41)) == pytest.approx(41 / 11)
+    assert ratio(CrownGear.from_teeth(pinion=20, crown=20)) == 1
     assert ratio(PlanetaryGear.from_teeth(90, 153, 31, n=np.int64(3))) == pytest.approx(1.7)  # type: ignore[arg-type]
     train = PlanetTrain.from_teeth(sun=90, ring=153, first=31)
     assert float(train.sun_ratio * train.ring_ratio) == pytest.approx(1.7)
@@ -137,7 +138,7 @@ BAD: list[tuple[Callable[[], Any], str]] = [
     (lambda: basic_ratio(Sun(30), Ring(72), Pairs(14, 18, n=6)), "axes are .* take fewer pairs or smaller planets"),
     (lambda: DoublePinionPlanetaryGear.from_teeth(44, 60, 29, 23, 4), "inner planets of 29 teeth reach into"),
     (lambda: RavigneauxGear.from_teeth(24, 20, 88, 32, 33, 4), "inner planets of 33 teeth reach into"),
-    (lambda: CrownGear.from_teeth(pinion=41, crown=11), "not larger than its pinion of 41"),
+    (lambda: CrownGear.from_teeth(pinion=41, crown=11), "smaller than its pinion of 41"),
     (lambda: RavigneauxGear.from_teeth(large=38, small=20, ring=98, long=30, short=5, n=2), "do not form a triangle"),
 ]
 
