@@ -135,9 +135,9 @@ def test_what_cannot_be_is_rejected() -> None:
         rot.HarmonicDrive.of(200, 202.5)  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match=r"HarmonicDrive.of: starting = '0.1 N.m' is not a number"):
         rot.HarmonicDrive.of(200, 202, starting="0.1 N.m")  # type: ignore[arg-type]
-    with pytest.raises(pt.ParameterError, match="starting = -0.1 N.m must be zero or positive, and finite"):
+    with pytest.raises(pt.ParameterError, match=r"starting = -0.1 N.m must be zero or positive, and finite"):
         rot.HarmonicDrive.of(200, 202, starting=-0.1)
-    with pytest.raises(pt.ParameterError, match="backdriving = nan N.m must be zero or positive, and finite"):
+    with pytest.raises(pt.ParameterError, match=r"backdriving = nan N.m must be zero or positive, and finite"):
         rot.HarmonicDrive.of(200, 202, backdriving=float("nan"))
     for wrong in (((1.0, 1e4),), ((0.0, 1e4), (0.0, 2e4)), ((0.0, 0.0),)):
         with pytest.raises(pt.ParameterError, match="torques that increase from 0"):
