@@ -21,8 +21,9 @@ from powertrain import (
 from powertrain.components.differentials.interfaces import Differential
 from powertrain.components.differentials.mesh import Mesh
 from powertrain.components.differentials.teeth import pair_ratio
-from powertrain.components.rotational.fixed import Fixed
-from powertrain.components.rotational.interfaces import Lossy, TwoFlanges
+from powertrain.components.driving_side import mesh_losses
+from powertrain.components.rotational.gear import LossyPair
+from powertrain.components.rotational.interfaces import Lossy
 from powertrain.components.thermal import HeatPort
 
 
@@ -88,32 +89,24 @@ class LimitedSlipDifferential(Differential, Lossy):
         return self.tau * self.w_rel
 
 
-class CrownGear(TwoFlanges):
-    """A pinion (flange_a) that drives a crown wheel (flange_b), bevel or hypoid, in a housing at rest.
+class CrownGear(LossyPair):
+    """A pinion (flange_a) that drives a crown wheel (flange_b), bevel or hypoid.
 
-    w_pinion = ratio w_crown,  flange_b.tau = -ratio eta_ab flange_a.tau if the pinion drives, -ratio flange_a.tau/eta_ba if the
-    crown wheel drives
+    phi_a = ratio phi_b,  flange_b.tau = -ratio eta_ab flange_a.tau if the pinion drives, -ratio flange_a.tau/eta_ba if the crown wheel
+    drives
 
-    The mesh law with its carrier held (R_o = ratio); ratio < 0 if the crown wheel is on the other side of the pinion. The shafts
-    are at right angles, so the housing takes the full torque of each about its own axis.
+    ratio < 0 if the crown wheel is on the other side of the pinion, +-1 for a mitre gear. The shafts are at right angles, so the
+    housing takes the full torque of each about its own axis.
     """
 
-    ratio: Parameter = parameter("1", "Speed of the pinion over speed of the crown wheel", exclude=(0.0, 1.0))
     eta_ab: Parameter = parameter("1", "Efficiency if the pinion drives", default=1.0, above=0, max=1)
     eta_ba: Parameter = parameter("1", "Efficiency if the crown wheel drives", default=1.0, above=0, max=1)
-    heat_port: HeatPort = support(HeatPort)
-    mesh: Mesh = Mesh(ratio=-1)
-    housing: Fixed = Fixed()
 
     def equations(self) -> Equations:
-        """A mesh on a carrier at rest."""
-        yield self.mesh.ratio == self.ratio
-        yield self.mesh.eta_ab == self.eta_ab
-        yield self.mesh.eta_ba == self.eta_ba
-        yield connect(self.flange_a, self.mesh.a)
-        yield connect(self.flange_b, self.mesh.b)
-        yield connect(self.housing.flange, self.mesh.carrier)
-        yield connect(self.heat_port, self.mesh.heat_port)
+        """The loss of the side that drives."""
+        yield from self._mesh()
+        yield friction(self.w_a, self.tauLoss, *mesh_losses(self.flange_a.tau, self.eta_ab, self.eta_ba))
+        yield from self._dissipate()
 
     @classmethod
     def from_teeth(cls, pinion: int, crown: int, *, eta_ab: float = 1.0, eta_ba: float = 1.0) -> Self:
@@ -124,16 +117,16 @@ class CrownGear(TwoFlanges):
         pinion, crown : int
             Numbers of teeth.
         eta_ab, eta_ba : float
-            Efficiencies with the carrier at rest if member a drives, and if b drives [1].
+            Efficiencies if the pinion drives, and if the crown wheel drives [1].
 
         Raises
         ------
         ParameterError
-            If the crown wheel is no larger than the pinion.
+            If the crown wheel is smaller than the pinion.
         """
         ratio = pair_ratio(pinion, crown)
-        if crown <= pinion:
+        if crown < pinion:
             raise ParameterError(
-                f"a crown wheel of {crown} teeth is not larger than its pinion of {pinion}: exchange them, or use a gear pair"
+                f"a crown wheel of {crown} teeth is smaller than its pinion of {pinion}: exchange them, or use a gear pair"
             )
         return cls(ratio=ratio, eta_ab=eta_ab, eta_ba=eta_ba)

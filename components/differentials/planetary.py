@@ -112,8 +112,9 @@ class DoublePinionPlanetaryGear(_SunAndRing):
 
     w_sun - w_carrier = +ratio (w_ring - w_carrier),  R_o = ratio = Z_ring/Z_sun > 1 (type 2K-H(+))
 
-    With ratio = 2, driven at the ring, it is a differential with equal torques at sun and carrier. For ratio < 1/eta_ab the sun cannot
-    drive the carrier while the ring is held, nor the carrier the ring while the sun is held: the gear is self-locking.
+    With ratio = 2, driven at the ring, it is a differential with equal torques at sun and carrier. For eta_ba < ratio < 1/eta_ab the sun
+    cannot drive the carrier while the ring is held, nor the ring the carrier while the sun is held; the carrier can drive either. The gear
+    is self-locking.
     """
 
     def equations(self) -> Equations:

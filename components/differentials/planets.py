@@ -80,7 +80,7 @@ class PlanetTrain(Epicyclic):
         eta_sun, eta_ring : float
             Efficiencies of the meshes with the sun and with the ring [1].
         J : float
-            Moment of inertia of a planet [kg.m2].
+            Moment of inertia of all n planets about their own axes, as the parameter J [kg.m2].
 
         Raises
         ------

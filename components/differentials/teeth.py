@@ -84,11 +84,16 @@ def train_value(*pairs: tuple[int, int, bool]) -> float:
 
 
 def basic_ratio(a: Central, b: Central, planets: Planets | Pairs) -> float:
-    """R_o of a fundamental differential. Errors: ParameterError if these wheels cannot be assembled.
+    """R_o of a fundamental differential. Errors: ParameterError if these wheels cannot be assembled, or are mere numbers.
 
     >>> basic_ratio(Sun(90), Ring(153), Planets(31))
     -1.7
     """
+    for what, given, kind in (("a", a, Central), ("b", b, Central), ("planets", planets, Planets | Pairs)):
+        if not isinstance(given, kind):
+            raise ParameterError(
+                f"basic_ratio: {what} = {given!r} must be a wheel, as in basic_ratio(Sun(90), Ring(153), Planets(31))"
+            )
     if isinstance(planets, Pairs):
         _check_pairs(a, b, planets)
         return b.teeth / a.teeth
@@ -142,7 +147,7 @@ def _check(teeth: int, what: str) -> None:
 
 
 def _check_number(n: int) -> None:
-    if isinstance(n, bool) or not isinstance(n, int) or n < 1:
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
         raise ParameterError(f"{n!r} planets: their number must be an integer of at least 1")
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Self
 
-import numpy as np
-
-from powertrain import Equations, ParameterError, connect, support
+from powertrain import Equations, ParameterError, arguments_checked, connect, support
 from powertrain.components.friction_table import Table
 from powertrain.components.rotational.gear import LossyGear
 from powertrain.components.rotational.interfaces import TwoFlangesAndSupport
@@ -47,6 +46,9 @@ class _Reducer(TwoFlangesAndSupport):
         starting, given = frictions
         if not (0 < eta <= 1 and 0 < back <= 1):
             raise ParameterError(f"{cls.__name__}: efficiency = {eta:g} and back = {back:g} must be in (0, 1]")
+        for what, torque in (("starting", starting), ("backdriving", given)):
+            if torque is not None and not 0 <= torque < math.inf:
+                raise ParameterError(f"{cls.__name__}: {what} = {torque:g} N.m must be zero or positive, and finite")
         backdriving = ratio * starting * min(TYPICAL, 1 / back) if given is None else given
         least, most = back * backdriving / ratio, backdriving / ratio / eta
         if not least * (1 - ROUNDING) <= starting <= most * (1 + ROUNDING):
@@ -57,13 +59,6 @@ class _Reducer(TwoFlangesAndSupport):
             )
         row = 0.0, eta, back, eta * starting, backdriving / ratio
         return cls(mesh=LossyGear(ratio=-ratio, lossTable=(row,)), windup=spring)
-
-
-def _check_whole(name: str, **numbers: int) -> None:
-    """Teeth, lobes and pins must be integers."""
-    for what, number in numbers.items():
-        if isinstance(number, bool) or not isinstance(number, int | np.integer):
-            raise ParameterError(f"{name}: {what} = {number!r} must be an integer")
 
 
 class HarmonicDrive(_Reducer):
@@ -86,6 +81,7 @@ class HarmonicDrive(_Reducer):
     windup: StiffeningSpring = StiffeningSpring(stiffness=((0.0, 6.7e4), (29.0, 1.1e5), (108.0, 1.2e5)))
 
     @classmethod
+    @arguments_checked
     def of(
         cls,
         flexspline: int,
@@ -121,7 +117,6 @@ class HarmonicDrive(_Reducer):
             If the circular spline does not have more teeth than the flexspline, for efficiencies outside (0, 1], and for no-load torques
             that one mesh cannot have: ``starting`` must be from back backdriving/ratio to backdriving/(ratio efficiency).
         """
-        _check_whole("HarmonicDrive", flexspline=flexspline, circular=circular)
         if not 0 < flexspline < circular:
             raise ParameterError(
                 f"a circular spline of {circular} teeth does not fit round a flexspline of {flexspline}; it needs more teeth, usually two"
@@ -146,6 +141,7 @@ class CycloidalDrive(_Reducer):
     windup: StiffeningSpring = StiffeningSpring(stiffness=((0.0, 5e4), (15.0, 2e5)))
 
     @classmethod
+    @arguments_checked
     def of(
         cls,
         lobes: int,
@@ -180,7 +176,6 @@ class CycloidalDrive(_Reducer):
         ParameterError
             Unless there are more pins than lobes, and for efficiencies and no-load torques as ``HarmonicDrive.of``.
         """
-        _check_whole("CycloidalDrive", lobes=lobes, pins=pins)
         if not 0 < lobes < pins:
             raise ParameterError(f"a disc of {lobes} lobes does not turn in {pins} pins; it needs more pins than lobes")
         spring = StiffeningSpring(stiffness=stiffness, d=d)

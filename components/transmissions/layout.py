@@ -50,9 +50,13 @@ def relative_ratio(layout: str, R_o: Symbol) -> Symbol: ...
 def relative_ratio(layout: str, R_o: Any) -> Any:
     """R = (w_3 - w_2)/(w_1 - w_2) of a layout, from the basic speed ratio R_o = (w_a - w_h)/(w_b - w_h); eqs. (1), (2), (24).
 
+    Errors: ParameterError for an unknown layout, and for R_o = 0 or 1, at which members coincide.
+
     >>> [round(relative_ratio(layout, -1.7), 2) for layout in TYPES.values()]
     [-1.7, 2.7, 0.63, 0.37, 1.59, -0.59]
     """
+    if not isinstance(R_o, Symbol) and R_o in (0.0, 1.0):
+        raise ParameterError(f"R_o = {R_o:g}: no differential has this basic ratio; two of its members would coincide")
     speeds = {"a": R_o, "b": 1.0, "carrier": 0.0}
     one, two, three = (speeds[name] for name in members(layout))
     return (three - two) / (one - two)
@@ -79,9 +83,18 @@ def overall_ratio(layout: str, R_o: float, V: float, coupling: Coupling = "input
     -------
     float
         r [1].
+
+    Raises
+    ------
+    ParameterError
+        If no finite r belongs to V.
     """
     R = relative_ratio(layout, R_o)
-    return R + (1 - R) * V if checked(coupling) == "input" else R / (1 - V + R * V)
+    if checked(coupling) == "input":
+        return R + (1 - R) * V
+    if 1 - V + R * V == 0:
+        raise ParameterError(f"the output-coupled layout {layout} holds its input at V = {V:g}: r would be infinite")
+    return R / (1 - V + R * V)
 
 
 def unit_ratio(layout: str, R_o: float, r: float, coupling: Coupling = "input") -> float:

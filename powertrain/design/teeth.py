@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.differentials import FundamentalDifferential, Pairs, Planets, Ring, Sun
+from powertrain.language.arguments import count, number, positive
 
 Teeth = NDArray[np.intp]
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def sets_near(
-    R_o: float, *, tolerance: float = 0.01, suns: Iterable[int] = range(18, 100), planets: int = 3
+    R_o: float, *, tolerance: float = 0.01, suns: int | Iterable[int] = range(18, 100), planets: int = 3
 ) -> pd.DataFrame:
     """Planetary gear sets that can be assembled with approximately this R_o, the nearest first.
 
@@ -28,8 +29,8 @@ def sets_near(
         Basic ratio [1].
     tolerance : float
         Allowed relative deviation [1].
-    suns : iterable of int
-        Teeth of the sun; for R_o > 0, teeth of member a, and of the planet of a KHV.
+    suns : int or iterable of int
+        Teeth of the sun, one number or several; for R_o > 0, teeth of member a, and of the planet of a KHV.
     planets : int
         Number of planets.
 
@@ -41,23 +42,25 @@ def sets_near(
 
         For R_o > 0 (2K-H(+) and KHV): columns kind, a, b, first, second, R_o. "two suns", "two rings": stepped planets with the same
         module, ``first`` meshes with a and ``second`` with b; "pairs": a sun a and a ring b with pairs of planets, ``first`` at the sun;
-        "KHV": a planet with ``a`` teeth in a ring with ``b``.
+        "KHV": a planet with ``a`` teeth in a ring with ``b``. Only the nearest 300 sets are listed.
 
     Raises
     ------
     ParameterError
-        For a ratio that no gear set has (0, 1).
+        For a ratio that no gear set has (0, 1), and for arguments that are not numbers of their kind.
     """
     import pandas as pd
 
+    R_o, tolerance, planets = number("R_o", R_o), positive("tolerance", tolerance), count("planets", planets)
+    candidates = [count("suns", sun) for sun in ([suns] if isinstance(suns, int) else suns)]
     if R_o in (0.0, 1.0):
         raise pt.ParameterError(f"R_o = {R_o:g}: no gear set has this basic ratio; two members would coincide")
     if R_o > 0:
-        return _positive(R_o, tolerance, list(suns), planets)
+        return _positive(R_o, tolerance, candidates, planets)
     a = "sun" if R_o < -1 else "ring"
     size = -R_o if a == "sun" else -1 / R_o
     rows = []
-    for sun in suns:
+    for sun in candidates:
         for ring in range(int(sun * size * (1 - tolerance)), int(sun * size * (1 + tolerance)) + 2):
             planet = (ring - sun) // 2
             wheels = (Sun(sun), Ring(ring)) if a == "sun" else (Ring(ring), Sun(sun))

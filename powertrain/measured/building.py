@@ -272,7 +272,7 @@ def _electric(car: TestCar, technology: Technology, cool: bool) -> ElectricCar:
         driver=Driver(k_a=car.mass / _force(car), hold=0.3),
         control=ElectricDriveControl(F_brake=4500 / RADIUS, F_most=0.3 * car.mass * G_N),
         body=_body(car),
-        **_axles(car, CrownGear(ratio=1.0001, eta_ab=eta, eta_ba=eta)),
+        **_axles(car, CrownGear(ratio=1.0, eta_ab=eta, eta_ba=eta)),
         machine=_machine(car.power, car.power / (0.35 * W_MACHINE), W_MACHINE, geared=True),
         battery=pt.replace(
             BATTERY, {"Q": size * float(BATTERY.Q), "R": float(BATTERY.R) / size, "i_discharge": 600 * size}

@@ -178,7 +178,7 @@ def test_info_has_parameters_slots_ports_equations_and_source() -> None:
 def test_info_of_a_vehicle_lists_what_can_be_set() -> None:
     text = done("info", "split-path-car")
     assert "transmission.differential.ratio" in text
-    assert "front.final_drive.mesh.ratio" not in text  # the crown gear determines it
+    assert "unit_ratio.basic_ratio" not in text  # the transmission determines it
     assert "WillansEngine MappedEngine, WillansEngine" in " ".join(text.split())
 
 
@@ -396,7 +396,7 @@ def test_parts_can_be_exchanged(short: str) -> None:
         ("engine=MappedEngine", "must be given"),
         ("engine=2", "engine is a component: give the name of a component"),
         ("transmission.layout=aHc", "must be one of bHa"),
-        ("front.final_drive.mesh.ratio=3", "cannot be set: front.final_drive determines it"),
+        ("unit_ratio.basic_ratio=3", "cannot be set: SplitPathCar determines it"),
         ("cycle.cycle=wtlc", "unknown drive cycle 'wtlc'"),
         ("engine.curve=absent.csv", "absent.csv: cannot be read: No such file"),
     ],
@@ -667,7 +667,7 @@ def test_performance_is_that_of_the_signals(tmp_path: Path) -> None:
 
 def test_performance_of_what_cannot_be_measured() -> None:
     assert "did you mean body.m" in refused("performance", "ManualCar", "--set", "body.mm=3")
-    assert "cannot be set" in refused("performance", "ManualCar", "--set", "front.final_drive.mesh.ratio=3")
+    assert "cannot be set" in refused("performance", "SplitPathCar", "--set", "unit_ratio.basic_ratio=3")
 
 
 @pytest.mark.slow

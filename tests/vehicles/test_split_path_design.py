@@ -196,6 +196,7 @@ def test_tooth_numbers_in_and_out() -> None:
     assert near.R_o.tolist()[:2] == pytest.approx([-1.7, -1.7])
     assert ((near.sun == 90) & (near.ring == 153) & (near.planet == 31)).any()
     assert near.R_o.sub(-1.7).abs().le(0.0171).all()
+    assert set(sets_near(-1.7, suns=90).sun) == {90}
     inverse = sets_near(-0.6)
     assert set(inverse.a) == {"ring"}
     assert inverse.R_o[0] == pytest.approx(-0.6)
@@ -249,6 +250,11 @@ def test_self_locking_and_standstill_are_said() -> None:
         (lambda: designs((0.5, 2.0), [-1.7], by="mean"), "cannot be ranked by 'mean'; choose from mean_efficiency"),
         (lambda: Duty.driven([100.0], [50.0], [-1.0]), "never takes power"),
         (lambda: sets_near(1.0), "no gear set has this basic ratio"),
+        (lambda: sets_near(float("nan")), "R_o = nan is not a finite number"),
+        (lambda: sets_near("-1.7"), "R_o = '-1.7' is not a finite number"),  # type: ignore[arg-type]
+        (lambda: sets_near(-1.7, tolerance=-0.01), "tolerance = -0.01 must be positive"),
+        (lambda: sets_near(-1.7, planets=0), "planets = 0 must be at least 1"),
+        (lambda: sets_near(-1.7, suns=[18.5]), "suns = 18.5 must be a whole number"),  # type: ignore[list-item]
     ],
 )
 def test_bad_input(call: Any, message: str) -> None:

@@ -239,7 +239,7 @@ class CircularCamDifferential(Differential, Lossy):
         mu_groove : float
             Coefficient of friction in the grooves [1].
         masses : bool
-            Whether the rollers have the mass of steel cylinders; otherwise they are massless.
+            Whether the rollers have the masses of ``RollerMasses.of``, slices of steel spheres; otherwise they are massless.
         """
         return cls(
             D_out=cams.outer.D,

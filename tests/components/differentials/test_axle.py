@@ -115,13 +115,16 @@ def test_energy_and_mirrored_axle(differential: Differential) -> None:
     assert np.asarray(audit.loss).min() >= -1e-7
 
 
+@pytest.mark.parametrize("ratio", [3.7, 1.0, -1.0, 0.5])
 @pytest.mark.parametrize("torque", [10.0, -10.0])
-def test_crown_gear(torque: float) -> None:
-    gear = CrownGear(ratio=3.7, eta_ab=0.96, eta_ba=0.94)
+def test_crown_gear(torque: float, ratio: float) -> None:
+    """Out comes 0.96 of what the pinion puts in, and 0.94 of what the crown wheel puts in; mitre gears (ratio 1) included."""
+    gear = CrownGear(ratio=ratio, eta_ab=0.96, eta_ba=0.94)
     parts = gear, rot.ConstantSpeed(w_fixed=100), rot.ConstantTorque(tau_constant=torque)
     result = run(joined(*parts, joints="0.flange_a=1.flange 0.flange_b=2.flange"), 0.01)
-    pinion = result["parts[0].flange_a.tau"][-1]
-    assert pinion == pytest.approx(-torque / (3.7 * 0.96) if torque < 0 else -torque * 0.94 / 3.7)
+    pinion, wheel = 100 * result["parts[0].flange_a.tau"][-1], 100 / ratio * torque
+    assert pinion == pytest.approx(-wheel / 0.96 if wheel < 0 else -wheel * 0.94)
+    assert result["parts[0].lossPower"][-1] == pytest.approx(pinion + wheel)
 
 
 @pytest.mark.parametrize(
@@ -130,7 +133,7 @@ def test_crown_gear(torque: float) -> None:
         (lambda: BevelDifferential(eta=1.1), "eta = 1.1"),
         (lambda: LimitedSlipDifferential(bias_drive=0.5), r"bias_drive = 0.5 is outside its range \[1, inf\)"),
         (lambda: LimitedSlipDifferential(preload=-1.0), "preload = -1"),
-        (lambda: CrownGear(ratio=1.0), "ratio = 1"),
+        (lambda: CrownGear(ratio=0.0), "ratio = 0"),
     ],
 )
 def test_impossible_data_are_refused(make: Any, message: str) -> None:

@@ -77,6 +77,39 @@ def test_planets_take_kinetic_energy() -> None:
     )
 
 
+def test_inertia_of_planets_from_teeth_is_that_of_all() -> None:
+    """As the parameter J: however many planets there are, with the carrier held the energy is J w_planet^2/2."""
+    for n in (1, 3):
+        gear = PlanetTrain.from_teeth(90, 153, 31, n=n, J=0.8)
+        parts = gear, rot.ConstantSpeed(w_fixed=10), rot.Fixed()
+        result = run(joined(*parts, joints="0.ring=1.flange 0.carrier=2.flange"), 0.01)
+        planet = result["parts[0].planet.w"][-1]
+        assert planet == pytest.approx(10 * 153 / 31)
+        assert result[lambda m: m.parts[0].planet.energy()][-1] == pytest.approx(0.8 * planet**2 / 2)
+
+
+@pytest.mark.parametrize(
+    ("driving", "held", "driven", "backward", "efficiency"),
+    [
+        ("sun", "ring", "carrier", True, np.nan),
+        ("ring", "sun", "carrier", False, np.nan),
+        ("carrier", "ring", "sun", True, 0.95 * (1.02 - 1) / (1.02 - 0.95)),
+        ("carrier", "sun", "ring", False, (1.02 - 1) / (1.02 - 0.95)),
+        ("sun", "carrier", "ring", False, 0.95),
+        ("ring", "carrier", "sun", False, 0.95),
+    ],
+)
+def test_self_locking_pairs_of_planets(driving: str, held: str, driven: str, backward: bool, efficiency: float) -> None:
+    """0.95 < R_o = 1.02 < 1/0.95: nothing drives the carrier; it drives the ring with (R_o - 1)/(R_o - eta), the sun with eta of that."""
+    gear = DoublePinionPlanetaryGear(ratio=1.02, eta_ab=0.95, eta_ba=0.95)
+    load = rot.ConstantTorque(tau_constant=20 if backward else -20)
+    joints = f"0.{driving}=1.flange 0.{held}=2.flange 0.{driven}=3.flange"
+    parts = joined(gear, rot.ConstantSpeed(w_fixed=10), rot.Fixed(), load, joints=joints)
+    found = pt.steady(parts, {}, outputs=[f"parts[0].{driving}.tau", "parts[0].mesh.lossPower"])
+    into = 10 * float(found[f"parts[0].{driving}.tau"])
+    assert 1 - float(found["parts[0].mesh.lossPower"]) / into == pytest.approx(efficiency, rel=1e-9, nan_ok=True)
+
+
 RAVIGNEAUX = {"large": 38, "small": 30, "ring": 86, "long": 24, "short": 20}
 
 

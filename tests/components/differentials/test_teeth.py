@@ -62,6 +62,8 @@ def test_types_of_differentials() -> None:
     assert ratio(stepped) == pytest.approx(25 / 3)
     assert ratio(DoublePinionPlanetaryGear.from_teeth(sun=30, ring=72, inner=18, outer=18)) == pytest.approx(2.4)
     assert ratio(CrownGear.from_teeth(pinion=11, crown=41)) == pytest.approx(41 / 11)
+    assert ratio(CrownGear.from_teeth(pinion=20, crown=20)) == 1
+    assert ratio(PlanetaryGear.from_teeth(90, 153, 31, n=np.int64(3))) == pytest.approx(1.7)  # type: ignore[arg-type]
     train = PlanetTrain.from_teeth(sun=90, ring=153, first=31)
     assert float(train.sun_ratio * train.ring_ratio) == pytest.approx(1.7)
 
@@ -112,6 +114,8 @@ BAD: list[tuple[Callable[[], Any], str]] = [
     (lambda: Sun(20.5), "20.5 teeth: the number of teeth must be an integer"),  # type: ignore[arg-type]
     (lambda: Sun(4), "4 teeth: no wheel has fewer than 5"),
     (lambda: Planets(20, n=0), "0 planets: their number"),
+    (lambda: basic_ratio(90, Ring(153), Planets(31)), r"basic_ratio: a = 90 must be a wheel"),  # type: ignore[arg-type]
+    (lambda: basic_ratio(Sun(90), Ring(153), 31), r"basic_ratio: planets = 31 must be a wheel"),  # type: ignore[arg-type]
     (lambda: Planets(20, 2), "2 teeth: no wheel has fewer"),
     (lambda: basic_ratio(Sun(30), Ring(90), Planets(20)), r"ring - sun - 2 planet = 20, .* use a planet of 30"),
     (lambda: basic_ratio(Sun(30), Ring(90), Planets(30, n=7)), "7 planets of 30 teeth touch each other .* room for 5"),
@@ -134,7 +138,7 @@ BAD: list[tuple[Callable[[], Any], str]] = [
     (lambda: basic_ratio(Sun(30), Ring(72), Pairs(14, 18, n=6)), "axes are .* take fewer pairs or smaller planets"),
     (lambda: DoublePinionPlanetaryGear.from_teeth(44, 60, 29, 23, 4), "inner planets of 29 teeth reach into"),
     (lambda: RavigneauxGear.from_teeth(24, 20, 88, 32, 33, 4), "inner planets of 33 teeth reach into"),
-    (lambda: CrownGear.from_teeth(pinion=41, crown=11), "not larger than its pinion of 41"),
+    (lambda: CrownGear.from_teeth(pinion=41, crown=11), "smaller than its pinion of 41"),
     (lambda: RavigneauxGear.from_teeth(large=38, small=20, ring=98, long=30, short=5, n=2), "do not form a triangle"),
 ]
 

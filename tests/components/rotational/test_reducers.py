@@ -129,10 +129,16 @@ def test_what_cannot_be_is_rejected() -> None:
         rot.HarmonicDrive.of(202, 202)
     with pytest.raises(pt.ParameterError, match="30 lobes does not turn in 29 pins"):
         rot.CycloidalDrive.of(30, 29)
-    with pytest.raises(pt.ParameterError, match=r"CycloidalDrive: lobes = 29.5 must be an integer"):
+    with pytest.raises(pt.ParameterError, match=r"CycloidalDrive.of: lobes = 29.5 is not an integer"):
         rot.CycloidalDrive.of(29.5, 30)  # type: ignore[arg-type]
-    with pytest.raises(pt.ParameterError, match=r"HarmonicDrive: circular = 202.5 must be an integer"):
+    with pytest.raises(pt.ParameterError, match=r"HarmonicDrive.of: circular = 202.5 is not an integer"):
         rot.HarmonicDrive.of(200, 202.5)  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"HarmonicDrive.of: starting = '0.1 N.m' is not a number"):
+        rot.HarmonicDrive.of(200, 202, starting="0.1 N.m")  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match=r"starting = -0.1 N.m must be zero or positive, and finite"):
+        rot.HarmonicDrive.of(200, 202, starting=-0.1)
+    with pytest.raises(pt.ParameterError, match=r"backdriving = nan N.m must be zero or positive, and finite"):
+        rot.HarmonicDrive.of(200, 202, backdriving=float("nan"))
     for wrong in (((1.0, 1e4),), ((0.0, 1e4), (0.0, 2e4)), ((0.0, 0.0),)):
         with pytest.raises(pt.ParameterError, match="torques that increase from 0"):
             pt.compile(rot.StiffeningSpring(stiffness=wrong))

@@ -44,6 +44,20 @@ def test_ratios_back_and_forth(layout: str) -> None:
         unit_ratio(layout, -1.7, 0.0, "output")
 
 
+def test_ratios_that_no_layout_has() -> None:
+    """R_o = 0 and 1 make members coincide; output-coupled, V = 1/(1 - R) = 1/2 with R = -1 holds the input."""
+    for R_o in (0.0, 1.0):
+        said = f"R_o = {R_o:g}: no differential has this basic ratio"
+        with pytest.raises(pt.ParameterError, match=said):
+            relative_ratio("baH", R_o)
+        with pytest.raises(pt.ParameterError, match=said):
+            unit_ratio("baH", R_o, 0.5)
+        with pytest.raises(pt.ParameterError, match=said):
+            overall_ratio("baH", R_o, 0.5)
+    with pytest.raises(pt.ParameterError, match=r"bHa holds its input at V = 0.5: r would be infinite"):
+        overall_ratio("bHa", -1.0, 0.5, "output")
+
+
 @pytest.mark.parametrize("r", [0.0, ([0.0, 1.0], [0.5, -0.5])])
 def test_no_unit_ratio_where_the_output_stands_still(r: Any) -> None:
     """V = (1 - R/r)/(1 - R) has a pole at r = 0; input-coupled there is none."""
