@@ -305,6 +305,9 @@ def _checked(ports: Sequence[Connector]) -> tuple[Connector, ...]:
     for p in ports:
         if not isinstance(p, Connector):
             raise ModelError(f"{recorder().place}: connect() joins ports, but {p!r} is not a port")
+    twice = [p._path for k, p in enumerate(ports) if any(p is other for other in ports[:k])]
+    if twice:
+        raise ModelError(f"{recorder().place}: connect() joins {twice[0]} to itself")
     kinds = {p.kind() for p in ports}
     if len(ports) < 2:
         raise ModelError(f"{recorder().place}: connect() needs at least two ports")
