@@ -18,6 +18,7 @@ from powertrain.errors import ModelError, ParameterError
 from powertrain.language.checks import checked_condition
 from powertrain.language.component import Component, children, place_parts
 from powertrain.language.connectors import Connector, Input, Output, Signal, declared
+from powertrain.language.dimensions import measure
 from powertrain.language.fields import Discrete, Parameter, Port, Quantity, Variable
 from powertrain.language.law import Law
 from powertrain.language.laws import Connection
@@ -287,6 +288,7 @@ class _Nodes:
 
     def _write_node(self, flat: Flat, faces: list[Face]) -> None:
         first, place = self.ports[faces[0]], self.places[faces[0]]
+        _check_units([self.ports[face] for face in faces], place)
         outputs = [f for f in faces if isinstance(self.ports[f], Output) and not f[1]]
         if len(outputs) > 1:
             raise ModelError(f"{place}: two outputs are connected: {' and '.join(f[0] for f in outputs)}")
@@ -311,6 +313,15 @@ class _Nodes:
             )
         for port in sources:
             _write_unconnected_signal(flat, port, place, top=False)
+
+
+def _check_units(ports: Sequence[Connector], place: Place) -> None:
+    """ModelError for signals that measure different things; a signal with the unit 1, as of a block, fits any other."""
+    signals = [p for p in ports if isinstance(p, Signal) and p.unit != "1"]
+    for p in signals[1:]:
+        if measure(p.unit) != measure(signals[0].unit):
+            said = f"{signals[0]._path} [{signals[0].unit}] and {p._path} [{p.unit}]"
+            raise ModelError(f"{place}: connect() joins signals of different units: {said}")
 
 
 def _write_unconnected(flat: Flat, port: Connector, spec: Port, top: bool) -> None:

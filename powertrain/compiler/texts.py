@@ -35,7 +35,7 @@ def read(component: Component, text: Equations, active: Recorder) -> Iterator[tu
     """What the equations of a component yield, with the source line."""
     active.path, active.text = component._path, text
     where = component._path or "the model"
-    if not isinstance(text, Iterable):
+    if not isinstance(text, Iterable) or isinstance(text, ca.SX):
         raise ModelError(
             _not_yielded(active, where)
             or f"{where}: the equations of {type(component).__name__} are {text!r}; an equation is written  yield a == b"
@@ -76,7 +76,10 @@ def _reason(error: Exception) -> str:
     """The meaning of an exception in a component's equations."""
     owner = error.obj if isinstance(error, AttributeError) else None
     if isinstance(error, RuntimeError) and "truth value" in str(error):
-        return "a Python if/and/or/not, max or min cannot decide on a symbol; use switch(condition, a, b), casadi.fmax or casadi.fmin"
+        return (
+            "a Python if/and/or/not, max or min cannot decide on a symbol; use switch(condition, a, b), casadi.logic_and, "
+            "casadi.logic_or, casadi.logic_not, casadi.fmax or casadi.fmin"
+        )
     if isinstance(error, Frozen):
         return f"{error.name} cannot be assigned a value; an equation is written  yield a == b"
     if isinstance(owner, Component):
@@ -103,7 +106,10 @@ def _raised_at(error: BaseException, path: str) -> Place:
 def residual_of(row: Any, place: Place) -> Symbol:
     """Left - right of an equation; ModelError for anything else."""
     if isinstance(row, bool | int | float):
-        raise ModelError(f"{place}: this is the plain value {row!r}, not an equation between symbols")
+        raise ModelError(
+            f"{place}: this is the plain value {row!r}, not an equation between symbols; the value of a signal is written "
+            "signal.value, and a text is no symbol"
+        )
     if not isinstance(row, ca.SX):
         raise ModelError(f"{place}: yields {type(row).__name__}; an equation is written  a == b")
     if not row.is_scalar():

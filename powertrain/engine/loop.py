@@ -276,7 +276,8 @@ class Run:
         self._event(located)
         self.engine.check_jumps(self.t, self.side)
         if self.engine.zeno is not None and self.engine.resolver.extra and self.recorder.instants:
-            self.engine.zeno.check(self.recorder.instants[-1])
+            notes = self.engine.resolver.notes
+            notes += [said for said in self.engine.zeno.check(self.recorder.instants[-1]) if said not in notes]
 
     def _event(self, located: bool) -> None:
         """Resolve what happens at the present instant and continue from its right limit."""
@@ -326,7 +327,8 @@ class Run:
         """Record an event. SimulationError if its laws chatter."""
         if not instant.begins(self.start, self.catalogue.rests.values()):
             self.recorder.instants.append(instant)
-        for index in (instant.held_left != instant.held_right).nonzero()[0].tolist():
+        switched = {*(instant.held_left != instant.held_right).nonzero()[0].tolist(), *self.engine.resolver.applied}
+        for index in sorted(switched):
             if index in self.catalogue.chattering and self.chatter.note(index, instant.time):
                 raise SimulationError(self.chatter.message(self.catalogue.chattering[index], instant.time))
 

@@ -21,6 +21,10 @@ from powertrain.numerics.buffers import Array, Evaluated, Memory
 
 _RESOLVED = 10 * EPS
 """A condition must swing this far below zero for its next event to be found."""
+_PASSED = (
+    "the reset of {} puts its condition back to the limit at which it becomes true, and the motion goes on beyond it: a reset happens "
+    "once, it does not hold a variable at a limit; use switch(...) for a rate that ends there, unilateral(gap, force) for a stop"
+)
 
 
 class Zeno:
@@ -34,8 +38,12 @@ class Zeno:
         inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
         self._motions = Evaluated(ca.Function("powertrain_zeno", inputs, [ca.densify(motions)]))
 
-    def check(self, instant: Instant) -> None:
-        """Raise SimulationError if a reset at this instant reverses its condition for a swing too small to be detected."""
+    def check(self, instant: Instant) -> list[str]:
+        """Raise SimulationError if a reset at this instant reverses its condition for a swing too small to be detected.
+
+        Notes for resets that put their condition back to its limit while it goes on rising: they happen once, and hold nothing there.
+        """
+        notes = []
         before = self._values(instant.time, instant.left, instant.held_left)
         after = self._values(instant.time, instant.right, instant.held_right)
         for k, (when, _) in enumerate(self._conditions):
@@ -46,6 +54,9 @@ class Zeno:
             if rate < 0 < acceleration and rate**2 / (2 * acceleration) < _RESOLVED:
                 interval = -2 * rate / acceleration
                 raise SimulationError(_message(when, instant.time, interval, -rate / rising if rising > 0 else np.inf))
+            if before[0, k] != after[0, k] and (rate > 0 or (rate == 0 and acceleration > 0)):
+                notes.append(_PASSED.format(f"{when.name} ({when.where})"))
+        return notes
 
     def _values(self, t: float, y: Array, held: Array) -> Array:
         n, nz, nm, count = self._sizes

@@ -90,7 +90,9 @@ def rows(where: str, kind: Any, value: Any) -> Any:
     """
     kind, unit = bare(kind)
     if not isinstance(value, Sequence | np.ndarray):
-        raise ParameterError(f"{where} = {value!r} is no table of rows of numbers{unit and f' [{unit}]'}")
+        said = f"{value!r} is" if np.isscalar(value) else f"{type(value).__name__} is"
+        hint = "; write .to_numpy() for its rows" if hasattr(value, "to_numpy") else ""
+        raise ParameterError(f"{where} = {said} no table of rows of numbers{unit and f' [{unit}]'}{hint}")
     if unit:
         value = tuple(_converted(where, unit, row) for row in value)
     wanted = typing.get_args(typing.get_args(kind)[0])

@@ -111,6 +111,12 @@ class Component(metaclass=_Kind):
                 f"{cls.__name__}.{bare[0]} has no annotation, so it is no field of the component; write  {bare[0]}: {kind} = ..."
             )
         own = {name: spec for name, spec in own.items() if "ClassVar" not in str(hints[name])}
+        taken = [name for name in own if name in vars(Component)]
+        if taken:
+            raise ModelError(
+                f"{cls.__name__}.{taken[0]}: a field cannot have this name, because {taken[0]} of a component has a meaning of its own; "
+                "choose another name"
+            )
         cls._fields = {**{n: s for b in reversed(cls.__mro__[1:]) for n, s in getattr(b, "_fields", {}).items()}, **own}
         cls._slots = None
 

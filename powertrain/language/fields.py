@@ -94,6 +94,11 @@ class Parameter(Quantity):
 
     def check(self, value: float | str, where: str) -> float:
         """``value`` as a float; ParameterError if it is not a finite number or outside the range. "100 kW" is converted."""
+        if isinstance(value, Parameter):
+            raise ParameterError(
+                f"{where} is given a declared parameter ({value.doc}), which has no value in a class body; write "
+                f"yield self.part.{self.name} == self.name  in equations(), and here a number only where there is no default"
+            )
         if isinstance(value, str) and self.reads and (read := self.reads(value, where)) is not None:
             value = read
         if isinstance(value, str) and has_unit(value):

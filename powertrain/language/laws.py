@@ -105,7 +105,8 @@ def friction(
 
     w > 0: torque = upper;  w < 0: torque = lower;  w = 0: any torque in [peak*lower, peak*upper] that keeps w = 0 (stuck).
 
-    ``torque`` opposes ``w`` if lower <= 0 <= upper: the power torque*w is dissipated. If lower = upper the law is free. A law at its
+    ``torque`` opposes ``w`` if lower <= 0 <= upper: the power torque*w is dissipated. If lower = upper the law is free. A run that starts
+    with lower > upper raises InitializationError: usually ``torque`` has the wrong sign. A law at its
     limit, peak*lower or peak*upper, counts as stuck if other laws hold it at rest.
 
     Parameters
@@ -304,6 +305,9 @@ def _checked(ports: Sequence[Connector]) -> tuple[Connector, ...]:
     for p in ports:
         if not isinstance(p, Connector):
             raise ModelError(f"{recorder().place}: connect() joins ports, but {p!r} is not a port")
+    twice = [p._path for k, p in enumerate(ports) if any(p is other for other in ports[:k])]
+    if twice:
+        raise ModelError(f"{recorder().place}: connect() joins {twice[0]} to itself")
     kinds = {p.kind() for p in ports}
     if len(ports) < 2:
         raise ModelError(f"{recorder().place}: connect() needs at least two ports")

@@ -1,4 +1,5 @@
-"""Consistent modes that are still rejected: motion against an unlimited torque, and rest where nothing determines the torque."""
+"""Consistent modes that are still rejected: motion against an unlimited torque, rest where nothing determines the torque, and limits of a
+torque in the wrong order."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ import casadi as ca
 
 from powertrain.dae.friction import rest_margin
 from powertrain.dae.hybrid import Friction, HybridDae
-from powertrain.dae.tolerances import INTEGRATED, NO_WIDTH, ZONE
+from powertrain.dae.tolerances import INTEGRATED, LEAST_TORQUE, NO_WIDTH, ZONE
 from powertrain.errors import SimulationError
 from powertrain.modes.jam import law_values, resting_note
 from powertrain.modes.selflocking import SelfLocking
@@ -61,6 +62,33 @@ class Admissible:
         for law, (margin, speed) in zip(self._limitless, found.tolist(), strict=True):
             if margin <= 0:
                 self._refuse(law, speed)
+
+    def check_order(self, side: int) -> None:
+        """Reject limits in the wrong order. Only a start is checked: later a limit that ends at zero has the error of the integration.
+
+        Limits that depend on torques have a check of their own (``powertrain.modes.selflocking``).
+        """
+        if not self._given:
+            return
+        (found,) = self._limits(*self.memory.instant(side))
+        for law, (lower, upper) in zip(self._given, found.tolist(), strict=True):
+            if lower - upper > LEAST_TORQUE:
+                raise SimulationError(
+                    f"{law.name} ({law.where}) has a lower limit of {lower:.6g} {law.unit} above its upper limit of {upper:.6g} {law.unit}. "
+                    "A friction torque is positive where it opposes a positive speed, so that torque times speed is the loss: write friction(w, torque, -limit, limit) with a limit that is not negative."
+                )
+
+    @cached_property
+    def _given(self) -> list[Friction]:
+        """The laws whose limits depend on no torque or mode."""
+        found = ca.vertcat(self.dae.z, self.dae.m)
+        return [law for law in self.dae.frictions if not ca.depends_on(ca.vertcat(law.lower, law.upper), found)]
+
+    @cached_property
+    def _limits(self) -> Evaluated:
+        dae = self.dae
+        rows = ca.densify(ca.vertcat(*[ca.horzcat(law.lower, law.upper) for law in self._given]))
+        return Evaluated(ca.Function("powertrain_limits", [dae.t, dae.x, dae.z, dae.m, dae.p], [rows]))
 
     @cached_property
     def _rest(self) -> Evaluated:

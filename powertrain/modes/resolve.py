@@ -57,6 +57,8 @@ class ModeResolver:
         self._update, self._fresh = update, fresh
         self._discontinuities = Discontinuities(dae, memory) if dae.whens or dae.barriers else None
         self.extra: list[tuple[str, str]] = []
+        self.applied: list[int] = []
+        """The places of the modes of the ``when`` laws whose resets were applied, also of those that are false again."""
         self.notes: list[str] = []
         self._unsolved: NotConsistent | None = None
         self.uniqueness = Uniqueness(dae, memory)
@@ -71,7 +73,7 @@ class ModeResolver:
         """
         memory = self.memory
         memory.jumped[0], self._jump, self._begins = jumped, jumped or JUMPED, jumped == START
-        self.extra, self._unsolved = [], None
+        self.extra, self.applied, self._unsolved = [], [], None
         if self._discontinuities is not None:
             self._discontinuities.impulses[:] = 0.0
         seen = set[bytes]()
@@ -331,6 +333,7 @@ class ModeResolver:
             return False
         assert self._discontinuities is not None
         self._discontinuities.reset(side, rising)
+        self.applied += [when.index for when in rising]
         self.extra += [(when.name, "reset") for when in rising if any(not r.discrete for r in when.resets)]
         self.memory.jumped[0], self._begins = JUMPED, False
         return True

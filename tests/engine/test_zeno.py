@@ -172,3 +172,41 @@ def test_chattering_is_a_thousand_switches_in_a_hundred_thousandth_of_the_run(sp
     found = [chatter.note(3, 1.0 + span * k / 999) for k in range(1000)]
     assert found == [False] * 999 + [chatters]
     assert not chatter.note(4, 1.0 + span)
+
+
+class Limited(pt.Component):
+    """x grows by one per second, and is put back from 0.5 by a reset; ``pushed``: a mass of 1 kg under 1 N, which is stopped there."""
+
+    back: pt.Parameter = pt.parameter("m", "How far it is put back", default=0.0)
+    pushed: bool = False
+    x: pt.Variable = pt.variable("m", "Position", start=0.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == (self.v if self.pushed else 1)
+        yield pt.der(self.v) == 1
+        stop = (pt.reinit(self.v, 0),) if self.pushed else ()
+        yield pt.when(self.x > 0.5, pt.reinit(self.x, 0.5 - self.back), *stop, name="limit")
+
+
+@pytest.mark.parametrize("pushed", [False, True])
+def test_reset_to_the_limit_of_its_condition_is_noted(pushed: bool) -> None:
+    """x reaches 0.5 once, and goes on from there."""
+    result = pt.simulate(Limited(pushed=pushed), 1.5)
+    assert result["x"][-1] == pytest.approx(0.625 if pushed else 1.5, abs=1e-6)
+    (note,) = result.notes
+    assert "limit (the model: " in note and "test_zeno.py:" in note and "goes on beyond it" in note
+
+
+@pytest.mark.parametrize("back", [3e-10, 1e-9])
+def test_resets_by_a_tiny_step_are_without_end(back: float) -> None:
+    with pytest.raises(pt.SimulationError, match=r"limit \(the model: .* resets without end") as caught:
+        pt.simulate(Limited(back=back), 1.0)
+    assert caught.value.result["x"].max() < 0.5 + 1e-9
+
+
+def test_resets_by_a_step_are_followed() -> None:
+    """It is put back by 0.2 m at 0.5, 0.7, 0.9, 1.1 and 1.3 s."""
+    result = pt.simulate(Limited(back=0.2), 1.4)
+    assert not result.notes
+    assert result["x"][-1] == pytest.approx(1.4 - 5 * 0.2, abs=1e-8)

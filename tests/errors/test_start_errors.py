@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -164,3 +167,38 @@ def test_start_by_an_acceleration_that_modes_decide() -> None:
         do=lambda: plant.simulate(0.1, starts={"J1.a": 1.0}),
     )
     assert plant.simulate(0.1, starts={"J1.a": 3.0, "c.w_rel": 1.0})["J1.a"][0] == pytest.approx(3.0)
+
+
+class Rubbing(pt.Component):
+    """An inertia with friction whose lower and upper limits are given as functions of the speed."""
+
+    lower: Any
+    upper: Any
+    inertia: rot.Inertia = rot.Inertia(J=1.0)
+    source: rot.Torque = rot.Torque()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.source.flange, self.inertia.flange_a)
+        yield pt.friction(
+            self.inertia.w, -self.source.tau.value, self.lower(self.inertia.w), self.upper(self.inertia.w)
+        )
+
+
+@pytest.mark.parametrize("speed", [0.0, 5.0])
+@pytest.mark.parametrize("limit", [lambda w: 3.0, lambda w: 1.0 + 2.0 * ca.exp(-(w**2))])
+def test_friction_limits_in_the_wrong_order(limit: Callable[[Any], Any], speed: float) -> None:
+    value = float(limit(speed))
+    refused(
+        pt.InitializationError,
+        "mode (the model: ",
+        f"lower limit of {value:.6g} N.m above its upper limit of {-value:.6g} N.m",
+        "write friction(w, torque, -limit, limit)",
+        do=lambda: pt.simulate(Rubbing(lower=limit, upper=lambda w: -limit(w)), 1.0, starts={"inertia.w": speed}),
+    )
+
+
+@pytest.mark.parametrize("limit", [lambda w: 0.0, lambda w: 3.0])
+def test_friction_limits_in_order(limit: Callable[[Any], float]) -> None:
+    """An inertia of 1 kg.m2 at 5 rad/s loses 3 rad/s in a second against 3 N.m, and nothing against none."""
+    result = pt.simulate(Rubbing(lower=lambda w: -limit(w), upper=limit), 1.0, starts={"inertia.w": 5.0})
+    assert result["inertia.w"][-1] == pytest.approx(5.0 - limit(0.0))

@@ -89,6 +89,57 @@ class OnePort(pt.Component):
         yield pt.connect(self.J1.flange_b)
 
 
+class SamePort(pt.Component):
+    """connect with one port twice."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.J1.flange_b)
+
+
+class OtherUnit(pt.Component):
+    """A torque as the reference of a speed."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque")
+    source: rot.Speed = rot.Speed()
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque, self.source.w_ref)
+        yield pt.connect(self.source.flange, self.J1.flange_a)
+
+
+class TextOfAnAngle(pt.Component):
+    """An equation with a text."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.J1.phi == "1 rad"
+
+
+class NoValue(pt.Component):
+    """An equation with a port in place of its value."""
+
+    source: rot.Torque = rot.Torque()
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.source.flange, self.J1.flange_a)
+        yield self.source.tau == 1.0
+
+
+class Returned(pt.Component):
+    """An equation that is returned."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        return self.J1.w == 1.0  # type: ignore[return-value]
+
+
 class NoPort(pt.Component):
     """connect with a component."""
 
@@ -129,6 +180,7 @@ class Partial(pt.Component):
                 "if self.J1.w > 0:",
                 "Python if/and/or/not, max or min cannot decide on a symbol",
                 "switch(condition, a, b)",
+                "casadi.logic_and",
             ],
         ),
         (
@@ -146,6 +198,11 @@ class Partial(pt.Component):
             ],
         ),
         (OnePort, ["connect(self.J1.flange_b)", "at least two ports"]),
+        (SamePort, ["connect(self.J1.flange_b, self.J1.flange_b)", "joins J1.flange_b to itself"]),
+        (OtherUnit, ["connect(self.torque, self.source.w_ref)", "torque [N.m] and source.w_ref [rad/s]"]),
+        (TextOfAnAngle, ['yield self.J1.phi == "1 rad"', "plain value False", "a text is no symbol"]),
+        (NoValue, ["yield self.source.tau == 1.0", "plain value False", "is written signal.value"]),
+        (Returned, ["the equations of Returned are", "J1.w==1", "an equation is written  yield a == b"]),
         (NoPort, ["joins ports", "J1"]),
         (TwoOutputs, ["two outputs are connected", "a.y", "b.y"]),
         (Partial, ["shaft: TwoFlanges is a partial class", "use one of its subclasses"]),
@@ -187,3 +244,26 @@ def test_class_that_overrides_equations() -> None:
 
 def test_der_outside_equations() -> None:
     refused(pt.ModelError, "inside equations()", do=lambda: pt.der(pt.time))
+
+
+@pytest.mark.parametrize("name", ["equations", "initial", "check", "loss", "energy", "boundary"])
+def test_field_named_like_what_every_component_has(name: str) -> None:
+    refused(
+        pt.ModelError,
+        f"Part.{name}: a field cannot have this name",
+        do=lambda: type("Part", (pt.Component,), {"__annotations__": {name: "Any"}, name: pt.variable("W", "Loss")}),
+    )
+
+
+def test_declared_parameter_in_the_class_body() -> None:
+    def define() -> None:
+        class Whole(pt.Component):
+            J: pt.Parameter = pt.parameter("kg.m2", "Inertia of the shaft", default=2.0)
+            shaft: rot.Inertia = rot.Inertia(J=J)
+
+    refused(
+        pt.ParameterError,
+        "Inertia.J is given a declared parameter (Inertia of the shaft)",
+        "yield self.part.J == self.name",
+        do=define,
+    )
