@@ -121,18 +121,20 @@ class ModeResolver:
     def _newton(self, side: int, slack: float = 0.0) -> bool | None:
         """Semismooth Newton: the rules of all laws are applied at the same torques.
 
-        True if the resulting modes are consistent, False after an impact, None if the iteration does not converge.
+        True if the resulting modes are consistent, False after an impact, None if the iteration does not converge. Modes without a solution
+        on the way are not its end: the rules judge them by the last one, and those of conditions on the states settle.
         """
         memory, flags = self.memory, self._flags
         seen: set[bytes] = set()
         for _ in range(PASSES):
             if self._jump == JUMPED and self._carry(side):
                 memory.jumped[0] = JUMPED
-            if not self._solvable(side):
-                return None
+            solved = self._solvable(side)
             self._apply_rules(side, slack)
+            if not solved and not flags[0]:
+                return None
             # what is struck while held values still change the motions may not be struck by their last values
-            if flags[2] and not flags[6]:
+            if solved and flags[2] and not flags[6]:
                 self._impact(side)
                 return False
             memory.jumped[0] = 0.0
@@ -294,13 +296,15 @@ class ModeResolver:
         self.notes.clear()
 
     def _solvable(self, side: int) -> bool:
-        """Solve the algebraic equations for the present modes; False if they have no solution."""
+        """Solve the algebraic equations for the present modes; False, and the unknowns as they were, if they have no solution."""
         if self.algebra is None:
             return True
+        z = self.memory.y[side][self.n :]
+        guess = z.copy()
         try:
             self.algebra.solve(side)
         except NotConsistent as error:
-            self._unsolved = error
+            self._unsolved, z[:] = error, guess
             return False
         return True
 
