@@ -121,6 +121,16 @@ def test_a_gear_alone_with_sets_that_are_held_or_turn_as_a_block(scheme: GearSch
     assert out == pytest.approx(100.0 / ratio, rel=1e-9)
 
 
+def test_motions_of_a_network() -> None:
+    """The open eight-speed gearset: as many independent motions as degrees of freedom, and each fulfils Willis' equations."""
+    network = EIGHT_SPEED.free
+    motions = np.vstack([network.motions, np.zeros(network.freedom)])  # the housing is node -1
+    assert network.freedom == np.linalg.matrix_rank(motions) == len(EIGHT_SPEED.shafts) - len(EIGHT_SPEED.levers)
+    for lever in EIGHT_SPEED.levers:
+        a, b, carrier = (motions[network.nodes[name]] for name in (lever.a, lever.b, lever.carrier))
+        np.testing.assert_allclose(a - carrier, lever.ratio * (b - carrier), atol=1e-12)
+
+
 @pytest.mark.parametrize(("kind", "most"), [(Automatic, 0.5), (DualClutchGearbox, 0.35)])
 def test_the_phases_of_a_shift_follow_one_another(kind: Any, most: float) -> None:
     """Both torque phases and, in a dual-clutch gearbox, the preselection in 30 % of the travel leave room for the inertia phase."""
