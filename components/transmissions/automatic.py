@@ -204,8 +204,11 @@ class Automatic(ClutchToClutch):
         scheme = self.scheme.in_gear(self.scheme.forward[k - 1].name, coast=float(self.coast) > 0)
         parts = dict(zip(self.scheme.elements, self.elements, strict=True))
         elements = tuple(parts[each] for each in scheme.elements)
+        levers = tuple(
+            part for lever, part in zip(self.scheme.levers, self.levers, strict=True) if lever in scheme.levers
+        )
         return Automatic(
-            scheme=scheme, levers=self.levers, shafts=self._joined(scheme), elements=elements, churning=self.churning
+            scheme=scheme, levers=levers, shafts=self._joined(scheme), elements=elements, churning=self.churning
         )
 
     def _joined(self, scheme: GearScheme) -> tuple[Inertia, ...]:

@@ -8,6 +8,8 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Self
 
+import numpy as np
+
 from powertrain import ParameterError, arguments_checked
 from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network
 from powertrain.components.transmissions.shift_table import ARROW, SchemeGear, ShiftElement
@@ -169,13 +171,31 @@ class GearScheme:
     def in_gear(self, name: str, *, coast: bool = False) -> GearScheme:
         """The scheme with one gear only: its elements are rigid joints, except freewheels that carry; the others are left out.
 
-        With ``coast`` the elements for overrun are joints, too, and no freewheel is left.
+        A planetary set that turns as a block, or is held, is a joint, too. With ``coast`` the elements for overrun are joints, and no
+        freewheel is left.
         """
         coast = coast and bool(self.gear(name).coast)
         kept = () if coast else self.freewheels(name)
         held = tuple(joint for joint in self.network(name, kept, coast=coast).joints if joint[0] != joint[1])
         elements = tuple(element for element in self.elements if element.name in kept)
-        return replace(self, elements=elements, gears=(SchemeGear(name, kept),), joints=held)
+        alone = replace(self, elements=elements, gears=(SchemeGear(name, kept),), joints=held)
+        while (block := alone._block()) is not None:
+            levers = tuple(lever for lever in alone.levers if lever is not block)
+            joints = (*alone.joints, (block.a, block.carrier), (block.b, block.carrier))
+            alone = replace(alone, levers=levers, joints=joints)
+        return alone
+
+    def _block(self) -> Lever | None:
+        """A lever whose members have the same speed in every motion."""
+        nodes, motions = (
+            self.free.nodes,
+            np.vstack([self.free.motions, np.zeros(self.free.freedom)]),
+        )  # node -1: housing
+        for lever in self.levers:
+            ends = motions[[nodes[lever.a], nodes[lever.b]]] - motions[nodes[lever.carrier]]
+            if np.abs(ends).max() < SAME_SPEED:
+                return lever
+        return None
 
     def _joined(self, joints: Iterable[Joint]) -> Network:
         ends = self.input, self.output

@@ -171,14 +171,19 @@ class Network:
         rows = self._rows(self.ratios)
         return int(rows.shape[-1] - np.linalg.matrix_rank(rows))
 
+    @property
+    def motions(self) -> Array:
+        """Speeds of all nodes in independent motions, shape (nodes, freedom)."""
+        rows = self._rows(self.ratios)
+        return np.asarray(np.linalg.svd(rows)[2][rows.shape[-1] - self.freedom :].T)
+
     def motion(self) -> Array:
         """Speed of every node for w_in = 1 in a network with one degree of freedom. Errors: ParameterError for other networks."""
-        rows = self._rows(self.ratios)
         if self.freedom != 1:
             raise ParameterError(
                 f"the network{self._joined()} is not a fixed gear: it has {self.freedom} degrees of freedom"
             )
-        motion = np.linalg.svd(rows)[2][-1]
+        motion = self.motions[:, 0]
         w_in = motion[self._node("input")]
         if abs(w_in) < 1e-12:
             raise ParameterError(f"the network{self._joined()} holds its input")

@@ -7,15 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gears_by_hand import by_hand
 
 import powertrain as pt
 from powertrain.components.blocks import TimeTable
 from powertrain.components.differentials import ChurningLoss, FundamentalDifferential
-from powertrain.components.rotational import Clutch, Inertia, OneWayClutch
+from powertrain.components.rotational import Clutch, ConstantTorque, Inertia, OneWayClutch
 from powertrain.components.transmissions import (
     CR_CR_FREEWHEELS,
     EIGHT_SPEED,
+    NINE_SPEED,
+    RAVIGNEAUX_FOUR,
     SIMPSON_THREE,
+    TEN_SPEED,
     Automatic,
     DualClutchGearbox,
     GearScheme,
@@ -97,6 +101,34 @@ def test_a_gear_alone_has_the_inertia_of_the_gearset(scheme: GearScheme) -> None
         by_hand = sum(J[node] * w**2 for node, w in of_node.items())
         assert inertia_at_the_input(box.in_gear(k), 1.0) == pytest.approx(by_hand, rel=1e-5)
         assert inertia_at_the_input(box, float(k)) == pytest.approx(by_hand, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "gear"), [(EIGHT_SPEED, "1"), (NINE_SPEED, "8"), (RAVIGNEAUX_FOUR, "3"), (TEN_SPEED, "7")]
+)
+def test_a_gear_alone_with_sets_that_are_held_or_turn_as_a_block(scheme: GearScheme, gear: str) -> None:
+    """With losses, the load that balances the input by hand keeps the speed. Such sets could not start, or contradicted each other."""
+    ratio, torque, _ = by_hand(scheme, gear, 50.0)
+    box = Automatic(scheme=scheme, churning=ChurningLoss()).in_gear(int(gear))
+    assert len(box.levers) < len(scheme.levers)
+    result = pt.simulate(
+        GearBench(gearbox=box, drive=ConstantTorque(tau_constant=50.0), load=ConstantTorque(tau_constant=torque)),
+        1.0,
+        starts={"input.w": 100.0},
+    )
+    assert result["input.w"][-1] == pytest.approx(100.0, rel=1e-9)
+    out = result[f"gearbox.shafts[{box.scheme.free.nodes['out']}].w"][-1]
+    assert out == pytest.approx(100.0 / ratio, rel=1e-9)
+
+
+def test_motions_of_a_network() -> None:
+    """The open eight-speed gearset: as many independent motions as degrees of freedom, and each fulfils Willis' equations."""
+    network = EIGHT_SPEED.free
+    motions = np.vstack([network.motions, np.zeros(network.freedom)])  # the housing is node -1
+    assert network.freedom == np.linalg.matrix_rank(motions) == len(EIGHT_SPEED.shafts) - len(EIGHT_SPEED.levers)
+    for lever in EIGHT_SPEED.levers:
+        a, b, carrier = (motions[network.nodes[name]] for name in (lever.a, lever.b, lever.carrier))
+        np.testing.assert_allclose(a - carrier, lever.ratio * (b - carrier), atol=1e-12)
 
 
 @pytest.mark.parametrize(("kind", "most"), [(Automatic, 0.5), (DualClutchGearbox, 0.35)])
