@@ -76,8 +76,8 @@ class Car(Component):
             if isinstance(axle, DrivenAxle):
                 yield axle.path.h == self.body.h
         yield connect(demand, self.front.brake, self.rear.brake)
-        for axle in self.front, self.rear:
-            yield axle.curvature.value == self.curvature.value + self.road.curvature.value
+        yield connect(self.curvature, self.road.curvature)
+        yield connect(self.road.bend, self.front.curvature, self.rear.curvature)
         yield connect(self.front.axle, self.body.front)
         yield connect(self.rear.axle, self.body.rear)
         yield connect(self.body.front_load, self.front.load)

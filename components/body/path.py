@@ -103,7 +103,7 @@ class AxlePath(Lossy):
 
 
 class RoadProfile(Component):
-    """The slope and the bends of a road along its length: grade = profile(s),  curvature = bends(s).
+    """The slope and the bends of a road along its length: grade = profile(s),  bend = bends(s) + curvature.
 
     ``profile`` is a map with one argument, the path in m, to tan(alpha); ``from_heights`` makes one from heights. ``bends`` is a map of the
     path to the curvature in 1/m, positive to the left.
@@ -114,7 +114,8 @@ class RoadProfile(Component):
     bends: Map = Map.constant(0.0, x="s", x_unit="m", unit="1/m", name="curvature")
     s: Input = signal_input("m", "Path of the vehicle")
     grade: Output = signal_output("1", "Slope of the road, tan(alpha), positive uphill")
-    curvature: Output = signal_output("1/m", "Curvature of the road, positive to the left")
+    curvature: Input = signal_input("1/m", "Curvature of the path in addition to the bends of the road", default=0.0)
+    bend: Output = signal_output("1/m", "Curvature of the path, positive to the left")
 
     def equations(self) -> Equations:
         """The maps."""
@@ -138,7 +139,7 @@ class RoadProfile(Component):
                 "tangent of the slope, 0.06 for 6 %"
             )
         yield self.grade.value == self.profile(self.s.value)
-        yield self.curvature.value == self.bends(self.s.value)
+        yield self.bend.value == self.bends(self.s.value) + self.curvature.value
 
     @classmethod
     @arguments_checked

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
@@ -48,7 +50,7 @@ def test_braking_down_a_slope() -> None:
 
     slow.terminal = True  # type: ignore[attr-defined]
     other = solve_ivp(rates, (0, 20), y_0, method="LSODA", rtol=1e-8, atol=1e-8, events=slow)
-    tyre = {
+    tyre: dict[str, Any] = {
         "pCx1": 1.58,
         "pEx1": 0.2,
         "pDx1": 1.06,
