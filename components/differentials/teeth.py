@@ -76,10 +76,13 @@ Central = Sun | Ring
 
 
 def train_value(*pairs: tuple[int, int, bool]) -> float:
-    """R_o by eq. (3): the product of driven over driving teeth, negative for each external pair; pairs (driving, driven, internal)."""
+    """R_o by eq. (3): the product of driven over driving teeth, negative for each external pair; pairs (driving, driven, internal).
+
+    Errors: ParameterError for numbers of teeth that no wheel has.
+    """
     value = 1.0
     for driving, driven, internal in pairs:
-        value *= (driven if internal else -driven) / driving
+        value *= pair_ratio(driving, driven) * (1 if internal else -1)
     return value
 
 

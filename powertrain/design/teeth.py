@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.differentials import FundamentalDifferential, Pairs, Planets, Ring, Sun
-from powertrain.language.arguments import count, number, positive
+from powertrain.language.arguments import count, number
 
 Teeth = NDArray[np.intp]
 
@@ -51,17 +52,19 @@ def sets_near(
     """
     import pandas as pd
 
-    R_o, tolerance, planets = number("R_o", R_o), positive("tolerance", tolerance), count("planets", planets)
+    R_o, tolerance, planets = number("R_o", R_o), number("tolerance", tolerance), count("planets", planets)
+    if not 0 < tolerance < 1:
+        raise pt.ParameterError(f"tolerance = {tolerance:g} must lie between 0 and 1, a relative deviation")
     candidates = [count("suns", sun) for sun in ([suns] if isinstance(suns, int) else suns)]
     if R_o in (0.0, 1.0):
         raise pt.ParameterError(f"R_o = {R_o:g}: no gear set has this basic ratio; two members would coincide")
     if R_o > 0:
         return _positive(R_o, tolerance, candidates, planets)
     a = "sun" if R_o < -1 else "ring"
-    size = -R_o if a == "sun" else -1 / R_o
+    limits = sorted(x if a == "sun" else 1 / x for x in (-R_o * (1 - tolerance), -R_o * (1 + tolerance)))
     rows = []
     for sun in candidates:
-        for ring in range(int(sun * size * (1 - tolerance)), int(sun * size * (1 + tolerance)) + 2):
+        for ring in _between(sun, *limits):
             planet = (ring - sun) // 2
             wheels = (Sun(sun), Ring(ring)) if a == "sun" else (Ring(ring), Sun(sun))
             try:
@@ -90,7 +93,7 @@ def _positive(R_o: float, tolerance: float, suns: list[int], n: int) -> pd.DataF
 
     wheels: dict[str, type[Sun] | type[Ring]] = {"two suns": Sun, "two rings": Ring}
     rows = []
-    for kind, a, b, first, second, _ in _candidates(R_o, tolerance, suns):
+    for kind, a, b, first, second, _ in _candidates(R_o, tolerance, suns, n):
         try:
             if kind == "KHV":
                 made = FundamentalDifferential.khv(a, b)
@@ -107,9 +110,13 @@ def _positive(R_o: float, tolerance: float, suns: list[int], n: int) -> pd.DataF
     return pd.DataFrame(rows, columns=_COLUMNS)
 
 
-def _candidates(R_o: float, tolerance: float, suns: list[int]) -> list[tuple[str, int, int, int, int, float]]:
+def _between(teeth: int, low: float, high: float) -> range:
+    """The wheels with low to high times as many teeth, and one more on either side against rounding."""
+    return range(math.ceil(low * teeth) - 1, math.floor(high * teeth) + 2)
+
+
+def _candidates(R_o: float, tolerance: float, suns: list[int], n: int) -> list[tuple[str, int, int, int, int, float]]:
     """Teeth with a ratio within the tolerance, the nearest first: (kind, a, b, first, second, ratio)."""
-    a, first, second = (g.ravel() for g in np.meshgrid(suns, _PLANETS, _PLANETS, indexing="ij"))
     found: list[tuple[str, int, int, int, int, float]] = []
 
     def keep(kind: str, a: Teeth, b: Teeth, first: Teeth, second: Teeth, ratio: NDArray[np.float64]) -> None:
@@ -117,17 +124,16 @@ def _candidates(R_o: float, tolerance: float, suns: list[int]) -> list[tuple[str
         columns = [v[good].tolist() for v in (a, b, first, second, ratio)]
         found.extend((kind, *row) for row in zip(*columns, strict=True))
 
+    a, first, second = (g.ravel() for g in np.meshgrid(suns, _PLANETS, _PLANETS, indexing="ij"))
     for kind, sign in (("two suns", 1), ("two rings", -1)):
         b = a + sign * (first - second)
         keep(kind, a, b, first, second, first * b / (a * second))
     if R_o > 1:
-        b = np.round(R_o * a).astype(np.intp)
-        keep("pairs", a, b, first, second, b / a)
-        keep("KHV", *_single(np.array(suns), R_o))
+        low, high = R_o * (1 - tolerance), R_o * (1 + tolerance)
+        a, b = np.array([(one, other) for one in suns for other in _between(one, low, high)], int).reshape(-1, 2).T
+        keep("KHV", a, b, 0 * a, 0 * a, b / a)
+        spaced = np.flatnonzero((b - a) % n == 0)  # n pairs at equal distances; the rest is checked later
+        i, first, second = (g.ravel() for g in np.meshgrid(spaced, _PLANETS, _PLANETS, indexing="ij"))
+        keep("pairs", a[i], b[i], first, second, b[i] / a[i])
     found.sort(key=lambda row: (round(abs(row[-1] - R_o), 9), row[1] + row[2]))
     return found
-
-
-def _single(planet: Teeth, R_o: float) -> tuple[Teeth, Teeth, Teeth, Teeth, NDArray[np.float64]]:
-    ring = np.round(R_o * planet).astype(np.intp)
-    return planet, ring, 0 * planet, 0 * planet, ring / planet

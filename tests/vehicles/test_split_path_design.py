@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import runpy
 import sys
+from contextlib import suppress
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +18,7 @@ from yu_beachley import CONNECTIONS, only, solutions, unit_ratio
 
 import powertrain as pt
 from powertrain.components.cvu import CVU
-from powertrain.components.differentials import FundamentalDifferential, Planets, Ring, Sun
+from powertrain.components.differentials import FundamentalDifferential, Pairs, Planets, Ring, Sun
 from powertrain.components.transmissions import SplitPathTransmission
 from powertrain.design import Duty, SplitPathDesigns, refine_ratio, sets_near, split_path_designs
 
@@ -222,6 +224,33 @@ def test_tooth_numbers_of_positive_ratios(R_o: float) -> None:
     assert R_o > 1 or not {"pairs", "KHV"} & set(near.kind)
 
 
+def assembled(R_o: float, tolerance: float, suns: list[int], planets: range) -> set[tuple[int, int, int, int]]:
+    """Sun, ring and pairs of planets whose ratio is near R_o and that go together, by trying all of them."""
+    found = set()
+    for a, b, first, second in product(suns, range(20, 300), planets, planets):
+        if abs(b / a / R_o - 1) <= tolerance:
+            with suppress(pt.ParameterError):
+                FundamentalDifferential.from_teeth(Sun(a), Ring(b), Pairs(first, second))
+                found.add((a, b, first, second))
+    return found
+
+
+def test_no_tooth_numbers_within_the_tolerance_are_left_out() -> None:
+    """91 and 218 teeth are nearest to 2.4 but not assembled with three pairs; 217 are. A wide tolerance has its whole range."""
+    near = sets_near(2.4, suns=91, tolerance=0.0066)
+    pairs = near[near.kind == "pairs"]
+    listed = set(zip(pairs.a, pairs.b, pairs["first"], pairs["second"], strict=True))
+    every = assembled(2.4, 0.0066, [91], range(12, 61))
+    assert len(near) == 300
+    assert listed <= every
+    assert {b for _, b, _, _ in listed} == {217}
+    assert set(near[near.kind == "KHV"].b) <= {217, 218, 219}
+    inner = sets_near(-0.6, suns=30, tolerance=0.31)  # a is the ring, of 30/0.786 to 30/0.414 teeth
+    rings = {b for b in range(39, 73) if (30 + b) % 3 == 0}
+    assert set(inner.ring) <= rings
+    assert max(inner.ring) == max(rings)
+
+
 @pytest.mark.slow
 def test_self_locking_and_standstill_are_said() -> None:
     locked = designs((0.5, 2.0), [1.02], combinations=False).table
@@ -252,7 +281,7 @@ def test_self_locking_and_standstill_are_said() -> None:
         (lambda: sets_near(1.0), "no gear set has this basic ratio"),
         (lambda: sets_near(float("nan")), "R_o = nan is not a finite number"),
         (lambda: sets_near("-1.7"), "R_o = '-1.7' is not a finite number"),  # type: ignore[arg-type]
-        (lambda: sets_near(-1.7, tolerance=-0.01), "tolerance = -0.01 must be positive"),
+        (lambda: sets_near(-1.7, tolerance=-0.01), "tolerance = -0.01 must lie between 0 and 1"),
         (lambda: sets_near(-1.7, planets=0), "planets = 0 must be at least 1"),
         (lambda: sets_near(-1.7, suns=[18.5]), "suns = 18.5 must be a whole number"),  # type: ignore[list-item]
     ],

@@ -113,6 +113,7 @@ def test_no_planet_pierces_another_wheel() -> None:
 BAD: list[tuple[Callable[[], Any], str]] = [
     (lambda: Sun(20.5), "20.5 teeth: the number of teeth must be an integer"),  # type: ignore[arg-type]
     (lambda: Sun(4), "4 teeth: no wheel has fewer than 5"),
+    (lambda: train_value((10, 20, False), (0, 20, False)), "a driving wheel of 0 teeth: no wheel has fewer than 5"),
     (lambda: Planets(20, n=0), "0 planets: their number"),
     (lambda: basic_ratio(90, Ring(153), Planets(31)), r"basic_ratio: a = 90 must be a wheel"),  # type: ignore[arg-type]
     (lambda: basic_ratio(Sun(90), Ring(153), 31), r"basic_ratio: planets = 31 must be a wheel"),  # type: ignore[arg-type]
