@@ -284,7 +284,7 @@ def test_declared_parameter_in_the_class_body() -> None:
     def define() -> None:
         class Whole(pt.Component):
             J: pt.Parameter = pt.parameter("kg.m2", "Inertia of the shaft", default=2.0)
-            shaft: rot.Inertia = rot.Inertia(J=J)
+            shaft: rot.Inertia = rot.Inertia(J=J)  # type: ignore[arg-type]
 
     refused(
         pt.ParameterError,
