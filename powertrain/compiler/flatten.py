@@ -144,7 +144,7 @@ def flatten(model: Component) -> Flat:
                 else:
                     _add_equation(flat, row, place)
             for place, row in read(component, component.initial(), flat.recorder):
-                flat.initial.append(Equation(residual_of(row, place), place))
+                flat.initial.append(Equation(_residual(flat, row, place), place))
             for place, row in read(component, component.check(), flat.recorder):
                 flat.conditions.append(ParameterCondition(checked_condition(row, place), place))
         nodes.write(flat, root)
@@ -219,7 +219,7 @@ def _check_known(flat: Flat, expression: Any, place: Place) -> None:
 
 
 def _add_equation(flat: Flat, row: Any, place: Place) -> None:
-    residual = residual_of(row, place)
+    residual = _residual(flat, row, place)
     _check_known(flat, residual, place)
     left, right = row.dep(0), row.dep(1)
     if not all(key(s) in flat.recorder.constants for s in free_symbols(residual)):
@@ -245,6 +245,17 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
         )
     flat.bindings[key(left)] = (left, right)
     flat.binding_places[key(left)] = place
+
+
+def _residual(flat: Flat, row: Any, place: Place) -> Symbol:
+    """Left - right of an equation. ModelError where it equates two quantities of different units; the unit 1 is left open."""
+    residual, sides = residual_of(row, place), (row.dep(0), row.dep(1))
+    units = [flat.recorder.units.get(key(side), "1") if side.is_symbolic() else "1" for side in sides]
+    if "1" not in units and measure(units[0]) != measure(units[1]):
+        raise ModelError(
+            f"{place}: the left side is in {units[0]}, the right side in {units[1]}; nothing is converted in an equation"
+        )
+    return residual
 
 
 class _Nodes:

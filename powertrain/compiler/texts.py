@@ -11,7 +11,7 @@ from typing import Any
 import casadi as ca
 
 from powertrain.errors import ModelError, PowertrainError, suggestion
-from powertrain.language.component import Component, Equations
+from powertrain.language.component import Component
 from powertrain.language.connectors import of_a_signal
 from powertrain.language.fields import Frozen
 from powertrain.language.recorder import Place, Recorder
@@ -31,7 +31,7 @@ _NOT_TEXT = (
 )
 
 
-def read(component: Component, text: Equations, active: Recorder) -> Iterator[tuple[Place, Any]]:
+def read(component: Component, text: Any, active: Recorder) -> Iterator[tuple[Place, Any]]:
     """What the equations of a component yield, with the source line."""
     active.path, active.text = component._path, text
     where = component._path or "the model"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -314,7 +314,7 @@ class Run:
         self.idle = 0
         self._restart()
         right = memory.y[self.side].copy()
-        self._keep(Instant(t, left, right, held_left, held, tuple(resolver.extra), resolver.impulses))
+        self._keep(Instant(t, left, right, held_left, held, tuple(resolver.extra), resolver.impulses), resolver.applied)
 
     def _rest(self, held: Array) -> None:
         """What has been stuck, with the held values before the event, is at rest."""
@@ -323,12 +323,11 @@ class Run:
         self.engine.rest[self.side].call()
         self.side, self.memory.m[:] = 1 - self.side, now
 
-    def _keep(self, instant: Instant) -> None:
-        """Record an event. SimulationError if its laws chatter."""
+    def _keep(self, instant: Instant, applied: Sequence[int] = ()) -> None:
+        """Record an event, at which the resets of the laws ``applied`` were. SimulationError if its laws chatter."""
         if not instant.begins(self.start, self.catalogue.rests.values()):
             self.recorder.instants.append(instant)
-        switched = {*(instant.held_left != instant.held_right).nonzero()[0].tolist(), *self.engine.resolver.applied}
-        for index in sorted(switched):
+        for index in {*(instant.held_left != instant.held_right).nonzero()[0].tolist(), *applied}:
             if index in self.catalogue.chattering and self.chatter.note(index, instant.time):
                 raise SimulationError(self.chatter.message(self.catalogue.chattering[index], instant.time))
 

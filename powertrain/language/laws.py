@@ -163,6 +163,7 @@ def when(condition: Symbol, *resets: Reinit, name: str = "when", initially: bool
     they may hold together for any short time. Conditions are judged once all laws and switches have the modes of the instant. ``name`` is
     the name of the events. A condition that holds at the start of a run becomes true only after it was false, but with ``initially`` it
     becomes true at the start. A run ends with an error where two laws become true together and reset one variable to different values.
+    A reset happens once and holds nothing: one that puts a variable back to the limit in ``condition`` is named in ``result.notes``.
     """
     if not resets or not all(isinstance(r, Reinit) for r in resets):
         raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")
@@ -297,7 +298,10 @@ def crossing(condition: Symbol, of: Callable[[Symbol], Symbol] = _residual) -> S
 
 
 def connect(*ports: Connector) -> Connection:
-    """Connect ports: their potentials are equal and their flows sum to zero; connected signals are equal."""
+    """Connect ports: their potentials are equal and their flows sum to zero; connected signals are equal.
+
+    Signals of different units raise ModelError; the unit 1, as of a block, fits any other.
+    """
     return to_be_yielded("connect", Connection(_checked(ports)))
 
 

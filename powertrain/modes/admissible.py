@@ -1,5 +1,7 @@
-"""Consistent modes that are still rejected: motion against an unlimited torque, rest where nothing determines the torque, and limits of a
-torque in the wrong order."""
+"""Consistent modes that are still rejected.
+
+They are motion against an unlimited torque, rest where nothing determines the torque, and limits of a torque in the wrong order.
+"""
 
 from __future__ import annotations
 
@@ -74,8 +76,9 @@ class Admissible:
         for law, (lower, upper) in zip(self._given, found.tolist(), strict=True):
             if lower - upper > LEAST_TORQUE:
                 raise SimulationError(
-                    f"{law.name} ({law.where}) has a lower limit of {lower:.6g} {law.unit} above its upper limit of {upper:.6g} {law.unit}. "
-                    "A friction torque is positive where it opposes a positive speed, so that torque times speed is the loss: write friction(w, torque, -limit, limit) with a limit that is not negative."
+                    f"{law.name} ({law.where}) has a lower limit of {lower:.6g} {law.unit} above its upper limit of {upper:.6g} "
+                    f"{law.unit}. A friction torque is positive where it opposes a positive speed, so that torque times speed is the "
+                    "loss: write friction(w, torque, -limit, limit) with a limit that is not negative."
                 )
 
     @cached_property

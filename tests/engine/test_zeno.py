@@ -195,7 +195,7 @@ def test_reset_to_the_limit_of_its_condition_is_noted(pushed: bool) -> None:
     result = pt.simulate(Limited(pushed=pushed), 1.5)
     assert result["x"][-1] == pytest.approx(0.625 if pushed else 1.5, abs=1e-6)
     (note,) = result.notes
-    assert "limit (the model: " in note and "test_zeno.py:" in note and "goes on beyond it" in note
+    assert re.search(r"limit \(the model: .*test_zeno\.py:\d+.* goes on beyond it", note)
 
 
 @pytest.mark.parametrize("back", [3e-10, 1e-9])

@@ -111,6 +111,29 @@ class OtherUnit(pt.Component):
         yield pt.connect(self.source.flange, self.J1.flange_a)
 
 
+class AngleForSpeed(pt.Component):
+    """A speed that is said to be an angle."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    w: pt.Variable = pt.variable("rad/s", "Speed")
+
+    def equations(self) -> pt.Equations:
+        yield self.w == self.J1.phi
+
+
+class Rotations(pt.Component):
+    """A start in revolutions per minute."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    n: pt.Parameter = pt.parameter("rpm", "Speed", default=3000.0)
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+    def initial(self) -> pt.Equations:
+        yield self.J1.w == self.n
+
+
 class TextOfAnAngle(pt.Component):
     """An equation with a text."""
 
@@ -200,6 +223,8 @@ class Partial(pt.Component):
         (OnePort, ["connect(self.J1.flange_b)", "at least two ports"]),
         (SamePort, ["connect(self.J1.flange_b, self.J1.flange_b)", "joins J1.flange_b to itself"]),
         (OtherUnit, ["connect(self.torque, self.source.w_ref)", "torque [N.m] and source.w_ref [rad/s]"]),
+        (AngleForSpeed, ["yield self.w == self.J1.phi", "the left side is in rad/s, the right side in rad;"]),
+        (Rotations, ["yield self.J1.w == self.n", "in rad/s, the right side in rpm; nothing is converted"]),
         (TextOfAnAngle, ['yield self.J1.phi == "1 rad"', "plain value False", "a text is no symbol"]),
         (NoValue, ["yield self.source.tau == 1.0", "plain value False", "is written signal.value"]),
         (Returned, ["the equations of Returned are", "J1.w==1", "an equation is written  yield a == b"]),
@@ -259,7 +284,7 @@ def test_declared_parameter_in_the_class_body() -> None:
     def define() -> None:
         class Whole(pt.Component):
             J: pt.Parameter = pt.parameter("kg.m2", "Inertia of the shaft", default=2.0)
-            shaft: rot.Inertia = rot.Inertia(J=J)
+            shaft: rot.Inertia = rot.Inertia(J=J)  # type: ignore[arg-type]
 
     refused(
         pt.ParameterError,

@@ -178,7 +178,10 @@ def test_reset_of_what_is_no_state_names_the_states() -> None:
         ("flat", "the row 'f'"),
         (5, "table = 5 is no table"),
         ((), "it has rows"),
-        (pd.DataFrame({"t": [0.0, 1.0], "y": [0.0, 2.0]}), "DataFrame is no table of rows of numbers; write .to_numpy()"),
+        (
+            pd.DataFrame({"t": [0.0, 1.0], "y": [0.0, 2.0]}),
+            "DataFrame is no table of rows of numbers; write .to_numpy()",
+        ),
         (((1.0, 0.0), (0.0, 1.0)), "times do not decrease"),
     ],
 )
