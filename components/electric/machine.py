@@ -62,7 +62,7 @@ class ElectricMachine(Lossy):
     generates. Below 1 rad/s the two losses are blended; at rest the loss is their mean, and beyond the torque at which one of them ends, it
     rises like the other. The bus supplies the loss, also at rest and without torque. The torque follows without delay.
     ``from_efficiency`` takes efficiencies instead of losses. The default values are invented, for a machine of 50 kW.
-    A loss map holds for one temperature: alpha must be 0. Errors: ParameterError for a loss map with other axes, a negative loss or an alpha.
+    A loss map holds for one temperature: alpha must be 0. Errors: ParameterError for an alpha beside it, other axes or a negative loss.
     """
 
     shaft: Flange = port(Flange)
