@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
 import numpy as np
+import pytest
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
@@ -44,9 +48,16 @@ def test_a_load_that_the_last_modes_would_not_allow() -> None:
 
 def test_a_hybrid_with_a_cold_battery_shifts() -> None:
     """At -10 degC, in the instant of a shift under full load, its battery cannot give what the modes of the last gear would ask for."""
-    car = ParallelHybrid(battery_cooling=PassivelyCooledBattery(T_air="-10 degC"))
+    car = ParallelHybrid(battery_cooling=PassivelyCooledBattery(T_air=263.15))
     run = drive_cycle(car, DriveCycle("hard", ((0, 0), (1, 0), (20, 33), (22, 33))), starts={"battery.soc": 0.6})
     assert not run.message
     result = run.result
     assert np.max(-result["battery.bus.v"] * result["battery.i"] / result["battery.discharge_power"]) < 1.02
     assert result["schedule.gear"].max() >= 3
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+def test_the_exported_program_does_the_same(tmp_path: Path) -> None:
+    plant = pt.compile(MovingLoad())
+    found, wanted = plant.export_c(tmp_path).simulate(2.0, points=21), plant.simulate(2.0, points=21)
+    np.testing.assert_allclose(found["v"], wanted["v"], rtol=1e-9)

@@ -19,8 +19,8 @@ TWICE = (*ONCE, *((t + 40, v) for t, v in ONCE[1:]))
 @pytest.mark.filterwarnings("ignore:charge_depleting")
 def test_two_cycles_are_one_of_twice_the_length(monkeypatch: pytest.MonkeyPatch) -> None:
     """The battery, 3 kJ/K from -10 degC, warms by 3 K in a cycle. The engine stands and cools from 60 degC, its ``starts`` value."""
-    cold = PassivelyCooledBattery(C=3e3, G=0.0, T_air="-10 degC")
-    car = ParallelHybrid.plug_in(cooling=CoolantCircuit(T_air="-10 degC"), battery_cooling=cold)
+    cold = PassivelyCooledBattery(C=3e3, G=0.0, T_air=263.15)
+    car = ParallelHybrid.plug_in(cooling=CoolantCircuit(T_air=263.15), battery_cooling=cold)
     warm, runs = {"cooling.engine.T": "60 degC"}, list[CycleRun]()
 
     def recorded(*given: Any, **options: Any) -> CycleRun:
