@@ -61,3 +61,23 @@ def test_the_exported_program_does_the_same(tmp_path: Path) -> None:
     plant = pt.compile(MovingLoad())
     found, wanted = plant.export_c(tmp_path).simulate(2.0, points=21), plant.simulate(2.0, points=21)
     np.testing.assert_allclose(found["v"], wanted["v"], rtol=1e-9)
+
+
+class Overload(pt.Component):
+    """The same supply; at 1 s its load jumps from 1 kW to 6 kW for good."""
+
+    v: pt.Variable = pt.variable("V", "Voltage", guess=100.0)
+    x: pt.Variable = pt.variable("V.s", "Integral of the voltage", start=0.0)
+    P: pt.Discrete = pt.discrete("W", "Power", start=1e3)
+
+    def equations(self) -> pt.Equations:
+        yield pt.when(pt.time > 1.0, pt.reinit(self.P, 6e3))
+        yield self.v * (100.0 - self.v) == self.P
+        yield pt.der(self.x) == self.v
+
+
+def test_modes_that_no_others_follow_must_have_a_solution() -> None:
+    """What is missing at best is 6 kW - 2.5 kW."""
+    with pytest.raises(pt.SimulationError, match=r"^at t = 1 s these equations have no solution") as caught:
+        pt.simulate(Overload(), 2.0)
+    assert "left minus right is -3500" in str(caught.value)
