@@ -40,8 +40,9 @@ class BlendedBraking(Component):
     most = limit min(1, discharge_power/(limit w + added_loss))
 
     ``charge_power`` and ``discharge_power`` are the powers that battery and other consumers on the bus leave to the machine, without its
-    no-load loss. ``most`` is the torque that draws discharge_power, estimated from the chord of the power over the torque. Losses grow
-    faster than the torque, so the power drawn stays below this, by at most a quarter of ``added_loss``.
+    no-load loss. ``most`` is the torque that draws discharge_power, estimated from the chord of the power over the torque. Where losses
+    grow faster than the torque, the power drawn stays below this; with losses over torque squared by at most a quarter of ``added_loss``. A
+    loss map that does not, such as a table of efficiencies with a ``no_load`` far below the loss at the lowest torque, draws more.
     """
 
     F_brake: Parameter = parameter("N", "Force of all brakes with the pedal fully pressed", default=15e3, above=0)

@@ -62,7 +62,7 @@ class ElectricMachine(Lossy):
     generates. Below 1 rad/s the two losses are blended; at rest the loss is their mean, and beyond the torque at which one of them ends, it
     rises like the other. The bus supplies the loss, also at rest and without torque. The torque follows without delay.
     ``from_efficiency`` takes efficiencies instead of losses. The default values are invented, for a machine of 50 kW.
-    Errors: ParameterError for a loss map with other axes or a negative loss.
+    A loss map holds for one temperature: alpha must be 0. Errors: ParameterError for an alpha beside it, other axes or a negative loss.
     """
 
     shaft: Flange = port(Flange)
@@ -108,7 +108,8 @@ class ElectricMachine(Lossy):
         Parameters
         ----------
         efficiency : Map or path
-            Efficiency [1] of machine and inverter over speed [rad/s] and torque [N.m], or its file, beyond which the edge values hold.
+            Efficiency [1] of machine and inverter over speed [rad/s] and torque [N.m], or its file. Beyond the table of a file the losses
+            are those at its edge, so that the efficiency rises with speed and torque; runs count the steps there.
         no_load : float, str or Map, optional
             Loss without torque [W], or a curve over the speed [rad/s].
         standstill : float, str or Map, optional
@@ -134,6 +135,11 @@ class ElectricMachine(Lossy):
         cls._check_names(parameters, "no_load", "standstill")
         table = efficiency if isinstance(efficiency, Map) else Map.from_csv(efficiency, outside="clip")
         return cls(loss_map=losses_of_efficiency(table, no_load, standstill, where), **parameters)
+
+    def check(self) -> Equations:
+        """A loss map holds for one temperature of the winding."""
+        if self.loss_map is not None:
+            yield self.alpha <= 0
 
     def equations(self) -> Equations:
         """A limited torque, and a power balance."""

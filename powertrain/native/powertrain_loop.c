@@ -110,18 +110,22 @@ static void fire(pt_model *a)
 
 /* Modes */
 
+/* Solves for the implicit unknowns in the present modes. Where they have no solution it gives 0, and they are as they were: the other side,
+   which is free at an event, keeps them. */
 static int solvable(pt_model *a)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p};
-    double *wanted[] = {a->nearer, a->open};
+    double *wanted[] = {a->nearer, a->open}, *z = a->y[a->side] + a->n->x, *guess = a->y[1 - a->side] + a->n->x;
+    int finite = 1;
     if (!a->n->z) return 1;
-    for (int tries = 0; tries < (a->hosted ? 1 : 5); tries++) { /* each is a few full steps of Newton's method */
+    copy(guess, z, a->n->z);
+    for (int tries = 0; finite && tries < (a->hosted ? 1 : 5); tries++) { /* each is a few full steps of Newton's method */
         CALL(a, a->f->newton, given, wanted);
-        for (int i = 0; i < a->n->z; i++)
-            if (!isfinite(a->nearer[i])) return 0;
-        copy(a->y[a->side] + a->n->x, a->nearer, a->n->z);
-        if (*a->open == 0) return 1;
+        for (int i = 0; i < a->n->z; i++) finite &= isfinite(a->nearer[i]) != 0;
+        if (finite) copy(z, a->nearer, a->n->z);
+        if (finite && *a->open == 0) return 1;
     }
+    copy(z, guess, a->n->z);
     return 0;
 }
 
@@ -174,21 +178,23 @@ static int apply_resets(pt_model *a, int begins)
     return 1;
 }
 
-/* All laws by their rules from the same torques, until none changes: 1, or an error. With ``slack`` a law at rest may slide with a rate of
-   zero, within what is known of it. */
+/* All laws by their rules from the same torques, until none changes: 1, or an error. Modes without a solution on the way are judged by the
+   last one. With ``slack`` a law at rest may slide with a rate of zero, within what is known of it. */
 static int newton(pt_model *a, double slack)
 {
     int m = a->n->m;
     for (int pass = 0; pass < PT_PASSES; pass++) {
-        if (!solvable(a)) return PT_ALGEBRA;
+        int solved = solvable(a);
+        if (!solved && a->hosted) return PT_ALGEBRA;
         apply_rules(a, slack);
+        if (!solved && !a->flags[0]) return PT_ALGEBRA;
         if (a->hosted && (a->flags[1] || a->flags[2])) return PT_ASK;
-        if (a->flags[2] && !a->flags[6]) return PT_IMPACT;
+        if (solved && a->flags[2] && !a->flags[6]) return PT_IMPACT;
         a->jumped[0] = 0;
         if (!a->flags[0]) return 1;
         copy(a->seen + pass * m, a->m, m);
         for (int i = 0; i < pass; i++)
-            if (same(a->seen + i * m, a->m, m)) return PT_MODES;
+            if (same(a->seen + i * m, a->m, m)) return solved ? PT_MODES : PT_ALGEBRA;
         copy(a->m, a->held, m);
         a->jumped[0] = PT_JUMPED * a->flags[6];
     }

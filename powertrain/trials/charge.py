@@ -190,10 +190,12 @@ def charge_depleting(
     *,
     soc: float = 0.95,
     most: int = 20,
+    starts: Mapping[str, Any] | None = None,
     **options: Any,
 ) -> pd.DataFrame:
     """The charge-depleting test of a plug-in hybrid: the cycle is repeated until the charge no longer changes.
 
+    Every cycle begins with the charge and the temperatures with which the last one ended; ``starts`` hold for the first.
     The test ends when the change of the charge falls below 4 % of the energy demand of the cycle (UN Regulation No. 154, Annex B8,
     3.2.4.5). The distance before the last row is the charge-depleting cycle range. If the test ends after ``most`` cycles without
     reaching this, a RuntimeWarning says that there is no such range.
@@ -208,6 +210,8 @@ def charge_depleting(
         State of charge at the start [1].
     most : int
         Largest number of cycles.
+    starts : mapping of str to float, optional
+        Initial values by name, except for the state of charge, as in ``drive_cycle``.
     **options
         Options of ``drive_cycle``.
 
@@ -224,8 +228,10 @@ def charge_depleting(
     """
     battery = _the_battery(vehicle, "charge_depleting")
     plant, rows, driven, change = pt.compile(on_cycle(vehicle, cycle)), [], 0.0, math.inf
+    begun = by_name("starts", starts)
     for _ in range(most):
-        run = _from_soc(plant, battery, soc, **options)
+        run = _from_soc(plant, battery, soc, begun, **options)
+        begun = _as_warm(run, begun)
         soc, driven = float(run.result[f"{battery}.soc"][-1]), driven + run.distance / 1e3
         change = abs(run.electricity) / run.demand
         rows.append(
@@ -276,6 +282,13 @@ def _from_soc(
     if run.message:
         raise pt.ParameterError(f"from a state of charge of {soc:.3f}: {run.message}")
     return run
+
+
+def _as_warm(run: CycleRun, starts: Mapping[str, Any]) -> dict[str, Any]:
+    """``starts`` for a run that begins with the temperatures at the end of this one."""
+    result, units = run.result, run.result.units
+    warm = {name: float(result[name][-1]) for name in result.compiled.states if units[name] == "K"}
+    return {name: value for name, value in starts.items() if units[name] != "K"} | warm
 
 
 def _the_battery(vehicle: pt.Component, asked: str) -> str:

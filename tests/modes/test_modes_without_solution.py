@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
 import numpy as np
+import pytest
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
@@ -44,9 +48,36 @@ def test_a_load_that_the_last_modes_would_not_allow() -> None:
 
 def test_a_hybrid_with_a_cold_battery_shifts() -> None:
     """At -10 degC, in the instant of a shift under full load, its battery cannot give what the modes of the last gear would ask for."""
-    car = ParallelHybrid(battery_cooling=PassivelyCooledBattery(T_air="-10 degC"))
+    car = ParallelHybrid(battery_cooling=PassivelyCooledBattery(T_air=263.15))
     run = drive_cycle(car, DriveCycle("hard", ((0, 0), (1, 0), (20, 33), (22, 33))), starts={"battery.soc": 0.6})
     assert not run.message
     result = run.result
     assert np.max(-result["battery.bus.v"] * result["battery.i"] / result["battery.discharge_power"]) < 1.02
     assert result["schedule.gear"].max() >= 3
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+def test_the_exported_program_does_the_same(tmp_path: Path) -> None:
+    plant = pt.compile(MovingLoad())
+    found, wanted = plant.export_c(tmp_path).simulate(2.0, points=21), plant.simulate(2.0, points=21)
+    np.testing.assert_allclose(found["v"], wanted["v"], rtol=1e-9)
+
+
+class Overload(pt.Component):
+    """The same supply; at 1 s its load jumps from 1 kW to 6 kW for good."""
+
+    v: pt.Variable = pt.variable("V", "Voltage", guess=100.0)
+    x: pt.Variable = pt.variable("V.s", "Integral of the voltage", start=0.0)
+    P: pt.Discrete = pt.discrete("W", "Power", start=1e3)
+
+    def equations(self) -> pt.Equations:
+        yield pt.when(pt.time > 1.0, pt.reinit(self.P, 6e3))
+        yield self.v * (100.0 - self.v) == self.P
+        yield pt.der(self.x) == self.v
+
+
+def test_modes_that_no_others_follow_must_have_a_solution() -> None:
+    """What is missing at best is 6 kW - 2.5 kW."""
+    with pytest.raises(pt.SimulationError, match=r"^at t = 1 s these equations have no solution") as caught:
+        pt.simulate(Overload(), 2.0)
+    assert "left minus right is -3500" in str(caught.value)

@@ -201,6 +201,12 @@ def test_loss_maps_that_are_refused() -> None:
             pt.compile(HeldMachine(machine=pt.replace(MACHINE, loss_map=wrong), drive=ConstantSpeed(w_fixed=1)))
 
 
+def test_a_loss_map_does_not_follow_the_temperature() -> None:
+    """An alpha beside it had no effect: at 120 degC the copper's loss of a winding is 1.39 times that of the map."""
+    with pytest.raises(pt.ParameterError, match=r"self.alpha <= 0.*\n.*with alpha = 0.0039 1/K"):
+        pt.replace(MACHINE, loss_map=loss_map(0), alpha=0.0039)
+
+
 def test_round_trip_through_a_flywheel() -> None:
     """Speeds by hand, 60 N.m over 2.03 kg.m2, and the battery's account of the losses."""
     result = pt.simulate(FlywheelDrive(), 16, rtol=1e-9)
