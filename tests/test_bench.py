@@ -103,13 +103,20 @@ def test_unknowns_of_the_part_are_gone() -> None:
 
 
 def test_two_inputs_of_the_model_on_one_signal_are_refused() -> None:
+    class Relay(pt.Component):
+        given: pt.Input = pt.signal_input("N.m", "Torque")
+        tau: pt.Output = pt.signal_output("N.m", "Torque")
+
+        def equations(self) -> pt.Equations:
+            yield self.tau.value == self.given.value / 2
+
     class Doubled(pt.Component):
-        one: Governor = Governor()
+        one: Relay = Relay()
         torque: Torque = Torque()
         inertia: Inertia = Inertia(J=1.0)
 
         def equations(self) -> pt.Equations:
-            yield pt.connect(self.one.tau, self.torque.tau, self.one.w)
+            yield pt.connect(self.one.tau, self.torque.tau, self.one.given)
             yield pt.connect(self.torque.flange, self.inertia.flange_a)
 
     assert list(pt.compile(pt.bench(Doubled(), without="one")).compiled.inputs) == ["one.tau"]

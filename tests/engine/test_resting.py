@@ -153,9 +153,9 @@ def test_operating_points_share_as_simulations_do(seed: int) -> None:
 
 
 class Rubbed(pt.Component):
-    """An inertia of 1 kg.m2 on two brakes, of which the weaker comes to its limit, along which a belt slides that has a given speed."""
+    """A mass on two brakes, of which the weaker comes to its limit, along which a belt slides that has a given speed."""
 
-    v: pt.Variable = pt.variable("rad/s", "Speed of the inertia", start=0.0)
+    v: pt.Variable = pt.variable("m/s", "Speed of the mass", start=0.0)
     brake: Brake = Brake(ratio=1.0, limit=2.0, peak=1.2)
     weak: Brake = Brake(ratio=1.0, limit=0.3, peak=1.2)
     belt: Brake = Brake(ratio=1.0, limit=1.0, peak=1.2, press=tuple(0.3 * min(i, 10 - i) for i in range(11)))

@@ -111,16 +111,6 @@ class OtherUnit(pt.Component):
         yield pt.connect(self.source.flange, self.J1.flange_a)
 
 
-class AngleForSpeed(pt.Component):
-    """A speed that is said to be an angle."""
-
-    J1: rot.Inertia = rot.Inertia(J=1.0)
-    w: pt.Variable = pt.variable("rad/s", "Speed")
-
-    def equations(self) -> pt.Equations:
-        yield self.w == self.J1.phi
-
-
 class Rotations(pt.Component):
     """A start in revolutions per minute."""
 
@@ -223,7 +213,6 @@ class Partial(pt.Component):
         (OnePort, ["connect(self.J1.flange_b)", "at least two ports"]),
         (SamePort, ["connect(self.J1.flange_b, self.J1.flange_b)", "joins J1.flange_b to itself"]),
         (OtherUnit, ["connect(self.torque, self.source.w_ref)", "torque [N.m] and source.w_ref [rad/s]"]),
-        (AngleForSpeed, ["yield self.w == self.J1.phi", "the left side is in rad/s, the right side in rad;"]),
         (Rotations, ["yield self.J1.w == self.n", "in rad/s, the right side in rpm; nothing is converted"]),
         (TextOfAnAngle, ['yield self.J1.phi == "1 rad"', "plain value False", "a text is no symbol"]),
         (NoValue, ["yield self.source.tau == 1.0", "plain value False", "is written signal.value"]),
