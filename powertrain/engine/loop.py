@@ -297,10 +297,14 @@ class Run:
         elif not located and not jumps and self._turns():
             return
         left = memory.y[self.side].copy()
-        engine.admissible.check_rest(self.side)
-        self._rest(held_left)
-        resolver.resolve(self.side, JUMPED if jumps else 0.0)
-        engine.admissible.check(self.side)
+        try:
+            engine.admissible.check_rest(self.side)
+            self._rest(held_left)
+            resolver.resolve(self.side, JUMPED if jumps else 0.0)
+            engine.admissible.check(self.side)
+        except (NotConsistent, SimulationError):
+            memory.y[self.side][:], m[:] = left, held_left  # a run that ends here ends with the last motion that there is
+            raise
         held = m.copy()
         changed = (held != held_left).nonzero()[0].tolist()
         if changed:

@@ -81,3 +81,5 @@ def test_modes_that_no_others_follow_must_have_a_solution() -> None:
     with pytest.raises(pt.SimulationError, match=r"^at t = 1 s these equations have no solution") as caught:
         pt.simulate(Overload(), 2.0)
     assert "left minus right is -3500" in str(caught.value)
+    assert caught.value.result is not None
+    assert caught.value.result["v"][-1] == pytest.approx(50 + np.sqrt(2500 - 1e3), rel=1e-8)  # as it was before
