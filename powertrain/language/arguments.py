@@ -20,6 +20,8 @@ from powertrain.language.units import with_unit
 
 F = TypeVar("F", bound=Callable[..., Any])
 MOST = 10**9
+LOOSEST = 0.1
+"""Largest relative tolerance: beyond it the step size control keeps no error small."""
 
 
 def number(what: str, value: Any, unit: str = "1") -> float:
@@ -42,6 +44,8 @@ def positive(what: str, value: Any) -> float:
 def tolerances(rtol: Any, atol: Any) -> tuple[float, float]:
     """Both; ``atol`` is equal to ``rtol`` where it is None."""
     relative = positive("rtol", rtol)
+    if relative > LOOSEST:
+        raise ParameterError(f"rtol = {relative:g} must be at most {LOOSEST:g}")
     return relative, relative if atol is None else positive("atol", atol)
 
 

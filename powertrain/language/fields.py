@@ -97,7 +97,7 @@ class Parameter(Quantity):
         if isinstance(value, Parameter):
             raise ParameterError(
                 f"{where} is given a declared parameter ({value.doc}), which has no value in a class body; write "
-                f"yield self.part.{self.name} == self.name  in equations(), and here a number only where there is no default"
+                f"yield self.part.{self.name} == self.{self.name}  in equations(), and here a number only where there is no default"
             )
         if isinstance(value, str) and self.reads and (read := self.reads(value, where)) is not None:
             value = read

@@ -67,6 +67,7 @@ OPTIONS: list[tuple[dict[str, Any], list[str]]] = [
     ({"points": 0}, ["points = 0 must be at least 1"]),
     ({"rtol": "small"}, ["rtol = 'small' is not a finite number"]),
     ({"rtol": math.nan}, ["rtol = nan"]),
+    ({"rtol": 1}, ["rtol = 1 must be at most 0.1"]),
     ({"max_step": 0}, ["max_step = 0 must be positive"]),
     ({"times": "all"}, ["times = 'all' is not a sequence of numbers"]),
     ({"times": [0, math.nan]}, ["times must be finite", "nan"]),

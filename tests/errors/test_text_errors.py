@@ -278,6 +278,6 @@ def test_declared_parameter_in_the_class_body() -> None:
     refused(
         pt.ParameterError,
         "Inertia.J is given a declared parameter (Inertia of the shaft)",
-        "yield self.part.J == self.name",
+        "yield self.part.J == self.J",
         do=define,
     )
