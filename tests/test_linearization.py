@@ -546,3 +546,24 @@ def test_the_slack_strand_of_a_chain_at_rest_does_not_damp() -> None:
     exact = [0.0, 0.0, *np.roots([1.0, d * across, c * across])]
     found = between(ChainDrive(T_0=0.0, c=c, d=d, polygon=False), phi=1e-3)
     np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(exact), atol=1e-5)
+
+
+@pytest.mark.parametrize("at", [{}, {"parts[0].w": 10.0, "parts[3].w": 5.0}])
+@pytest.mark.parametrize(("bearing", "locked"), [(0.0, False), (0.1, True)])
+def test_an_unloaded_gear_at_rest_is_not_locked(at: dict[str, float], bearing: float, locked: bool) -> None:
+    """1 kg.m2, a gear i = 2 with efficiency 0.9, a spring of 100 N.m/rad, 2 kg.m2: w^2 = c (1/J_2 + eta/(i^2 J_1)).
+
+    Bearing friction, which needs no load, locks it at rest: w^2 = c/J_2.
+    """
+    gear = rot.LossyGear(ratio=2.0, lossTable=((0.0, 0.9, 0.9, bearing, bearing),))
+    model = joined(
+        rot.Inertia(J=1.0), gear, rot.SpringDamper(c=100.0, d=0.0), rot.Inertia(J=2.0),
+        joints="0.flange_b=1.flange_a 1.flange_b=2.flange_a 2.flange_b=3.flange_a",
+    )  # fmt: skip
+    found = np.abs(linearize(model, ["parts[0].flange_a.tau"], ["parts[0].w"], at=at).poles()).max()
+    if locked and not at:
+        assert found == pytest.approx(np.sqrt(50.0), rel=1e-9)
+    else:
+        assert np.abs(found - np.sqrt(100.0 * (0.5 + np.array([0.9, 1 / 0.9]) / 4.0))).min() < 1e-6
+    frequency = float(pt.eigenmodes(model, at=at)["frequency"].max())
+    assert 2 * np.pi * frequency == pytest.approx(found, rel=1e-6)

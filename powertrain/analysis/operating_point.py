@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeAlias
+from weakref import WeakKeyDictionary
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.dae.friction import FORWARD, STUCK
+from powertrain.dae.tolerances import LEAST_TORQUE
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name, number
 from powertrain.plant import Plant
@@ -28,7 +32,33 @@ class OperatingPoint(NamedTuple):
 
 
 def operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[str, float] | None) -> OperatingPoint:
-    """The point that ``at`` describes: values by name, or (result, t). ParameterError for anything else."""
+    """The point that ``at`` describes: values by name, or (result, t). ParameterError for anything else.
+
+    Laws at rest without limits, such as the friction of a gear in proportion to a torque that is zero, hold nothing: they slide.
+    """
+    point, frictions = _described(plant, at, parameters), plant.compiled.dae.frictions
+    if not frictions:
+        return point
+    m, limits = point.m.copy(), np.abs(np.array(_limits(plant)(*point), float)).max(axis=1)
+    for law, limit in zip(frictions, limits, strict=True):
+        if m[law.index] == STUCK and limit <= LEAST_TORQUE and not (law.prescribed or law.algebraic):
+            m[law.index] = FORWARD
+    return point._replace(m=m)
+
+
+def _limits(plant: Plant[Any]) -> ca.Function:
+    """The lower and the upper limit of every friction law as a function of (t, x, z, m, p), built once for a plant."""
+    if plant not in _kept:
+        dae = plant.compiled.dae
+        rows = ca.densify(ca.vertcat(*[ca.horzcat(law.lower, law.upper) for law in dae.frictions]))
+        _kept[plant] = ca.Function("powertrain_limits", list(dae.arguments), [rows])
+    return _kept[plant]
+
+
+_kept: WeakKeyDictionary[Plant[Any], ca.Function] = WeakKeyDictionary()
+
+
+def _described(plant: Plant[Any], at: Point | None, parameters: Mapping[str, float] | None) -> OperatingPoint:
     if not isinstance(at, tuple):
         values = dict(by_name("at", at))
         t = number("at: time", values.pop("time", 0.0), "s")

@@ -34,6 +34,11 @@ class Geared(Shiftable):
     gear: TwoFlanges
     input: rot.Inertia = rot.Inertia(J=0.02)
 
+    @property
+    def gear_count(self) -> int:
+        """One."""
+        return 1
+
     def equations(self) -> pt.Equations:
         """A shaft and a gear."""
         yield pt.connect(self.flange_a, self.input.flange_a)
