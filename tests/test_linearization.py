@@ -32,6 +32,7 @@ from powertrain.components import rotational as rot
 from powertrain.components import translational as tr
 from powertrain.components.belts import BeltSpan, ChainDrive
 from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, TwoFlanges
+from powertrain.vehicles import RearDriveCar
 
 FREQUENCIES = np.array([0.3, 2.0, 7.0, 9.0, 40.0])
 
@@ -567,3 +568,21 @@ def test_an_unloaded_gear_at_rest_is_not_locked(at: dict[str, float], bearing: f
         assert np.abs(found - np.sqrt(100.0 * (0.5 + np.array([0.9, 1 / 0.9]) / 4.0))).min() < 1e-6
     frequency = float(pt.eigenmodes(model, at=at)["frequency"].max())
     assert 2 * np.pi * frequency == pytest.approx(found, rel=1e-6)
+
+
+def test_the_axle_of_a_standing_car_is_not_locked() -> None:
+    """Its shafts carry round-off; a twist of one accelerates the cage between the held wheels, as in a run from that twist."""
+    plant, twist, h = pt.compile(RearDriveCar()), "rear.right_shaft.phi_rel", 1e-4
+    run = plant.simulate(1.0)
+    states = list(plant.compiled.states)
+    linear = linearize(plant, ["cycle.v_ref"], states, at=(run, 1.0))
+    known = {name: run[name][-1] for name in [*states, *(n for n in plant.compiled.discretes if n in run)]}
+    k = linear.linearization.states.index(twist)
+    change = dict(zip(states, linear.C[:, k], strict=True))
+    ends = [
+        plant.simulate(1.0 + h, start=1.0, starts=known | {n: known[n] + e * change[n] for n in states}, rtol=1e-11)
+        for e in (0.0, 1e-6)
+    ]
+    moved = (ends[1][twist][-1] - ends[0][twist][-1]) / 1e-6 - 1.0
+    assert moved == pytest.approx(expm(linear.A * h)[k, k] - 1.0, rel=1e-2)
+    assert moved < -1e-2

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.dae.friction import FORWARD, STUCK
-from powertrain.dae.tolerances import LEAST_TORQUE
+from powertrain.dae.tolerances import balance_tolerance
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name, number
 from powertrain.plant import Plant
@@ -40,8 +40,9 @@ def operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[str
     if not frictions:
         return point
     m, limits = point.m.copy(), np.abs(np.array(_limits(plant)(*point), float)).max(axis=1)
+    least = balance_tolerance(np.max(limits, where=np.isfinite(limits), initial=0.0))
     for law, limit in zip(frictions, limits, strict=True):
-        if m[law.index] == STUCK and limit <= LEAST_TORQUE and not (law.prescribed or law.algebraic):
+        if m[law.index] == STUCK and limit <= least and not law.prescribed:
             m[law.index] = FORWARD
     return point._replace(m=m)
 
