@@ -52,7 +52,9 @@ def test_a_vehicle_k_times_as_heavy_and_strong_drives_the_same(name: str) -> Non
 
     v, fuel = driven(car)
     for k in (1e3, 1e-3):
-        own = [p for p in places(car) if p.spec is None or p.path in free]  # others follow, such as the mass of the chassis
+        own = [
+            p for p in places(car) if p.spec is None or p.path in free
+        ]  # others follow, such as the mass of the chassis
         values = {p.path: new for p in own if (new := grown(p, k)) is not None}
         assert len(values) > 5
         v_k, fuel_k = driven(pt.replace(car, values))
