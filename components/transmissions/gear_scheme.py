@@ -187,10 +187,8 @@ class GearScheme:
 
     def _block(self) -> Lever | None:
         """A lever whose members have the same speed in every motion."""
-        nodes, motions = (
-            self.free.nodes,
-            np.vstack([self.free.motions, np.zeros(self.free.freedom)]),
-        )  # node -1: housing
+        nodes = self.free.nodes
+        motions = np.vstack([self.free.motions, np.zeros(self.free.freedom)])  # node -1, the last, is the housing
         for lever in self.levers:
             ends = motions[[nodes[lever.a], nodes[lever.b]]] - motions[nodes[lever.carrier]]
             if np.abs(ends).max() < SAME_SPEED:

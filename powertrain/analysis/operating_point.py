@@ -47,6 +47,9 @@ def operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[str
     return point._replace(m=m)
 
 
+_kept: WeakKeyDictionary[Plant[Any], ca.Function] = WeakKeyDictionary()
+
+
 def _limits(plant: Plant[Any]) -> ca.Function:
     """The lower and the upper limit of every friction law as a function of (t, x, z, m, p), built once for a plant."""
     if plant not in _kept:
@@ -56,10 +59,8 @@ def _limits(plant: Plant[Any]) -> ca.Function:
     return _kept[plant]
 
 
-_kept: WeakKeyDictionary[Plant[Any], ca.Function] = WeakKeyDictionary()
-
-
 def _described(plant: Plant[Any], at: Point | None, parameters: Mapping[str, float] | None) -> OperatingPoint:
+    """The point in the modes that a run has there."""
     if not isinstance(at, tuple):
         values = dict(by_name("at", at))
         t = number("at: time", values.pop("time", 0.0), "s")

@@ -250,11 +250,13 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
 def _residual(flat: Flat, row: Any, place: Place) -> Symbol:
     """Left - right of an equation. ModelError where it equates rad/s to rpm; where the kinds differ, a factor of 1 may be meant."""
     residual, sides = residual_of(row, place), (row.dep(0), row.dep(1))
-    units = [flat.recorder.units.get(key(side), "1") if side.is_symbolic() else "1" for side in sides]
-    (size, kind), (other, same) = (measure(unit) for unit in units)
-    if "1" not in units and kind == same and size != other:
+    left, right = (flat.recorder.units.get(key(side), "1") if side.is_symbolic() else "1" for side in sides)
+    if "1" in (left, right):
+        return residual
+    (size, kind), (other_size, other_kind) = measure(left), measure(right)
+    if kind == other_kind and size != other_size:
         raise ModelError(
-            f"{place}: the left side is in {units[0]}, the right side in {units[1]}; nothing is converted in an equation"
+            f"{place}: the left side is in {left}, the right side in {right}; nothing is converted in an equation"
         )
     return residual
 

@@ -303,10 +303,8 @@ class Run:
             resolver.resolve(self.side, JUMPED if jumps else 0.0)
             engine.admissible.check(self.side)
         except (NotConsistent, SimulationError):
-            memory.y[self.side][:], m[:] = (
-                left,
-                held_left,
-            )  # a run that ends here ends with the last motion that there is
+            # a run that ends here ends with the last motion that there is
+            memory.y[self.side][:], m[:] = left, held_left
             raise
         held = m.copy()
         changed = (held != held_left).nonzero()[0].tolist()

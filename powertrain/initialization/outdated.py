@@ -11,7 +11,7 @@ from powertrain.language.units import with_unit
 
 
 def outdated(compiled: Compiled, p: NDArray[np.float64]) -> tuple[str, ...]:
-    """A note on the parameters with other values for this run with which tables and limits of the model were computed; none without."""
+    """A note on parameters that have other values in this run than in the tables and limits of the model; none without such parameters."""
     evaluated = compiled.source.recorder.evaluated
     changed = [
         f"{name} = {with_unit(f'{constant.value:g}', constant.unit)}"
