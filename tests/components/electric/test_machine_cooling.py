@@ -18,7 +18,7 @@ from powertrain.components.electric import (
     VoltageSource,
 )
 from powertrain.components.rotational import ConstantSpeed
-from powertrain.trials import drive_cycle, driveline_map, performance
+from powertrain.trials import drive_cycle
 from powertrain.trials.anatomy import value_at
 from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles import ElectricCar, ElectricFourWheelDriveCar, ParallelHybrid, PowerSplitHybrid, SeriesHybrid
@@ -101,3 +101,8 @@ def test_a_car_that_pulls_uphill_gets_slower_as_its_machine_warms_up() -> None:
     assert run.result["body.v"][-1] < 24 < run.result["body.v"].max()
     assert 433 < run.result["machine_cooling.T"][-1] < 453
     np.testing.assert_allclose(run.result["control.tau"], run.result["machine.tau"], atol=1e-6)
+
+
+def test_in_maps_the_winding_is_as_warm_as_the_liquid() -> None:
+    car = on_rolling_road(ElectricCar(machine_cooling=COOLING))
+    assert value_at(car, "machine_cooling") == ConditionedMachine(T=330)
