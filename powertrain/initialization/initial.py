@@ -279,7 +279,11 @@ class _Plan:
         """What is not unique in the start, speeds and torques at rest; values of the run that tables of the model do not have."""
         opened, point = self.compiled.dae.opened, Point(t, y[: self.n], y[self.n :], m, p)
         tied = () if opened is None else tied_notes(self._laws, point)
-        return (*self._unasked(t, y, m, p, choice), *tied, *outdated(self.compiled, p))
+        return (
+            *self._unasked(t, y, m, p, choice),
+            *tied,
+            *outdated(self.compiled, dict(zip(self.compiled.parameters, p.tolist(), strict=True))),
+        )
 
     @cached_property
     def _laws(self) -> Laws:

@@ -76,7 +76,7 @@ def steady_gradient(
             raise ParameterError(f"wrt: {name} is not on the grid{suggestion(name, asked.axes)}")
     map_ = steady_map(plant, q)
     ordered, results = map_.run(spanned, Look(), None, keep=True)
-    found = dataset(plant, q.grid, map_, ordered, results)
+    found = dataset(plant, q.grid, q.common, map_, ordered, results)
     slopes = _slopes(plant, q, map_, names)
     status = found.status.values.ravel()
     points = spanned.at(np.arange(spanned.size))
