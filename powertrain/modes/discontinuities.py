@@ -14,6 +14,10 @@ from powertrain.language.units import with_unit
 from powertrain.modes.lemke import lemke
 from powertrain.numerics.buffers import PREFIX, Array, Evaluated, Memory
 
+_SLACK = 1e-5
+"""Barriers may close by this share of the speed that counts as zero: round-off. Otherwise dependent ones (two walls, and bodies that touch
+between them) could contradict each other."""
+
 
 def reset_values(dae: HybridDae) -> ca.Function:
     """The right-hand sides of all resets of all laws in order: (t, x, z, m, p) -> values."""
@@ -77,11 +81,11 @@ class Discontinuities:
         touching = [*struck, *(k for k in np.flatnonzero(rests.ravel()).tolist() if k not in struck)]
         speed, restitution = speed.ravel()[touching], restitution.ravel()[touching]
         rebound = np.where(-restitution * speed < REST_SPEED, 0.0, restitution)
-        effect = on_a[np.ix_(touching, touching)]
-        impulse = self._impulses(effect, speed + rebound * speed, [barriers[k] for k in touching])
+        effect, nothing = on_a[np.ix_(touching, touching)], ZONE + STRUCK * np.abs(speed).max()
+        impulse = self._impulses(effect, speed + rebound * speed + _SLACK * nothing, [barriers[k] for k in touching])
         self.memory.y[side][: self.dae.x.numel()] += on_x[:, touching] @ impulse
         self.impulses[touching] += impulse
-        after, nothing = speed + effect @ impulse, ZONE + STRUCK * np.abs(speed).max()
+        after = speed + effect @ impulse
         felt = np.diag(effect) * impulse > INTEGRATED
         for k, away, some in zip(touching, after > nothing, felt, strict=True):
             if away or some or k in struck:
