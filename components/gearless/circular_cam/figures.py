@@ -201,9 +201,8 @@ def disks(cams: CircularCams = TABLE_1, theta: float = 0.0, ax: Axes | None = No
     for solid, color in zip(cam_solids(cams), ("tab:blue", "tab:orange"), strict=True):
         parts.append((_spun(solid, -theta) - off, color))
         parts.append((_spun(solid * over, theta + 2 * math.pi / cams.outer.n) + off, color))
-    width = 0.9 * (cams.outer.D - cams.inner.D) / 2
     for track, color in ((cams.outer, "tab:blue"), (cams.inner, "tab:orange")):
-        roller = roller_solid(track, width)
+        roller = roller_solid(track, 0.9 * min((cams.outer.D - cams.inner.D) / 2, 2 * track.r))
         for k in range(track.n):
             height = np.array([0.0, 0.0, float(track.axis(theta, k))])
             parts.append((_spun(roller, 2 * math.pi * k / track.n) + height, color))

@@ -18,9 +18,10 @@ _SAMPLES = 721
 
 
 def bias_ratio(kappa: ArrayLike) -> Array:
-    """Torque of the slower half shaft over that of the faster one during relative motion: (1 + kappa)/(1 - kappa).
+    """Larger over smaller torque of the half shafts during relative motion: (1 + kappa)/(1 - kappa).
 
-    Infinite for kappa >= 1, where the faster side may receive no torque at all. Errors: ParameterError for kappa < 0.
+    The slower shaft has the larger one if the cage drives, the faster one in overrun. Infinite for kappa >= 1, where the faster side may
+    receive no torque at all. Errors: ParameterError for kappa < 0.
     """
     k = _coefficient(kappa)
     return np.asarray(np.where(k < 1, (1 + k) / np.where(k < 1, 1 - k, 1.0), np.inf))
