@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -56,6 +57,16 @@ def test_ratios_that_no_layout_has() -> None:
             overall_ratio("baH", R_o, 0.5)
     with pytest.raises(pt.ParameterError, match=r"bHa holds its input at V = 0.5: r would be infinite"):
         overall_ratio("bHa", -1.0, 0.5, "output")
+    for coupling in ("input", "output"):
+        for bad in (math.nan, math.inf):
+            for ask, said in (
+                (lambda x, c: relative_ratio("bHa", x), "R_o"),
+                (lambda x, c: unit_ratio("bHa", x, 0.5, c), "R_o"),
+                (lambda x, c: unit_ratio("bHa", -1.7, x, c), "r"),
+                (lambda x, c: overall_ratio("bHa", -1.7, x, c), "V"),
+            ):
+                with pytest.raises(pt.ParameterError, match=f"{said} = {bad:g} must be finite"):
+                    ask(bad, coupling)
 
 
 @pytest.mark.parametrize("r", [0.0, ([0.0, 1.0], [0.5, -0.5])])
