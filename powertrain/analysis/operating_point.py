@@ -54,8 +54,8 @@ def _limits(plant: Plant[Any]) -> ca.Function:
     """The lower and the upper limit of every friction law as a function of (t, x, z, m, p), built once for a plant."""
     if plant not in _kept:
         dae = plant.compiled.dae
-        rows = ca.densify(ca.vertcat(*[ca.horzcat(law.lower, law.upper) for law in dae.frictions]))
-        _kept[plant] = ca.Function("powertrain_limits", list(dae.arguments), [rows])
+        rows = ca.vertcat(*[ca.horzcat(law.lower, law.upper) for law in dae.frictions])
+        _kept[plant] = dae.function("limits", rows)
     return _kept[plant]
 
 

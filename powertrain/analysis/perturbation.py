@@ -155,7 +155,7 @@ def transfer(original: Compiled, perturbed: Compiled) -> Callable[[OperatingPoin
 
     x = column([found(n) for n in perturbed.states])
     z = column([found(s.name()) for s in scalars(perturbed.dae.z)])
-    function = ca.Function("powertrain_transfer", dae.arguments, [ca.densify(x), ca.densify(z)])
+    function = dae.function("transfer", x, z)
 
     def at(point: OperatingPoint) -> tuple[Array, Array]:
         x, z = function(point.t, point.x, point.z, point.m, point.p)

@@ -250,6 +250,10 @@ class HybridDae:
         """The arguments of every expression."""
         return self.t, self.x, self.z, self.m, self.p
 
+    def function(self, name: str, *outputs: ca.SX) -> ca.Function:
+        """Expressions as one function of the arguments; its results are dense matrices."""
+        return ca.Function(f"powertrain_{name}", self.arguments, [ca.densify(e) for e in outputs])
+
     @property
     def sizes(self) -> NDArray[np.float64]:
         """The nominal sizes of (x, z)."""

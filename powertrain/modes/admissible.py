@@ -89,15 +89,13 @@ class Admissible:
 
     @cached_property
     def _limits(self) -> Evaluated:
-        dae = self.dae
-        rows = ca.densify(ca.vertcat(*[ca.horzcat(law.lower, law.upper) for law in self._given]))
-        return Evaluated(ca.Function("powertrain_limits", [dae.t, dae.x, dae.z, dae.m, dae.p], [rows]))
+        rows = ca.vertcat(*[ca.horzcat(law.lower, law.upper) for law in self._given])
+        return Evaluated(self.dae.function("limits", rows))
 
     @cached_property
     def _rest(self) -> Evaluated:
-        dae = self.dae
-        rows = ca.densify(ca.vertcat(*[ca.horzcat(rest_margin(dae, law), law.w) for law in self._limitless]))
-        return Evaluated(ca.Function("powertrain_rest_margins", [dae.t, dae.x, dae.z, dae.m, dae.p], [rows]))
+        rows = ca.vertcat(*[ca.horzcat(rest_margin(self.dae, law), law.w) for law in self._limitless])
+        return Evaluated(self.dae.function("rest_margins", rows))
 
     def check_speeds(self, side: int) -> None:
         """Reject speeds that no mode allows."""

@@ -174,8 +174,7 @@ class Complementarity:
         self.switches = self.laws.switches
         self.continuous = np.array([s.continuous for s in dae.switches], bool)
         known = ca.vertcat(*[f.hysteresis for f in dae.frictions], *[c.hysteresis for c in dae.contacts])
-        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-        self._known = Evaluated(ca.Function("powertrain_known", inputs, [ca.densify(known)]))
+        self._known = Evaluated(dae.function("known", known))
 
     def known(self, point: Point) -> Array:
         """Uncertainty of the torques of all laws in the present modes [N.m, N]."""

@@ -19,8 +19,7 @@ def law_values(dae: HybridDae, memory: Memory, side: int) -> NDArray[np.float64]
     fields = ("w", "torque", "lower", "upper", "rate", "peak")
     if memory.laws is None:
         columns = [ca.vertcat(*[getattr(friction, field) for friction in dae.frictions]) for field in fields]
-        outputs = [ca.densify(ca.horzcat(*columns))]
-        memory.laws = Evaluated(ca.Function("powertrain_laws", [dae.t, dae.x, dae.z, dae.m, dae.p], outputs))
+        memory.laws = Evaluated(dae.function("laws", ca.horzcat(*columns)))
     return memory.laws(*memory.instant(side))[0].reshape(len(dae.frictions), len(fields))
 
 

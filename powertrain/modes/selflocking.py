@@ -57,7 +57,7 @@ class SelfLocking:
         """A function of these rows, bound to either side of the buffers."""
         dae, memory, n = self._dae, self._memory, self._dae.x.numel()
         time, y = ca.SX.sym("time", 2), ca.SX.sym("y", n + dae.z.numel())
-        inner = ca.Function(PREFIX + "limits", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(*rows))])
+        inner = dae.function("limits", ca.vertcat(*rows))
         found = inner.call([time[0], y[:n], y[n:], dae.m, dae.p])
         function = ca.Function(PREFIX + "self_locking", [time, y, dae.m, dae.p], found)
         return [Bound(function, [memory.time, side, memory.m, memory.p], [results]) for side in memory.y]
