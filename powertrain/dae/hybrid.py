@@ -11,6 +11,8 @@ of these five symbols; linear systems are already eliminated, for any given mode
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -210,6 +212,16 @@ class Opened:
     conditions: ca.SX
 
 
+class FrictionValues(NamedTuple):
+    """Speeds, torques and limits of all friction laws at one point; the limits of a stuck law are ``peak`` times these."""
+
+    w: NDArray[np.float64]
+    torque: NDArray[np.float64]
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    peak: NDArray[np.float64]
+
+
 @dataclass(frozen=True)
 class HybridDae:
     """The symbols, the equations and the laws of one compiled model.
@@ -253,6 +265,12 @@ class HybridDae:
     def function(self, name: str, *outputs: ca.SX) -> ca.Function:
         """Expressions as one function of the arguments; its results are dense matrices."""
         return ca.Function(f"powertrain_{name}", self.arguments, [ca.densify(e) for e in outputs])
+
+    @cached_property
+    def friction_values(self) -> ca.Function:
+        """The fields of ``FrictionValues`` as a function of the arguments."""
+        fields = ([getattr(law, name) for law in self.frictions] for name in FrictionValues._fields)
+        return self.function("frictions", *(ca.vertcat(*values) for values in fields))
 
     @property
     def sizes(self) -> NDArray[np.float64]:

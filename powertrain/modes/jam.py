@@ -5,22 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import casadi as ca
-import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.dae.hybrid import Contact, Friction, HybridDae, Switch
-from powertrain.numerics.buffers import Array, Evaluated, Memory
+from powertrain.numerics.buffers import Array, Memory
 
 _MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
-
-
-def law_values(dae: HybridDae, memory: Memory, side: int) -> NDArray[np.float64]:
-    """One row (w, torque, lower, upper, rate, peak) per friction law at the current point."""
-    fields = ("w", "torque", "lower", "upper", "rate", "peak")
-    if memory.laws is None:
-        columns = [ca.vertcat(*[getattr(friction, field) for friction in dae.frictions]) for field in fields]
-        memory.laws = Evaluated(dae.function("laws", ca.horzcat(*columns)))
-    return memory.laws(*memory.instant(side))[0].reshape(len(dae.frictions), len(fields))
 
 
 def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], pieces: int) -> str:
@@ -72,8 +61,8 @@ def _quoted(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> l
     if not dae.frictions:
         return []
     return [
-        f"  {law.name} ({law.where}): torque {row[1]:.6g} {law.unit}, bounds {row[2]:.6g} .. {row[3]:.6g} {law.unit}, speed {row[0]:.3g}"
-        for law, row in zip(dae.frictions, law_values(dae, memory, side), strict=True)
+        f"  {law.name} ({law.where}): torque {torque:.6g} {law.unit}, bounds {lower:.6g} .. {upper:.6g} {law.unit}, speed {w:.3g}"
+        for law, w, torque, lower, upper, _ in zip(dae.frictions, *memory.frictions(side), strict=True)
         if law.index in laws or any(ca.depends_on(ca.vertcat(law.lower, law.upper), dae.m[i]) for i in laws)
     ]
 

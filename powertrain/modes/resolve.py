@@ -18,7 +18,7 @@ from powertrain.errors import SimulationError
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.complementarity import Complementarity, Point
 from powertrain.modes.discontinuities import Discontinuities
-from powertrain.modes.jam import jam_message, law_values, not_found_message, several_message
+from powertrain.modes.jam import jam_message, not_found_message, several_message
 from powertrain.modes.resting import resting
 from powertrain.modes.uniqueness import Uniqueness
 from powertrain.numerics.buffers import Array, Bound, Memory, view
@@ -232,7 +232,7 @@ class ModeResolver:
             if law.rests is None:
                 found.append(([law.index], [(STUCK,), (FORWARD,), (BACKWARD,)]))
                 continue
-            has_peak = law_values(self.dae, self.memory, side)[k, 5] > 1.0
+            has_peak = self.memory.frictions(side).peak[k] > 1.0
             kept = [(FORWARD, 1.0), (BACKWARD, 1.0)] if has_peak else []
             found.append(([law.index, law.rests], [(STUCK, 0.0), *kept, (FORWARD, 0.0), (BACKWARD, 0.0)]))
         return found + [([c.index], [(OPEN,), (CLOSED,)]) for c in self.dae.contacts if c.index in varied]

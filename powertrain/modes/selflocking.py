@@ -14,7 +14,6 @@ from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.dae.tolerances import CROSSED, LEAST_TORQUE, ZONE
 from powertrain.errors import SimulationError
 from powertrain.modes.guards import first_violation
-from powertrain.modes.jam import law_values
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
 
 
@@ -33,8 +32,7 @@ class SelfLocking:
         """
         if self._memory.flags[5] <= 0.0:
             return
-        for law, row in zip(self._dae.frictions, law_values(self._dae, self._memory, side).tolist(), strict=True):
-            w, _, low, high, _, _ = row
+        for law, w, _, low, high, _ in zip(self._dae.frictions, *self._memory.frictions(side), strict=True):
             if abs(w) > ZONE and self._memory.m[law.index] != 0.0 and low > high:
                 t = float(self._memory.time[0])
                 raise SimulationError(
