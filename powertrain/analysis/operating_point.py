@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, TypeAlias
+from dataclasses import replace
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.dae.friction import FORWARD, STUCK
-from powertrain.dae.hybrid import FrictionValues
+from powertrain.dae.hybrid import FrictionValues, OperatingPoint
 from powertrain.dae.tolerances import balance_tolerance
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name, number
@@ -18,16 +19,6 @@ from powertrain.result import Result, instant_of_run
 
 Array = NDArray[np.float64]
 Point: TypeAlias = "Mapping[str, float] | tuple[Result[Any], float]"
-
-
-class OperatingPoint(NamedTuple):
-    """Time, states, algebraic unknowns, held values and parameters of a model."""
-
-    t: float
-    x: Array
-    z: Array
-    m: Array
-    p: Array
 
 
 def operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[str, float] | None) -> OperatingPoint:
@@ -44,7 +35,7 @@ def operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[str
     for law, limit in zip(frictions, limits, strict=True):
         if m[law.index] == STUCK and limit <= least and not law.prescribed:
             m[law.index] = FORWARD
-    return point._replace(m=m)
+    return replace(point, m=m)
 
 
 def _described(plant: Plant[Any], at: Point | None, parameters: Mapping[str, float] | None) -> OperatingPoint:

@@ -10,6 +10,7 @@ of these five symbols; linear systems are already eliminated, for any given mode
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -210,6 +211,20 @@ class Opened:
     reach: ca.SX
     compliance: ca.SX
     conditions: ca.SX
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """Time, states, implicit unknowns, held values (including the modes) and parameters: values of the arguments of every expression."""
+
+    t: float
+    x: NDArray[np.float64]
+    z: NDArray[np.float64]
+    m: NDArray[np.float64]
+    p: NDArray[np.float64]
+
+    def __iter__(self) -> Iterator[float | NDArray[np.float64]]:
+        return iter((self.t, self.x, self.z, self.m, self.p))
 
 
 class FrictionValues(NamedTuple):

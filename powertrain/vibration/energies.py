@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.energy_terms import written_terms
-from powertrain.analysis.operating_point import OperatingPoint
 from powertrain.compiler.assemble import Compiled
+from powertrain.dae.hybrid import OperatingPoint
 from powertrain.language.symbols import Symbol
 from powertrain.plant import Plant
 
