@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.index import generic
+from powertrain.compiler.generic import generic_values
 from powertrain.compiler.matching import Matching, components
 from powertrain.equilibrium.placed import Placed, rest_of
 from powertrain.errors import ParameterError
@@ -78,9 +78,7 @@ def solved_block(rows: list[Symbol], unknowns: list[Symbol], modes: list[Symbol]
     if dependence(slopes, unknowns).any():
         root = root_of_fraction(rows[0], unknowns[0]) if len(rows) == 1 else None
         return None if root is None or dependence([root], modes).any() else [root]
-    symbols = ca.symvar(jacobian)
-    point = [generic(s) for s in symbols]
-    numbers = np.array(ca.Function("powertrain_block", [column(symbols)], [jacobian])(point).nonzeros(), float)
+    numbers = np.array(generic_values(jacobian).nonzeros(), float)
     right = ca.vertsplit(-ca.substitute(column(rows), column(unknowns), ca.DM.zeros(len(unknowns))))
     entries: list[Row] = [{} for _ in rows]
     sizes: list[Numbers] = [{} for _ in rows]
