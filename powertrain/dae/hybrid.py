@@ -154,6 +154,10 @@ class When:
     initially: bool = False
 
 
+Law = Friction | Switch | Contact
+"""The laws whose modes are found together."""
+
+
 @dataclass(frozen=True)
 class TimeSignal:
     """A piecewise linear time signal; m[index:index+3] = (t0, y0, slope) of the current segment.
@@ -291,6 +295,11 @@ class HybridDae:
     def sizes(self) -> NDArray[np.float64]:
         """The nominal sizes of (x, z)."""
         return np.array(self.nominal or np.ones(self.x.numel() + self.z.numel()))
+
+    @property
+    def laws(self) -> tuple[Law, ...]:
+        """Friction laws, switches and contacts."""
+        return *self.frictions, *self.switches, *self.contacts
 
     @property
     def free_held(self) -> list[int]:

@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.generic import generic_values
 from powertrain.dae.friction import held_at_rest
-from powertrain.dae.hybrid import Contact, Friction, Switch, TimeSignal
+from powertrain.dae.hybrid import Contact, Friction, Law, TimeSignal
 from powertrain.errors import ParameterError
 from powertrain.language.symbols import Symbol, column, key, scalars
 from powertrain.numerics.batch import dependence
 from powertrain.numerics.buffers import Array
 
-Law = Friction | Switch | Contact
 Turning = dict[int, dict[int, float]]
 """States of which only differences matter: {omitted state: {other state: ratio at which they turn together}}."""
 _NOTHING = 1e-9

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from powertrain.dae.hybrid import Contact, Friction, HybridDae, Switch
+from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.numerics.buffers import Array, Memory
 
 _MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
@@ -14,8 +14,7 @@ _MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
 
 def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], pieces: int) -> str:
     """The error if no modes of these laws (indices in m) are consistent in any of the ``pieces`` of their bounds."""
-    known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
-    parts = ", ".join(law.name for law in known if law.index in laws)
+    parts = ", ".join(law.name for law in dae.laws if law.index in laws)
     lines = _quoted(dae, memory, side, laws)
     if lines or any(contact.index in laws for contact in dae.contacts):
         where = f"in none of the {pieces} pieces of the bounds are modes" if pieces > 1 else "no modes are"
@@ -29,8 +28,7 @@ def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], 
 
 def several_message(dae: HybridDae, memory: Memory, side: int, modes: Sequence[Array], laws: Sequence[int]) -> str:
     """The error if several modes of these laws (indices in m) are consistent, with different torques."""
-    known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
-    names = {law.index: law.name for law in known}
+    names = {law.index: law.name for law in dae.laws}
     sliding = {law.index for law in dae.frictions}
     options = " or ".join("(" + ", ".join(_mode(names[i], m[i], i in sliding) for i in laws) + ")" for m in modes[:3])
     return "\n".join(
@@ -45,8 +43,7 @@ def several_message(dae: HybridDae, memory: Memory, side: int, modes: Sequence[A
 
 def not_found_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> str:
     """The error if no modes were found, although nothing proves that there are none."""
-    known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
-    parts = ", ".join(law.name for law in known if law.index in laws)
+    parts = ", ".join(law.name for law in dae.laws if law.index in laws)
     return "\n".join(
         [
             f"at t = {memory.time[0]:.9g} s no consistent modes were found, though there may be some. Involved: {parts}",

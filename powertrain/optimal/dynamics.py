@@ -174,7 +174,7 @@ def _checked(plant: _Source, inputs: str | Sequence[str]) -> list[str]:
 
 
 def _laws(dae: HybridDae) -> list[Any]:
-    return [*dae.frictions, *dae.switches, *dae.contacts, *dae.whens]
+    return [*dae.laws, *dae.whens]
 
 
 def _point(plant: _Source, modes: Modes | None) -> tuple[Array, Array, Array, Array]:
@@ -183,7 +183,7 @@ def _point(plant: _Source, modes: Modes | None) -> tuple[Array, Array, Array, Ar
         at = instant_of_run(plant.compiled, modes, "modes")
         return at.x[0], at.z[0], at.m[0].copy(), modes[0].p
     dae = plant.compiled.dae
-    laws: dict[str, Any] = {law.name: law for group in (dae.frictions, dae.switches, dae.contacts) for law in group}
+    laws: dict[str, Any] = {law.name: law for law in dae.laws}
     given = by_name("modes", modes)
     unknown = [n for n in given if n not in laws]
     if unknown:
