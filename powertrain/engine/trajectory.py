@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powertrain.dae.friction import FREE
 from powertrain.dae.tolerances import BEGINNING
 from powertrain.numerics.buffers import Array, Memory, view
 
@@ -22,9 +23,6 @@ class Event:
     kind: str
     old: float
     new: float
-
-
-_FREE = 2.0
 
 
 class Instant(NamedTuple):
@@ -46,7 +44,7 @@ class Instant(NamedTuple):
         if self.extra or self.time > start + BEGINNING * max(1.0, abs(self.time)):
             return False
         changed = np.flatnonzero(self.held_left != self.held_right).tolist()
-        return all(self.held_left[place] == _FREE for place in changed if place not in rests)
+        return all(self.held_left[place] == FREE for place in changed if place not in rests)
 
 
 @dataclass(frozen=True)
