@@ -187,13 +187,13 @@ class _Fractions:
     def constant(self, value: float) -> _Fraction:
         return _Fraction(Symbol(value) if value else None)
 
-    def call(self, function: ca.Function, f: list[_Fraction]) -> list[_Fraction]:
+    def call(self, function: ca.Function, operands: list[_Fraction]) -> list[_Fraction]:
         raise _NoFraction
 
-    def operate(self, code: int, f: list[_Fraction]) -> _Fraction:
-        first, last = f[0], f[-1]
-        if all(each.constant for each in f):
-            return _Fraction(applied(code, [Symbol(0) if each.n0 is None else each.n0 for each in f]))
+    def operate(self, code: int, operands: list[_Fraction]) -> _Fraction:
+        first, last = operands[0], operands[-1]
+        if all(each.constant for each in operands):
+            return _Fraction(applied(code, [Symbol(0) if each.n0 is None else each.n0 for each in operands]))
         if code == ca.OP_NEG:
             return _times(first, Symbol(-1))
         if code == ca.OP_TWICE:
