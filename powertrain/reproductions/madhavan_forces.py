@@ -25,7 +25,7 @@ def torques() -> Table:
     crown, left = found.torques.crown, -found.torques.left
     S = LINKAGE.motion(CYCLE).S
     on_cage = -(found.C_moment[..., 0] + S * found.C_force[..., 2])
-    arm, F_1, F_3 = _local_x()
+    arm, F_1, F_3 = _local_x(found)
     rows = [
         Row(
             "τ_cage = 18 kW/88 rad/s",
@@ -69,7 +69,7 @@ def torques() -> Table:
     )
 
 
-def _local_x() -> tuple[float, float, float]:
+def _local_x(found: Reactions) -> tuple[float, float, float]:
     """In statics at alpha = 1 rad: the moment at the C-pair about the lever's z, forces along its x (the C axis) at its +y and -y ends."""
     still = reactions(LINKAGE, Drive.at(np.array([1.0])), right=-100.0)
     theta = float(LINKAGE.motion(1.0).theta)
