@@ -7,7 +7,7 @@ from typing import Any
 
 import casadi as ca
 
-from powertrain.compiler.alias import Affine, Base, Reduced, eliminate_aliases
+from powertrain.compiler.alias import Base, Reduced, eliminate_aliases
 from powertrain.compiler.binding import Limits, bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
@@ -198,10 +198,11 @@ def _assemble(
 def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
     named: dict[Base, str] = {}
     for k, unknown in reduced.flat.unknowns.items():
-        alias = reduced.aliases.get(k)
-        base = (alias.root, alias.order) if alias is not None and alias.root is not None else (k, 0)
-        plain = alias is None or alias.plain
-        if plain and (base not in named or unknown.name.count(".") < named[base].count(".")):
+        alias = reduced.affine(k)
+        if alias.root is None or not alias.plain:
+            continue
+        base = alias.root, alias.order
+        if base not in named or unknown.name.count(".") < named[base].count("."):
             named[base] = unknown.name
     return [named.get(b) or _derivative_name(named.get((b[0], 0), reduced.symbols[b[0]].name()), b[1]) for b in states]
 
@@ -210,7 +211,7 @@ def _nominal(reduced: Reduced, bases: list[Base], values: dict[int, float]) -> t
     """Nominal sizes of variables, from those declared for them and for their multiples."""
     found: dict[Base, float] = {}
     for k, unknown in reduced.flat.unknowns.items():
-        alias = reduced.aliases.get(k, Affine(1.0, k, 0, 0.0))
+        alias = reduced.affine(k)
         if unknown.nominal is None or alias.root is None:
             continue
         inside = free_symbols(Symbol(alias.factor))

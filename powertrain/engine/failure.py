@@ -56,9 +56,7 @@ def _undetermined(dae: HybridDae, t: float, y: Array, m: Array, p: Array) -> str
 def underflow(dae: HybridDae, memory: Memory, side: int, t: float, h: float) -> str:
     """Look for equations that are singular, then just ahead for a derivative that is not finite; else name the fastest state."""
     n = dae.x.numel()
-    rates = ca.Function(
-        "powertrain_rates", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(dae.xdot, dae.residual))]
-    )
+    rates = dae.function("rates", ca.vertcat(dae.xdot, dae.residual))
     y, m, p = memory.y[side], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()]
     here = np.array(rates(t, y[:n], y[n : n + dae.z.numel()], m, p)).ravel()
     reason = _first_not_finite(dae, here)

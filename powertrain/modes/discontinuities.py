@@ -12,7 +12,7 @@ from powertrain.dae.tolerances import INTEGRATED, JUMP, REST_SPEED, STRUCK, ZONE
 from powertrain.errors import SimulationError
 from powertrain.language.units import with_unit
 from powertrain.modes.lemke import lemke
-from powertrain.numerics.buffers import PREFIX, Array, Evaluated, Memory
+from powertrain.numerics.buffers import Array, Evaluated, Memory
 
 _SLACK = 1e-5
 """Barriers may close by this share of the speed that counts as zero: round-off. Otherwise dependent ones (two walls, and bodies that touch
@@ -22,7 +22,7 @@ between them) could contradict each other."""
 def reset_values(dae: HybridDae) -> ca.Function:
     """The right-hand sides of all resets of all laws in order: (t, x, z, m, p) -> values."""
     values = ca.vertcat(*[reset.value for when in dae.whens for reset in when.resets])
-    return ca.Function(PREFIX + "resets", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(values)])
+    return dae.function("resets", values)
 
 
 class Discontinuities:
@@ -31,13 +31,11 @@ class Discontinuities:
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.memory, self.barriers = dae, memory, dae.barriers
         self.impulses = np.zeros(len(self.barriers))
-        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
         barriers = [
             ca.vertcat(*[getattr(b, part) for b in self.barriers]) for part in ("speed", "restitution", "rests")
         ]
         self._resets = Evaluated(reset_values(dae))
-        outputs = [ca.densify(e) for e in (*barriers, dae.impact_x, dae.impact_a)]
-        self._impact = Evaluated(ca.Function(PREFIX + "impact", inputs, outputs))
+        self._impact = Evaluated(dae.function("impact", *barriers, dae.impact_x, dae.impact_a))
         self._first = {}
         count = 0
         for when in dae.whens:
