@@ -70,15 +70,17 @@ class Discontinuities:
             v' = v + G I,   0 <= I,   0 <= v' + e min(v, 0),   I' (v' + e min(v, 0)) = 0.
 
         Returns the names of barriers with a noticeable impulse, and adds all impulses to ``impulses``. Slow rebounds are suppressed
-        (e = 0). Restitution ignores motion away from a barrier, v > 0: with a rebound elsewhere its impulse might add energy,
-        I (v + v')/2 > 0. A barrier that this throws backward is struck next. J. J. Moreau, Unilateral contact and dry friction in finite
+        (e = 0). Where nothing rebounds, one-way laws that overrun take part: they have no gap, and v' is the nearest to v without any motion
+        backward. With a rebound their impulse might add energy, I (v + v')/2 > 0; those that it throws backward are struck next. J. J. Moreau, Unilateral contact and dry friction in finite
         freedom dynamics, CISM 302, Springer 1988, section 12.
         """
         barriers, m = self.barriers, self.memory.m
         speed, restitution, rests, on_x, on_a = self._impact(*self.memory.instant(side))
+        rebound = np.where(-restitution * speed < REST_SPEED, 0.0, restitution).ravel()
         touching = [*struck, *(k for k in np.flatnonzero(rests.ravel()).tolist() if k not in struck)]
-        speed, restitution = speed.ravel()[touching], restitution.ravel()[touching]
-        rebound = np.where(-restitution * speed < REST_SPEED, 0.0, restitution)
+        if not rebound[touching].any():
+            touching += [k for k in range(len(self.dae.contacts), len(barriers)) if k not in touching]
+        speed, rebound = speed.ravel()[touching], rebound[touching]
         effect, nothing = on_a[np.ix_(touching, touching)], ZONE + STRUCK * np.abs(speed).max()
         impulse = self._impulses(effect, speed + rebound * speed + _SLACK * nothing, [barriers[k] for k in touching])
         self.memory.y[side][: self.dae.x.numel()] += on_x[:, touching] @ impulse
