@@ -70,9 +70,9 @@ class Discontinuities:
             v' = v + G I,   0 <= I,   0 <= v' + e min(v, 0),   I' (v' + e min(v, 0)) = 0.
 
         Returns the names of barriers with a noticeable impulse, and adds all impulses to ``impulses``. Slow rebounds are suppressed
-        (e = 0). Where nothing rebounds, one-way laws that overrun take part: they have no gap, and v' is the nearest to v without any motion
-        backward. With a rebound their impulse might add energy, I (v + v')/2 > 0; those that it throws backward are struck next. J. J. Moreau, Unilateral contact and dry friction in finite
-        freedom dynamics, CISM 302, Springer 1988, section 12.
+        (e = 0). Where nothing rebounds, one-way laws that overrun take part, as they have no gap: v' is the speed nearest to v without any
+        motion backward. With a rebound their impulse might add energy, I (v + v')/2 > 0; those that it throws backward are struck next.
+        J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, CISM 302, Springer 1988, section 12.
         """
         barriers, m = self.barriers, self.memory.m
         speed, restitution, rests, on_x, on_a = self._impact(*self.memory.instant(side))
