@@ -52,8 +52,6 @@ LOST = 0.001
 """Loss of a machine at its largest torque and power, relative to that power; machines and their inverters lose more."""
 CRUISE, TURNS = 100 / 3.6, (900.0, 5500.0)
 """A speed [m/s], and speeds [rpm] that the engine of a car has there in top gear."""
-PEAK = 0.9, 1.1
-"""Power that an engine reaches below its limiter over its largest power."""
 MACHINE, SHIFT = 3000.0, 40.0
 """Speed of a machine [rad/s], and of a car that shifts up with the accelerator released [m/s]; usual ones are below."""
 BRAKING = 3.0
@@ -141,16 +139,13 @@ def _most(vehicle: pt.Component, path: str) -> tuple[float, float]:
 
 
 def _limiter(vehicle: pt.Component, path: str) -> Iterator[str]:
-    """An engine whose limiter and speed of the largest power do not fit together."""
+    """An engine whose limiter keeps it from the speed of its largest power."""
     engine = value_at(vehicle, path)
     P_max, w_P, w_limit = (_number(engine, name) for name in ("P_max", "w_P", "w_limit"))
-    if not (P_max and w_P and w_limit) or engine.curve is not None:
-        return
-    most = _most(vehicle, path)[1]
-    if not PEAK[0] <= most / P_max <= PEAK[1]:
+    if P_max and w_P and w_limit and engine.curve is None and w_P > w_limit:
         yield (
-            f"{path} gives up to {most:.4g} W below its limiter, {path}.w_limit = {w_limit:g} rad/s, and not {path}.P_max = {P_max:g} W, "
-            f'which is that at {path}.w_P = {w_P:g} rad/s; speeds with another unit are written as "5500 rpm"'
+            f"{path} does not reach {path}.P_max = {P_max:g} W at {path}.w_P = {w_P:g} rad/s: its limiter is at {path}.w_limit = "
+            f'{w_limit:g} rad/s; speeds with another unit are written as "5500 rpm"'
         )
 
 

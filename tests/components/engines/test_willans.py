@@ -52,6 +52,27 @@ def test_plateau_stays_at_the_largest_torque() -> None:
     assert engine.full_load(500.0) == pytest.approx(0.98 * 150)
 
 
+@pytest.mark.parametrize(
+    ("tau_max", "w_tau", "P_max", "w_P"),
+    [(2300.0, 147.0, 350e3, 168.0), (320.0, 300.0, 100e3, 400.0), (600.0, 150.0, 100e3, 480.0), (150.0, 420.0, 82e3, 600.0)],
+)
+def test_no_speed_gives_more_than_the_largest_power(tau_max: float, w_tau: float, P_max: float, w_P: float) -> None:
+    """A truck's and diesel engines, whose cubic has a minimum of power at w_P and rises to 2.2 P_max below the limiter, and the default.
+
+    Above w_P the power falls as a parabola to zero at twice w_P.
+    """
+    engine = WillansEngine(tau_max=tau_max, w_tau=w_tau, P_max=P_max, w_P=w_P, tau_low=0.5 * tau_max, w_low=0.5 * w_tau)
+    w = np.linspace(1, 2.5 * w_P, 5001)
+    torque = engine.full_load(w)
+    assert (w * torque).max() <= P_max * (1 + 1e-12)
+    assert torque.max() == pytest.approx(tau_max, rel=1e-4)
+    assert (np.diff(torque[w > w_tau]) <= 1e-9 * tau_max).all()
+    assert w_P * engine.full_load(w_P) == pytest.approx(P_max)
+    above = w[w > w_P]
+    expected = np.maximum(P_max * (1 - (above / w_P - 1) ** 2), 0)
+    assert above * engine.full_load(above) == pytest.approx(expected, rel=1e-9, abs=1e-6)
+
+
 def test_mean_effective_pressures_lie_on_a_willans_line() -> None:
     """p_me = e p_mf - p_me0 with p = 4 pi tau/V, p_mf = fuel energy per cycle over V."""
     V, w, tau = 1.6e-3, np.array([100.0, 250.0, 500.0])[:, None], np.linspace(0, 100, 5)
