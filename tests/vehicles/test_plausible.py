@@ -104,7 +104,9 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
         (
             ManualCar(),
             {"engine.w_P": 5500},  # rpm without its unit
-            ["engine does not reach engine.P_max = 82000 W at engine.w_P = 5500 rad/s: its limiter is at engine.w_limit = 680 rad/s"],
+            [
+                "engine does not reach engine.P_max = 82000 W at engine.w_P = 5500 rad/s: its limiter is at engine.w_limit = 680 rad/s"
+            ],
         ),
         (
             ManualCar(),

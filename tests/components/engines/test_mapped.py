@@ -14,7 +14,7 @@ from engine_rigs import Driven, Dyno, Loaded
 from numpy.typing import NDArray
 
 import powertrain as pt
-from powertrain.components.engines import MappedEngine
+from powertrain.components.engines import MappedEngine, best_fuel_line, pull_speeds
 from powertrain.components.engines.synthetic import DIESEL, GASOLINE, SyntheticEngine, write_tables
 from powertrain.components.rotational import ConstantSpeed
 
@@ -145,6 +145,20 @@ def test_edges_hold_beyond_the_speeds() -> None:
         assert engine.full_load(top + 100) == engine.full_load(top)
 
 
+@pytest.mark.parametrize("u", [0.0, 0.5, 1.0])
+def test_a_torque_table_that_extrapolates_does_so_motored_and_at_full_load(u: float) -> None:
+    """-20 to -30 N.m motored and 100 to 130 N.m at full load over 300 rad/s; at 600 rad/s -40 and 160 N.m, and the limiter is there."""
+    axes = pt.Axis("speed", "rad/s", [0.0, 300.0], "linear"), pt.Axis("throttle", "1", [0.0, 1.0], "clip")
+    torque_map = pt.Map(axes, [[-20, 100], [-30, 130]], "N.m", "torque")
+    engine = MappedEngine(torque_map=torque_map, fuel_map=ENGINES["gasoline"][0].fuel_map, k_idle=0.0)
+    assert engine.motoring(600.0) == pytest.approx(40)
+    assert engine.full_load(600.0) == pytest.approx(160)
+    assert engine.torque(600.0, u) == pytest.approx(-40 + 200 * u)
+    held = pt.simulate(Dyno(engine=engine, drive=ConstantSpeed(w_fixed=600)), 1, inputs={"throttle": u})
+    assert held["engine.firing"][-1] == pytest.approx(200 * u, abs=1e-9)
+    assert held["engine.drag"][-1] == pytest.approx(40)
+
+
 def test_idle_start_and_stop() -> None:
     for engine, _ in ENGINES.values():
         running = pt.simulate(Loaded(engine=engine), 20)
@@ -158,15 +172,29 @@ def test_idle_start_and_stop() -> None:
 
 
 def test_outside_of_the_table_is_counted_or_refused(tmp_path: Path) -> None:
-    """The tables end at 300 rad/s, the limiter works at 680."""
+    """The tables end at 300 rad/s, and 100 N.m drive the engine beyond them."""
     torque, fuel = written(tmp_path)
-    clipped = pt.simulate(Loaded(engine=MappedEngine.from_csv(torque, fuel)), 10, inputs={"throttle": 1.0})
+    clipped = pt.simulate(Loaded(engine=MappedEngine.from_csv(torque, fuel)), 10, inputs={"load": -100.0})
     assert clipped.statistics["outside torque: speed"] > 0
     assert clipped["engine.w"][-1] > 600
     refusing = MappedEngine.from_csv(torque, fuel, outside="error")
     with pytest.raises(pt.SimulationError, match=r"torque: speed.* 300 rad/s") as caught:
-        pt.simulate(Loaded(engine=refusing), 10, inputs={"throttle": 1.0})
+        pt.simulate(Loaded(engine=refusing), 10, inputs={"load": -100.0})
     assert caught.value.result["engine.w"][-1] == pytest.approx(300, rel=1e-6)
+
+
+def test_the_limiter_keeps_the_engine_in_its_torque_table(tmp_path: Path) -> None:
+    """100 N.m at 300 rad/s end the table; with the edge at a limiter of 680 rad/s the engine would give 67 kW instead of 30 kW."""
+    engine = MappedEngine.from_csv(*written(tmp_path))
+    run = pt.simulate(Loaded(engine=engine), 10, inputs={"throttle": 1.0})
+    assert run["engine.w"].max() < 300
+    assert best_fuel_line(engine).power[-1] == pytest.approx(100 * 290)  # where the limiter begins
+    assert pull_speeds(engine, (3, 2)) == pytest.approx([0.98 * 290])
+    for given, said in (({"w_limit": 310}, "310"), ({}, "680")):
+        with pytest.raises(pt.ParameterError, match=rf"speeds of torque_map(.|\n)*w_limit = {said} rad/s"):
+            MappedEngine(torque_map=engine.torque_map, fuel_map=engine.fuel_map, **given)
+    with pytest.raises(pt.ParameterError, match=r"w_limit = 310 rad/s"):
+        pt.simulate(Loaded(engine=engine), 1, parameters={"engine.w_limit": 310})
 
 
 @pytest.mark.parametrize(("fuel", "outside"), [("g/kWh", "clip"), ("g/s", "error")])

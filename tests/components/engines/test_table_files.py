@@ -114,7 +114,8 @@ TEXTS: dict[str, tuple[str, dict[str, object]]] = {
 
 def engine(fuel_map: pt.Map) -> MappedEngine:
     axes = pt.Axis("speed", "rad/s", [0.0, 500.0], "clip"), pt.Axis("throttle", "1", [0.0, 1.0], "clip")
-    return MappedEngine(torque_map=pt.Map(axes, [[-10, 140], [-20, 130]], "N.m", "torque"), fuel_map=fuel_map)
+    torque_map = pt.Map(axes, [[-10, 140], [-20, 130]], "N.m", "torque")
+    return MappedEngine(torque_map=torque_map, fuel_map=fuel_map, w_limit=500)
 
 
 def read(tmp_path: Path, text: str, **options: object) -> pt.Map:

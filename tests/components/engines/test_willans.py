@@ -54,7 +54,12 @@ def test_plateau_stays_at_the_largest_torque() -> None:
 
 @pytest.mark.parametrize(
     ("tau_max", "w_tau", "P_max", "w_P"),
-    [(2300.0, 147.0, 350e3, 168.0), (320.0, 300.0, 100e3, 400.0), (600.0, 150.0, 100e3, 480.0), (150.0, 420.0, 82e3, 600.0)],
+    [
+        (2300.0, 147.0, 350e3, 168.0),
+        (320.0, 300.0, 100e3, 400.0),
+        (600.0, 150.0, 100e3, 480.0),
+        (150.0, 420.0, 82e3, 600.0),
+    ],
 )
 def test_no_speed_gives_more_than_the_largest_power(tau_max: float, w_tau: float, P_max: float, w_P: float) -> None:
     """A truck's and diesel engines, whose cubic has a minimum of power at w_P and rises to 2.2 P_max below the limiter, and the default.
