@@ -117,6 +117,11 @@ class Engine(Component):
     def _lacks(self, law: str) -> ModelError:
         return ModelError(f"{self._path or 'an engine'}: {type(self).__name__} does not say its law {law}; define it")
 
+    def check(self) -> Equations:
+        """The engine idles without its starter, and below the rev limiter."""
+        yield self.w_fire <= self.w_idle  # else the starter would help it to idle
+        yield self.w_idle < self.w_limit - self.band_limit
+
     def _run(self) -> Equations:
         w, on = self.w, limited(self.on.value)
         yield self.w == der(self.crank.phi)
@@ -174,8 +179,8 @@ class Engine(Component):
         return numbers(self._motoring, w)
 
     def torque(self, w: ArrayLike, u: ArrayLike) -> Any:
-        """Torque [N.m] at speeds w [rad/s] with throttles u [1] within 0..1, without idle controller and limiter."""
-        return numbers(lambda w, u: self._firing(w, u) - self._motoring(w), w, u)
+        """Torque [N.m] at speeds w [rad/s] with throttles u [1], limited to 0..1, without idle controller and limiter."""
+        return numbers(lambda w, u: self._firing(w, limited(u)) - self._motoring(w), w, u)
 
     def opening(self, w: ArrayLike | Symbol, part: ArrayLike | Symbol) -> Any:
         """Throttle [1] for a share [1] of the torque of combustion at full load, at speeds w [rad/s]; numbers or an expression."""

@@ -113,6 +113,7 @@ class MappedEngine(Engine):
 
     def check(self) -> Equations:
         """The engine fires only at speeds of its torque table."""
+        yield from super().check()
         speeds = self.torque_map.axes[0]
         if speeds.outside != "linear":
             yield self.w_limit <= speeds.high + speeds.slack  # it fires within the speeds of torque_map

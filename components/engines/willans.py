@@ -106,6 +106,7 @@ class WillansEngine(Engine):
 
     def check(self) -> Equations:
         """The points of the full-load curve must be in order; none may exceed the largest power or the largest torque."""
+        yield from super().check()
         if self.curve is None:
             yield self.w_low < self.w_tau
             yield self.w_tau < self.w_P

@@ -142,9 +142,9 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
         ),
         (
             ManualCar(),
-            {"engine.w_idle": 85 * 9.55},  # rpm without its unit
+            {"engine.w_idle": 250},  # a speed under load
             [
-                "engine.w_idle = 811.75 rad/s is unusual (30 to 200 rad/s)",
+                "engine.w_idle = 250 rad/s is unusual (30 to 200 rad/s)",
                 "schedule.w_open = 95 rad/s is below the idle",
             ],
         ),

@@ -190,7 +190,8 @@ def test_the_limiter_keeps_the_engine_in_its_torque_table(tmp_path: Path) -> Non
     assert run["engine.w"].max() < 300
     assert best_fuel_line(engine).power[-1] == pytest.approx(100 * 290)  # where the limiter begins
     assert pull_speeds(engine, (3, 2)) == pytest.approx([0.98 * 290])
-    for given, said in (({"w_limit": 310}, "310"), ({}, "680")):
+    cases: list[tuple[dict[str, Any], str]] = [({"w_limit": 310}, "310"), ({}, "680")]
+    for given, said in cases:
         with pytest.raises(pt.ParameterError, match=rf"speeds of torque_map(.|\n)*w_limit = {said} rad/s"):
             MappedEngine(torque_map=engine.torque_map, fuel_map=engine.fuel_map, **given)
     with pytest.raises(pt.ParameterError, match=r"w_limit = 310 rad/s"):

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 import powertrain as pt
 from powertrain.components.blocks import TimeTable
-from powertrain.components.engines import WillansEngine
+from powertrain.components.engines import MappedEngine, WillansEngine
 from powertrain.components.rotational import ConstantSpeed
 
 ENGINE = WillansEngine()
@@ -140,6 +140,28 @@ def test_idle_speed_is_held(load: float) -> None:
     assert result["engine.w"][-1] == pytest.approx(85, abs=1e-5)
     assert result["engine.x"][-1] == pytest.approx((load + motoring(85)) / (full + motoring(85)), abs=1e-6)
     assert result["engine.fuel_rate"][-1] == pytest.approx((load + motoring(85)) * 85 / E / LHV, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"w_idle": 800}, r"w_idle < .*\n.* w_idle = 800 rad/s, w_limit = 680 rad/s"),
+        ({"w_fire": 100}, r"w_fire <= .*\n.* w_idle = 85 rad/s, w_fire = 100 rad/s"),
+    ],
+)
+def test_an_engine_idles_below_its_limiter_and_without_its_starter(given: dict[str, Any], said: str) -> None:
+    """800 rpm without the unit idled at the limiter; a starter that helps up to 100 rad/s saved half of the idle fuel."""
+    with pytest.raises(pt.ParameterError, match=said):
+        WillansEngine(**given)
+    with pytest.raises(pt.ParameterError, match=said):
+        pt.replace(MappedEngine.gasoline(), **given)
+
+
+def test_torque_outside_of_the_throttle_range_is_that_at_its_ends() -> None:
+    for engine in (ENGINE, MappedEngine.gasoline()):
+        low, high = engine.torque(300.0, [0.0, 1.0])
+        assert engine.torque(300.0, [-1.0, 2.0]) == pytest.approx([low, high])
+        assert (low, high) == pytest.approx((-engine.motoring(300.0), engine.full_load(300.0)))
 
 
 def test_idle_controller_does_not_wind_up() -> None:
