@@ -14,7 +14,7 @@ from engine_rigs import Driven, Dyno, Loaded
 from numpy.typing import NDArray
 
 import powertrain as pt
-from powertrain.components.engines import MappedEngine, best_fuel_line, pull_speeds
+from powertrain.components.engines import MappedEngine, best_fuel_line, pull_speeds, read_fuel_map
 from powertrain.components.engines.synthetic import DIESEL, GASOLINE, SyntheticEngine, write_tables
 from powertrain.components.rotational import ConstantSpeed
 
@@ -315,6 +315,23 @@ def test_from_csv_fills_a_table_up_to_full_load(tmp_path: Path) -> None:
     engine = MappedEngine.from_csv(torque, path, fill=True)
     assert float(engine.fuel_map(100, 110)) == pytest.approx(3)
     assert float(engine.fuel_map(300, 60)) == pytest.approx(6)
+
+
+@pytest.mark.parametrize("method", ["linear", "smooth"])
+def test_measured_torques_that_are_almost_equal(tmp_path: Path, method: Any) -> None:
+    """(tau + 20) w/(0.4 43e6) at 10 and 10.000001 N.m and so on; steps of that size down to -20 N.m took minutes."""
+    torque, _ = written(tmp_path)
+    w, tau = np.repeat([100.0, 150.0, 200.0, 300.0], 4), np.tile([10.0, 50, 80, 110], 4)
+    tau = tau + np.repeat([0, 1e-6, 2e-6, 3e-6], 4)
+    path = tmp_path / "scattered.csv"
+    rows = "\n".join(
+        f"{a!r},{b!r},{1e3 * (b + 20) * a / 0.4 / 43e6!r}" for a, b in zip(w.tolist(), tau.tolist(), strict=True)
+    )
+    path.write_text(f"speed [rad/s],torque [N.m],fuel [g/s]\n{rows}\n", encoding="utf-8")
+    linear = MappedEngine.from_csv(torque, path, fill=True)
+    engine = pt.replace(linear, fuel_map=read_fuel_map(path, fill=True, method=method))
+    torques = np.linspace(-18, 110, 20)
+    assert engine.fuel_flow(200.0, torques) == pytest.approx((torques + 20) * 200 / 0.4 / 43e6, rel=1e-5)
 
 
 def test_tables_given_as_maps_are_checked_too() -> None:
