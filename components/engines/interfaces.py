@@ -44,7 +44,7 @@ G_KWH, RPM = 3.6e9, 30 / math.pi
 class Engine(Component):
     """Partial: a combustion engine with its inertia, fuel consumption, idle control, rev limiter and starter.
 
-    J der(w) = tau + crank.tau,  tau = firing + starter - drag,  w = der(crank.phi)
+    J der(der(crank.phi)) = tau + crank.tau,  tau = firing + starter - drag = housing.tau,  w = der(crank.phi - housing.phi)
     w > 0: drag = warmth motoring(w);  w < 0: drag = -warmth motoring(-w);  w = 0: |drag| <= warmth motoring(0)
     fuel_rate heating_value = fuel power(w, firing),  der(fuel) = fuel_rate,  power = tau w
 
@@ -61,6 +61,8 @@ class Engine(Component):
     warm engine. The heat at ``heat_port`` is the work against drag and the share ``coolant_share`` of the combustion heat that does
     no work; the rest leaves with the exhaust.
 
+    ``housing`` takes the reaction of the torque, for instance to a ``MountedHousing``; it is ground if nothing is connected.
+
     With ``on`` = 0 the engine burns no fuel and its drag brings it to rest and holds it. When ``on`` returns to 1, the starter
     turns it. The engine is a boundary: it supplies the chemical power of its fuel and the power of the starter; its loss is the power
     that does not reach the crankshaft.
@@ -68,11 +70,12 @@ class Engine(Component):
 
     boundary: ClassVar[bool] = True
     crank: Flange = port(Flange)
+    housing: Flange = support(Flange)
     throttle: Input = signal_input("1", "Throttle, 0 to 1")
     on: Input = signal_input("1", "1: running, 0: stopped", default=1.0)
     warmth: Input = signal_input("1", "Friction over that of the warm engine", default=1.0)
     heat_port: HeatPort = support(HeatPort)
-    speed: Output = signal_output("rad/s", "Speed of the crank")
+    speed: Output = signal_output("rad/s", "Speed of the crank against the housing")
     J: Parameter = parameter("kg.m2", "Moment of inertia with the flywheel", default=0.15, min=0)
     heating_value: Parameter = parameter("J/kg", "Lower heating value of the fuel", default=43e6, above=0)
     fuel_density: Parameter = parameter("kg/m3", "Density of the fuel", default=745.0, above=0)
@@ -85,7 +88,7 @@ class Engine(Component):
     band_limit: Parameter = parameter("rad/s", "Speed range of the limiter below it", default=10.0, above=0)
     w_fire: Parameter = parameter("rad/s", "Speed from which the engine fires fully", default=40.0, above=0)
     tau_starter: Parameter = parameter("N.m", "Torque of the starter at rest", default=60.0, min=0)
-    w: Variable = variable("rad/s", "Speed of the crank", prefer=True)
+    w: Variable = variable("rad/s", "Speed of the crank against the housing", prefer=True)
     tau: Variable = variable("N.m", "Torque of the engine, without its inertia")
     firing: Variable = variable("N.m", "Combustion torque")
     drag: Variable = variable("N.m", "Friction and pumping torque")
@@ -124,9 +127,10 @@ class Engine(Component):
 
     def _run(self) -> Equations:
         w, on = self.w, limited(self.on.value)
-        yield self.w == der(self.crank.phi)
+        yield self.w == der(self.crank.phi - self.housing.phi)
         yield self.speed.value == self.w
-        yield self.J * der(self.w) == self.tau + self.crank.tau
+        yield self.J * der(der(self.crank.phi)) == self.tau + self.crank.tau
+        yield self.housing.tau == self.tau
         yield self.tau == self.firing + self._starter() - self.drag
         idle = limited(self.x + self.k_idle * (self.w_idle - w))
         yield der(self.x) == (on * idle - self.x) / self.T_idle
@@ -158,8 +162,8 @@ class Engine(Component):
         return limited(self.on.value) * (1 - self._started()) * self.tau_starter
 
     def energy(self) -> Symbol:
-        """Kinetic energy J w^2/2."""
-        return self.J * self.w**2 / 2
+        """Kinetic energy J der(crank.phi)^2/2."""
+        return self.J * der(self.crank.phi) ** 2 / 2
 
     def loss(self) -> Symbol:
         """Heat of combustion that does no work, and work against drag."""
