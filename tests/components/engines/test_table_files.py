@@ -182,6 +182,15 @@ def test_no_consumption_per_work_without_work(tmp_path: Path) -> None:
             read(tmp_path, head + zeros.format(999, 999, 999, 999) + rows(n, tau, specific), fill=fill)
 
 
+def test_indicated_quantities_are_left_out(tmp_path: Path) -> None:
+    head = "speed [rpm],indicated torque [Nm],torque [Nm],friction torque [Nm],ISFC indicated fuel [g/kWh],BSFC [g/kWh]\n"
+    table = read(tmp_path, head + "1000,30,20,10,200,300\n1000,50,40,10,200,250\n2000,35,20,15,171,300\n2000,55,40,15,182,250\n")
+    assert table.axes[1].points == (20.0, 40.0)
+    assert table.values.tolist() == [[300, 250], [300, 250]]
+    indicated = read_fuel_map(tmp_path / "fuel.csv", load="indicated torque", fill=True)  # whoever asks for it gets it
+    assert indicated.axes[1].points == (30.0, 35.0, 50.0, 55.0)
+
+
 LONG = "speed [rpm],torque [N.m],fuel [g/s]\n"
 
 
@@ -191,6 +200,9 @@ LONG = "speed [rpm],torque [N.m],fuel [g/s]\n"
         ("speed,torque,fuel\n0,0,0\n", {}, r"fuel.csv: no column .* the speed \(rpm, .*'speed', 'torque', 'fuel'; .*speed='name \[unit\]'"),
         ("speed [rpm],torque [N.m],NOx [g/h]\n0,0,0\n", {}, r"no column .* the fuel .*'NOx \[g/h\]'; .*pass fuel="),
         ("speed [rpm],turbo speed [rpm],torque [N.m],fuel [g/s]\n0,0,0,0\n", {}, r"'speed \[rpm\]' and 'turbo speed \[rpm\]' may both"),
+        ("speed [rpm],indicated torque [Nm],fuel [g/s]\n0,0,0\n", {}, r"no column .* the load .*'indicated torque \[Nm\]'"),
+        ("speed [rpm],friction torque [Nm],fuel [g/s]\n0,0,0\n", {}, r"no column .* the load .*'friction torque \[Nm\]'"),
+        ("speed [rpm],torque [Nm],CO2 specific consumption [g/kWh]\n0,0,0\n", {}, r"no column .* the fuel .*'CO2 specific"),
         (LONG, {}, "rows of numbers are needed"),
         (LONG + "0,0,0\n", {"load": "BMEP"}, "load = 'BMEP': there is no such column; the columns are 'speed"),
         (LONG + "0,0,0\n", {"load": "torque [bar]"}, r"load = 'torque \[bar\]': the file gives 'torque \[N.m\]'"),
