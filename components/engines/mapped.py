@@ -41,8 +41,8 @@ class MappedEngine(Engine):
     torque [N.m]: a fuel flow [kg/s] or [g/s], or a specific consumption [g/kWh] or [kg/J] (with positive torques only). Below its
     lowest torque the fuel flow continues the straight line through the two lowest torques at each speed (a Willans line), whatever the
     axis says; if that torque is above zero, the steps below it are counted. Otherwise the axes of a table determine its
-    extrapolation: an error, or the value at the edge, with a count of the steps. A specific consumption is held constant, so beyond the
-    table the fuel flow grows with the power. ``gasoline`` and ``diesel`` have synthetic tables, see ``synthetic``;
+    extrapolation: an error, or with a count of the steps the torque, or the specific consumption, at the edge: beyond a fuel table the
+    flow grows with the power, for a flow too. ``gasoline`` and ``diesel`` have synthetic tables, see ``synthetic``;
     ``from_csv`` reads files. Errors: ParameterError for tables with other axes, units or edges, and for a rev limiter ``w_limit`` above
     the speeds of the torque table, unless this extrapolates linearly: with the torque of its edge, the power would grow with the speed.
     """
@@ -78,7 +78,8 @@ class MappedEngine(Engine):
         fill : bool
             Complete a fuel table whose speeds have torques of their own, see ``read_fuel_map``.
         outside : {"clip", "error"}
-            Beyond the speeds and torques of a table, its edge value is used and the steps are counted, or the simulation ends.
+            Beyond the speeds and torques of a table, the torque or the specific consumption of its edge is used and the steps are counted,
+            or the simulation ends.
         method : {"linear", "smooth"}
             Interpolation.
         **parameters
@@ -157,11 +158,12 @@ class MappedEngine(Engine):
     def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
         lowest = float(self.torque_map.values[:, 0].min())
         torque = firing - self._motoring(w)
-        rate = _rates(self.fuel_map, lowest)(w, torque)
-        if self.fuel_map.unit in SPECIFIC:
-            rate *= _beyond(self.fuel_map.axes[0], w) * _beyond(
-                self.fuel_map.axes[1], ca.fmax(torque, self.fuel_map.axes[1].low)
-            )
+        speeds, torques = self.fuel_map.axes
+        rate = (
+            _rates(self.fuel_map, lowest)(w, torque)
+            * _beyond(speeds, w)
+            * _beyond(torques, ca.fmax(torque, torques.low))
+        )
         burning = limited(firing / self.cut_off)
         return burning * ca.fmax(rate, 0) * self.heating_value
 

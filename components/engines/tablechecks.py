@@ -39,12 +39,14 @@ def check_torque(table: Map) -> None:
 
 
 def check_fuel(table: Map) -> None:
-    """Fuel over speed and torque, not negative; a specific consumption only at positive power. Errors: ParameterError."""
+    """Fuel over speed and torque, not negative, also at positive torques; a specific consumption only there. Errors: ParameterError."""
     _check(table, "fuel", ("rad/s", "N.m"), {**RATES, **SPECIFIC})
     if table.values.min() < 0:
         raise ParameterError(
             f"the fuel table has {table.values.min():g} {table.unit}; the fuel flow must not be negative"
         )
+    if table.axes[1].high <= 0:
+        raise ParameterError(f"the fuel table ends at {table.axes[1].high:g} N.m; it must contain torques above zero")
     if table.unit in SPECIFIC and table.axes[1].low <= 0:
         raise ParameterError(
             f"the fuel table has a specific consumption at {table.axes[1].low:g} N.m, where there is no power; start above zero"

@@ -54,6 +54,8 @@ CRUISE, TURNS = 100 / 3.6, (900.0, 5500.0)
 """A speed [m/s], and speeds [rpm] that the engine of a car has there in top gear."""
 MACHINE, SHIFT = 3000.0, 40.0
 """Speed of a machine [rad/s], and of a car that shifts up with the accelerator released [m/s]; usual ones are below."""
+BEST = 0.2, 0.55
+"""Largest efficiency of an engine: of small petrol engines, and of the largest diesel engines."""
 BRAKING = 3.0
 """Deceleration with the brakes fully pressed [m/s2]; the regulations demand 5."""
 BLENDED = 0.75, 1.33
@@ -78,6 +80,7 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
         *(text for path, body in bodies for text in _power(vehicle, parts, path, body)),
         *(text for path, body in bodies for text in _brakes(vehicle, path, body)),
         *(text for path in parts.engines for text in _limiter(vehicle, path)),
+        *(text for path in parts.engines for text in _economy(vehicle, path)),
         *_speeds(vehicle, parts),
         *_stored(vehicle, parts),
         *_resistances(vehicle, parts),
@@ -125,6 +128,21 @@ def _power(vehicle: pt.Component, parts: Anatomy, path: str, body: Any) -> Itera
     if m and most and not POWER[0] <= most / m <= POWER[1]:
         movers = " and ".join(parts.prime_movers)
         yield f"{movers}: {most:.4g} W for {path}.m = {m:g} kg is unusual ({POWER[0]:g} to {POWER[1]:g} W/kg); powers are in W"
+
+
+def _economy(vehicle: pt.Component, path: str) -> Iterator[str]:
+    """An engine that takes much more or less fuel than others, such as one with its fuel in another unit."""
+    engine = value_at(vehicle, path)
+    low, high, heating_value = (_number(engine, name) for name in ("w_idle", "w_limit", "heating_value"))
+    if low is None or high is None or heating_value is None:
+        return
+    w, share = np.linspace(low, high, SPEEDS), np.linspace(0.1, 1, SPEEDS)[:, None]
+    specific = float(np.min(engine.bsfc(w, share * engine.full_load(w))))
+    if not BEST[0] <= 1 / (specific * heating_value) <= BEST[1]:
+        yield (
+            f"{path} takes {specific * 3.6e9:.4g} g/kWh at best, an efficiency of {1 / (specific * heating_value):.3g}, which is unusual "
+            f"({BEST[0]:g} to {BEST[1]:g}); check the unit of the fuel and {path}.heating_value = {heating_value:g} J/kg"
+        )
 
 
 def _most(vehicle: pt.Component, path: str) -> tuple[float, float]:

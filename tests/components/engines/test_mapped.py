@@ -117,10 +117,14 @@ def test_fuel_is_never_negative(tmp_path: Path) -> None:
     assert engine.fuel_flow(200.0, [0, 4, 5, 30]) == pytest.approx([0, 0, 0, 0.025], abs=1e-12)
 
 
+@pytest.mark.parametrize("unit", ["g/kWh", "g/s"])
 @pytest.mark.parametrize("speed", ["rpm", "rad/s"])
-def test_a_specific_consumption_is_held_beyond_its_table(tmp_path: Path, speed: str) -> None:
-    """300 rad/s and 110 N.m are the last points of the table; 1.5 times the speed, 1.2 times the torque, the same g/kWh."""
-    torque, fuel = written(tmp_path, speed=speed, fuel="g/kWh")
+def test_a_specific_consumption_is_held_beyond_its_table(tmp_path: Path, speed: str, unit: str) -> None:
+    """300 rad/s and 110 N.m are the last points of the table; 1.5 times the speed, 1.2 times the torque, the same g/kWh.
+
+    With the flow of the edge, three times the torque would come from the same fuel.
+    """
+    torque, fuel = written(tmp_path, speed=speed, fuel=unit)
     engine = MappedEngine.from_csv(torque, fuel)
     for tau in (10.0, 50.0, 110.0):
         assert engine.bsfc(450.0, tau) == pytest.approx(engine.bsfc(300.0, tau), rel=1e-9)
@@ -129,11 +133,14 @@ def test_a_specific_consumption_is_held_beyond_its_table(tmp_path: Path, speed: 
     assert engine.bsfc(450.0, 5.0) == pytest.approx(engine.bsfc(300.0, 5.0), rel=1e-9)  # on the Willans line
 
 
-def test_a_specific_consumption_is_held_below_its_speeds() -> None:
+@pytest.mark.parametrize("unit", ["g/kWh", "g/s"])
+def test_a_specific_consumption_is_held_below_its_speeds(unit: str) -> None:
     engine = MappedEngine.gasoline()
     speeds, torques = [100.0, 300.0], [10.0, 100.0]
     axes = pt.Axis("speed", "rad/s", speeds, "clip"), pt.Axis("torque", "N.m", torques, "clip")
-    engine = pt.replace(engine, fuel_map=pt.Map(axes, [[400, 300], [350, 250]], "g/kWh", "fuel"))
+    power = np.multiply.outer(speeds, torques)
+    values = np.array([[400, 300], [350, 250]]) * (power / 3.6e6 if unit == "g/s" else 1)
+    engine = pt.replace(engine, fuel_map=pt.Map(axes, values, unit, "fuel"))
     assert engine.bsfc(80.0, 100.0) * 3.6e9 == pytest.approx(300)
     assert engine.bsfc(450.0, 100.0) * 3.6e9 == pytest.approx(250)
 

@@ -183,8 +183,12 @@ def test_no_consumption_per_work_without_work(tmp_path: Path) -> None:
 
 
 def test_indicated_quantities_are_left_out(tmp_path: Path) -> None:
-    head = "speed [rpm],indicated torque [Nm],torque [Nm],friction torque [Nm],ISFC indicated fuel [g/kWh],BSFC [g/kWh]\n"
-    table = read(tmp_path, head + "1000,30,20,10,200,300\n1000,50,40,10,200,250\n2000,35,20,15,171,300\n2000,55,40,15,182,250\n")
+    head = (
+        "speed [rpm],indicated torque [Nm],torque [Nm],friction torque [Nm],ISFC indicated fuel [g/kWh],BSFC [g/kWh]\n"
+    )
+    table = read(
+        tmp_path, head + "1000,30,20,10,200,300\n1000,50,40,10,200,250\n2000,35,20,15,171,300\n2000,55,40,15,182,250\n"
+    )
     assert table.axes[1].points == (20.0, 40.0)
     assert table.values.tolist() == [[300, 250], [300, 250]]
     indicated = read_fuel_map(tmp_path / "fuel.csv", load="indicated torque", fill=True)  # whoever asks for it gets it
@@ -223,6 +227,7 @@ LONG = "speed [rpm],torque [N.m],fuel [g/s]\n"
         (LONG.replace(",", ";") + "0;0;1,5\n0;5;1.5\n", {}, "'1,5' in line 2 has a comma, '1.5' in line 3 a point"),
         (LONG + "0,0,1,5\n", {}, "fuel.csv:2: 4 cells, but there are 3 headings; columns are separated by ','"),
         (",10,20\n0,1,1\n", {"speed": "[rpm]"}, r"a wide table .* pass load='load \[unit\]', fuel='fuel \[unit\]'"),
+        (LONG + "0,-5,1\n0,0,1\n9,-5,1\n9,0,1\n", {}, "fuel.csv: the fuel table ends at 0 N.m; it must contain torques above zero"),
         (LONG + "0,0,-1\n0,5,1\n9,0,1\n9,5,1\n", {}, "fuel.csv: the fuel table has -1 g/s"),
     ],
 )  # fmt: skip
