@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain import (
+    Axis,
     Component,
     Equations,
     Input,
@@ -124,6 +125,11 @@ class Engine(Component):
         """The engine idles without its starter, and below the rev limiter."""
         yield self.w_fire <= self.w_idle  # else the starter would help it to idle
         yield self.w_idle < self.w_limit - self.band_limit
+
+    def _fires_within(self, speeds: Axis) -> Equations:
+        """The rev limiter is within the speeds of a table of full load, unless this extrapolates."""
+        if speeds.outside != "linear":
+            yield self.w_limit <= speeds.high + speeds.slack  # the highest speed of the full load
 
     def _run(self) -> Equations:
         w, on = self.w, limited(self.on.value)

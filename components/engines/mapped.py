@@ -115,9 +115,7 @@ class MappedEngine(Engine):
     def check(self) -> Equations:
         """The engine fires only at speeds of its torque table."""
         yield from super().check()
-        speeds = self.torque_map.axes[0]
-        if speeds.outside != "linear":
-            yield self.w_limit <= speeds.high + speeds.slack  # it fires within the speeds of torque_map
+        yield from self._fires_within(self.torque_map.axes[0])
 
     def equations(self) -> Equations:
         """The equations of every engine, with these laws."""

@@ -38,7 +38,7 @@ class WillansEngine(Engine):
 
     Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 3.1. The defaults are invented, for a
     1.6 l gasoline engine; ``of_displacement`` makes engines of other sizes. Errors: ParameterError for a curve with other axes or
-    another unit.
+    another unit, and for a rev limiter ``w_limit`` above its speeds, unless it extrapolates linearly.
     """
 
     e: Parameter = parameter("1", "Indicated efficiency", default=0.38, above=0, max=1)
@@ -107,7 +107,9 @@ class WillansEngine(Engine):
     def check(self) -> Equations:
         """The points of the full-load curve must be in order; none may exceed the largest power or the largest torque."""
         yield from super().check()
-        if self.curve is None:
+        if self.curve is not None:
+            yield from self._fires_within(self.curve.axes[0])
+        else:
             yield self.w_low < self.w_tau
             yield self.w_tau < self.w_P
             yield self.tau_low <= self.tau_max

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 import powertrain as pt
 from powertrain.components.blocks import TimeTable
-from powertrain.components.engines import MappedEngine, WillansEngine
+from powertrain.components.engines import MappedEngine, WillansEngine, best_fuel_line
 from powertrain.components.rotational import ConstantSpeed
 
 ENGINE = WillansEngine()
@@ -255,6 +255,20 @@ def test_curve_takes_the_place_of_the_data_sheet() -> None:
     brake = pt.Map.curve([0, 700], [-100, -160], x="w", x_unit="rad/s", unit="N.m")
     with pytest.raises(pt.ParameterError, match=r"curve falls to -160 N.m; .* must not be negative"):
         pt.compile(pt.replace(ENGINE, curve=brake))
+
+
+def test_the_limiter_is_within_the_speeds_of_a_curve() -> None:
+    """A diesel's curve up to 480 rad/s, with the limiter of the default engine: with its edge held, 87 kW would become 119 kW."""
+    speeds, torques = [80.0, 200.0, 480.0], [150.0, 320.0, 177.0]
+    ends, goes_on = (
+        pt.Map.curve(speeds, torques, x="w", x_unit="rad/s", unit="N.m", name="full load", outside=outside)
+        for outside in ("clip", "linear")
+    )
+    with pytest.raises(pt.ParameterError, match=r"highest speed of the full load(.|\n)*w_limit = 680 rad/s"):
+        WillansEngine(curve=ends)
+    engine = WillansEngine(curve=ends, w_limit=480)
+    assert best_fuel_line(engine).power[-1] < 88e3
+    assert WillansEngine(curve=goes_on).full_load(600.0) == pytest.approx(177 - 120 * 143 / 280)
 
 
 def test_curve_that_begins_above_idle_speed() -> None:
