@@ -52,6 +52,8 @@ LOST = 0.001
 """Loss of a machine at its largest torque and power, relative to that power; machines and their inverters lose more."""
 CRUISE, TURNS = 100 / 3.6, (900.0, 5500.0)
 """A speed [m/s], and speeds [rpm] that the engine of a car has there in top gear."""
+PEAK = 0.9
+"""Speed of an engine's limiter over that of its largest power; it is usually above 1, and close to it with the default limiter."""
 MACHINE, SHIFT = 3000.0, 40.0
 """Speed of a machine [rad/s], and of a car that shifts up with the accelerator released [m/s]; usual ones are below."""
 BEST = 0.2, 0.55
@@ -160,7 +162,7 @@ def _limiter(vehicle: pt.Component, path: str) -> Iterator[str]:
     """An engine whose limiter keeps it from the speed of its largest power."""
     engine = value_at(vehicle, path)
     P_max, w_P, w_limit = (_number(engine, name) for name in ("P_max", "w_P", "w_limit"))
-    if P_max and w_P and w_limit and engine.curve is None and w_P > w_limit:
+    if P_max and w_P and w_limit and engine.curve is None and w_limit < PEAK * w_P:
         yield (
             f"{path} does not reach {path}.P_max = {P_max:g} W at {path}.w_P = {w_P:g} rad/s: its limiter is at {path}.w_limit = "
             f'{w_limit:g} rad/s; speeds with another unit are written as "5500 rpm"'
