@@ -109,12 +109,26 @@ def test_cut_off(tmp_path: Path) -> None:
 
 
 def test_fuel_is_never_negative(tmp_path: Path) -> None:
-    """A line through 5 and 45 g/s at 10 and 50 N.m says -5 g/s at 0 N.m: there it is none."""
+    """A line through 12 and 52 g/s at 10 and 50 N.m says -8 g/s at -10 N.m: there it is none."""
     torque, _ = written(tmp_path)
     w, tau = (x.ravel() for x in np.meshgrid(W, TAU, indexing="ij"))
-    fuel = table(tmp_path / "steep.csv", "speed [rad/s],torque [N.m],fuel [g/s]", w, tau, tau - 5)
+    fuel = table(tmp_path / "steep.csv", "speed [rad/s],torque [N.m],fuel [g/s]", w, tau, tau + 2)
     engine = MappedEngine.from_csv(torque, fuel)
-    assert engine.fuel_flow(200.0, [0, 4, 5, 30]) == pytest.approx([0, 0, 0, 0.025], abs=1e-12)
+    assert engine.fuel_flow(200.0, [-10, -2, 0, 30]) == pytest.approx([0, 0, 0.002, 0.032], abs=1e-12)
+
+
+@pytest.mark.parametrize("unit", ["g/s", "g/kWh"])
+def test_a_table_that_lets_the_engine_idle_without_fuel_is_refused(tmp_path: Path, unit: str) -> None:
+    """A line through 5 and 45 g/s at 10 and 50 N.m and 1,910 rpm says -5 g/s at 0 N.m; the engine gave up to 5 N.m for nothing."""
+    torque, _ = written(tmp_path)
+    w, tau = (x.ravel() for x in np.meshgrid([100.0, 200.0], TAU, indexing="ij"))
+    flow = np.where(w > 150, tau - 5, tau + 1)
+    values = flow * 3.6e6 / (w * tau) if unit == "g/kWh" else flow
+    fuel = table(tmp_path / "steep.csv", f"speed [rad/s],torque [N.m],fuel [{unit}]", w, tau, values)
+    with pytest.raises(
+        pt.ParameterError, match=r"steep.csv: the fuel table has .* at 50 N.m and 1910 rpm: .* idle without fuel"
+    ):
+        MappedEngine.from_csv(torque, fuel)
 
 
 @pytest.mark.parametrize("unit", ["g/kWh", "g/s"])
