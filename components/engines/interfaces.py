@@ -66,7 +66,7 @@ class Engine(Component):
 
     With ``on`` = 0 the engine burns no fuel and its drag brings it to rest and holds it. When ``on`` returns to 1, the starter
     turns it. The engine is a boundary: it supplies the chemical power of its fuel and the power of the starter; its loss is the power
-    that does not reach the crankshaft.
+    that does not reach the crankshaft. Errors: ParameterError for an idle speed below w_fire, or not below the rev limiter.
     """
 
     boundary: ClassVar[bool] = True

@@ -41,8 +41,8 @@ class MappedEngine(Engine):
     torque [N.m]: a fuel flow [kg/s] or [g/s], or a specific consumption [g/kWh] or [kg/J] (with positive torques only). Below its
     lowest torque the fuel flow continues the straight line through the two lowest torques at each speed (a Willans line), whatever the
     axis says; if that torque is above zero, the steps below it are counted. Otherwise the axes of a table determine its
-    extrapolation: an error, or with a count of the steps the torque, or the specific consumption, at the edge: beyond a fuel table the
-    flow grows with the power, for a flow too. ``gasoline`` and ``diesel`` have synthetic tables, see ``synthetic``;
+    extrapolation: an error, or the torque or specific consumption at the edge, with a count of the steps. Beyond a fuel table the flow
+    therefore grows with the power, also if the table gives a flow. ``gasoline`` and ``diesel`` have synthetic tables, see ``synthetic``;
     ``from_csv`` reads files. Errors: ParameterError for tables with other axes, units or edges, and for a rev limiter ``w_limit`` above
     the speeds of the torque table, unless this extrapolates linearly: with the torque of its edge, the power would grow with the speed.
     """

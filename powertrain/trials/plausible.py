@@ -53,11 +53,11 @@ LOST = 0.001
 CRUISE, TURNS = 100 / 3.6, (900.0, 5500.0)
 """A speed [m/s], and speeds [rpm] that the engine of a car has there in top gear."""
 PEAK = 0.9
-"""Speed of an engine's limiter over that of its largest power; it is usually above 1, and close to it with the default limiter."""
+"""Least usual speed of an engine's limiter over that of its largest power."""
 MACHINE, SHIFT = 3000.0, 40.0
 """Speed of a machine [rad/s], and of a car that shifts up with the accelerator released [m/s]; usual ones are below."""
 BEST = 0.2, 0.55
-"""Largest efficiency of an engine: of small petrol engines, and of the largest diesel engines."""
+"""Usual efficiency of an engine at its best operating point."""
 BRAKING = 3.0
 """Deceleration with the brakes fully pressed [m/s2]; the regulations demand 5."""
 BLENDED = 0.75, 1.33
