@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain import (
+    Axis,
     Component,
     Equations,
     Input,
@@ -44,7 +45,7 @@ G_KWH, RPM = 3.6e9, 30 / math.pi
 class Engine(Component):
     """Partial: a combustion engine with its inertia, fuel consumption, idle control, rev limiter and starter.
 
-    J der(w) = tau + crank.tau,  tau = firing + starter - drag,  w = der(crank.phi)
+    J der(der(crank.phi)) = tau + crank.tau,  tau = firing + starter - drag = housing.tau,  w = der(crank.phi - housing.phi)
     w > 0: drag = warmth motoring(w);  w < 0: drag = -warmth motoring(-w);  w = 0: |drag| <= warmth motoring(0)
     fuel_rate heating_value = fuel power(w, firing),  der(fuel) = fuel_rate,  power = tau w
 
@@ -61,18 +62,21 @@ class Engine(Component):
     warm engine. The heat at ``heat_port`` is the work against drag and the share ``coolant_share`` of the combustion heat that does
     no work; the rest leaves with the exhaust.
 
+    ``housing`` takes the reaction of the torque, for instance to a ``MountedHousing``; it is ground if nothing is connected.
+
     With ``on`` = 0 the engine burns no fuel and its drag brings it to rest and holds it. When ``on`` returns to 1, the starter
     turns it. The engine is a boundary: it supplies the chemical power of its fuel and the power of the starter; its loss is the power
-    that does not reach the crankshaft.
+    that does not reach the crankshaft. Errors: ParameterError for an idle speed below w_fire, or not below the rev limiter.
     """
 
     boundary: ClassVar[bool] = True
     crank: Flange = port(Flange)
+    housing: Flange = support(Flange)
     throttle: Input = signal_input("1", "Throttle, 0 to 1")
     on: Input = signal_input("1", "1: running, 0: stopped", default=1.0)
     warmth: Input = signal_input("1", "Friction over that of the warm engine", default=1.0)
     heat_port: HeatPort = support(HeatPort)
-    speed: Output = signal_output("rad/s", "Speed of the crank")
+    speed: Output = signal_output("rad/s", "Speed of the crank against the housing")
     J: Parameter = parameter("kg.m2", "Moment of inertia with the flywheel", default=0.15, min=0)
     heating_value: Parameter = parameter("J/kg", "Lower heating value of the fuel", default=43e6, above=0)
     fuel_density: Parameter = parameter("kg/m3", "Density of the fuel", default=745.0, above=0)
@@ -85,7 +89,7 @@ class Engine(Component):
     band_limit: Parameter = parameter("rad/s", "Speed range of the limiter below it", default=10.0, above=0)
     w_fire: Parameter = parameter("rad/s", "Speed from which the engine fires fully", default=40.0, above=0)
     tau_starter: Parameter = parameter("N.m", "Torque of the starter at rest", default=60.0, min=0)
-    w: Variable = variable("rad/s", "Speed of the crank", prefer=True)
+    w: Variable = variable("rad/s", "Speed of the crank against the housing", prefer=True)
     tau: Variable = variable("N.m", "Torque of the engine, without its inertia")
     firing: Variable = variable("N.m", "Combustion torque")
     drag: Variable = variable("N.m", "Friction and pumping torque")
@@ -117,11 +121,22 @@ class Engine(Component):
     def _lacks(self, law: str) -> ModelError:
         return ModelError(f"{self._path or 'an engine'}: {type(self).__name__} does not say its law {law}; define it")
 
+    def check(self) -> Equations:
+        """The engine idles without its starter, and below the rev limiter."""
+        yield self.w_fire <= self.w_idle  # else the starter would help it to idle
+        yield self.w_idle < self.w_limit - self.band_limit
+
+    def _fires_within(self, speeds: Axis) -> Equations:
+        """The rev limiter is within the speeds of a table of full load, unless this extrapolates."""
+        if speeds.outside != "linear":
+            yield self.w_limit <= speeds.high + speeds.slack  # the highest speed of the full load
+
     def _run(self) -> Equations:
         w, on = self.w, limited(self.on.value)
-        yield self.w == der(self.crank.phi)
+        yield self.w == der(self.crank.phi - self.housing.phi)
         yield self.speed.value == self.w
-        yield self.J * der(self.w) == self.tau + self.crank.tau
+        yield self.J * der(der(self.crank.phi)) == self.tau + self.crank.tau
+        yield self.housing.tau == self.tau
         yield self.tau == self.firing + self._starter() - self.drag
         idle = limited(self.x + self.k_idle * (self.w_idle - w))
         yield der(self.x) == (on * idle - self.x) / self.T_idle
@@ -153,8 +168,8 @@ class Engine(Component):
         return limited(self.on.value) * (1 - self._started()) * self.tau_starter
 
     def energy(self) -> Symbol:
-        """Kinetic energy J w^2/2."""
-        return self.J * self.w**2 / 2
+        """Kinetic energy J der(crank.phi)^2/2."""
+        return self.J * der(self.crank.phi) ** 2 / 2
 
     def loss(self) -> Symbol:
         """Heat of combustion that does no work, and work against drag."""
@@ -174,8 +189,8 @@ class Engine(Component):
         return numbers(self._motoring, w)
 
     def torque(self, w: ArrayLike, u: ArrayLike) -> Any:
-        """Torque [N.m] at speeds w [rad/s] with throttles u [1] within 0..1, without idle controller and limiter."""
-        return numbers(lambda w, u: self._firing(w, u) - self._motoring(w), w, u)
+        """Torque [N.m] at speeds w [rad/s] with throttles u [1], limited to 0..1, without idle controller and limiter."""
+        return numbers(lambda w, u: self._firing(w, limited(u)) - self._motoring(w), w, u)
 
     def opening(self, w: ArrayLike | Symbol, part: ArrayLike | Symbol) -> Any:
         """Throttle [1] for a share [1] of the torque of combustion at full load, at speeds w [rad/s]; numbers or an expression."""

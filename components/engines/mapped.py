@@ -41,9 +41,10 @@ class MappedEngine(Engine):
     torque [N.m]: a fuel flow [kg/s] or [g/s], or a specific consumption [g/kWh] or [kg/J] (with positive torques only). Below its
     lowest torque the fuel flow continues the straight line through the two lowest torques at each speed (a Willans line), whatever the
     axis says; if that torque is above zero, the steps below it are counted. Otherwise the axes of a table determine its
-    extrapolation: an error, or the value at the edge, with a count of the steps. A specific consumption is held constant, so beyond the
-    table the fuel flow grows with the power. ``gasoline`` and ``diesel`` have synthetic tables, see ``synthetic``;
-    ``from_csv`` reads files. Errors: ParameterError for tables with other axes, units or edges.
+    extrapolation: an error, or the torque or specific consumption at the edge, with a count of the steps. Beyond a fuel table the flow
+    therefore grows with the power, also if the table gives a flow. ``gasoline`` and ``diesel`` have synthetic tables, see ``synthetic``;
+    ``from_csv`` reads files. Errors: ParameterError for tables with other axes, units or edges, and for a rev limiter ``w_limit`` above
+    the speeds of the torque table, unless this extrapolates linearly: with the torque of its edge, the power would grow with the speed.
     """
 
     torque_map: Map
@@ -77,11 +78,12 @@ class MappedEngine(Engine):
         fill : bool
             Complete a fuel table whose speeds have torques of their own, see ``read_fuel_map``.
         outside : {"clip", "error"}
-            Beyond the speeds and torques of a table, its edge value is used and the steps are counted, or the simulation ends.
+            Beyond the speeds and torques of a table, the torque or the specific consumption of its edge is used and the steps are counted,
+            or the simulation ends.
         method : {"linear", "smooth"}
             Interpolation.
         **parameters
-            Other parameters of the engine.
+            Other parameters of the engine; ``w_limit`` is by default the highest speed of the torque table.
 
         Raises
         ------
@@ -91,7 +93,7 @@ class MappedEngine(Engine):
         cls._check_names(parameters, "displacement", "fill", "outside", "method")
         torque_map = read_torque_map(torque, outside=outside, method=method)
         fuel_map = read_fuel_map(fuel, displacement=displacement, fill=fill, outside=outside, method=method)
-        return cls(torque_map=torque_map, fuel_map=fuel_map, **parameters)
+        return cls(torque_map=torque_map, fuel_map=fuel_map, **{"w_limit": torque_map.axes[0].high, **parameters})
 
     @classmethod
     def gasoline(cls, **parameters: Any) -> Self:
@@ -108,7 +110,12 @@ class MappedEngine(Engine):
     def _packaged(cls, name: str, parameters: Mapping[str, Any]) -> Self:
         folder = files("powertrain.components").joinpath("engines", "data")
         with as_file(folder / f"{name}_torque.csv") as torque, as_file(folder / f"{name}_fuel.csv") as fuel:
-            return cls.from_csv(torque, fuel, **{"method": "smooth", **parameters})
+            return cls.from_csv(torque, fuel, **{"method": "smooth", "w_limit": cls.w_limit.default, **parameters})
+
+    def check(self) -> Equations:
+        """The engine fires only at speeds of its torque table."""
+        yield from super().check()
+        yield from self._fires_within(self.torque_map.axes[0])
 
     def equations(self) -> Equations:
         """The equations of every engine, with these laws."""
@@ -134,10 +141,10 @@ class MappedEngine(Engine):
             within(torque, axis.low - axis.slack, math.inf, name=name, unit=axis.unit, action="count")
 
     def _motoring(self, w: Symbol) -> Symbol:
-        return -_along_speed(self.torque_map, 0)(self.torque_map.axes[0].clipped(w))
+        return -_along_speed(self.torque_map, 0, w)
 
     def _full_load(self, w: Symbol) -> Symbol:
-        return _along_speed(self.torque_map, -1)(self.torque_map.axes[0].clipped(w))
+        return _along_speed(self.torque_map, -1, w)
 
     def _firing(self, w: Symbol, u: Symbol) -> Symbol:
         return self.torque_map(w, u) + self._motoring(w)
@@ -149,11 +156,12 @@ class MappedEngine(Engine):
     def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
         lowest = float(self.torque_map.values[:, 0].min())
         torque = firing - self._motoring(w)
-        rate = _rates(self.fuel_map, lowest)(w, torque)
-        if self.fuel_map.unit in SPECIFIC:
-            rate *= _beyond(self.fuel_map.axes[0], w) * _beyond(
-                self.fuel_map.axes[1], ca.fmax(torque, self.fuel_map.axes[1].low)
-            )
+        speeds, torques = self.fuel_map.axes
+        rate = (
+            _rates(self.fuel_map, lowest)(w, torque)
+            * _beyond(speeds, w)
+            * _beyond(torques, ca.fmax(torque, torques.low))
+        )
         burning = limited(firing / self.cut_off)
         return burning * ca.fmax(rate, 0) * self.heating_value
 
@@ -166,13 +174,17 @@ def _beyond(axis: Axis, value: Symbol) -> Symbol:
     return above * ca.fmin(value / axis.low, 1) if axis.low > 0 else above
 
 
-@lru_cache(maxsize=64)
-def _along_speed(table: Map, k: int) -> Map:
-    """The torque at one throttle; its argument is already limited to the speeds."""
+def _along_speed(table: Map, k: int, w: Symbol) -> Symbol:
+    """The torque at one throttle; beyond the speeds that at the edge, unless the table extrapolates. Only the table counts steps there."""
     axis = table.axes[0]
-    return Map(
-        (Axis(axis.name, axis.unit, axis.points, "linear"),), table.values[:, k], "N.m", table.name, table.method
-    )
+    return _column(table, k)(w if axis.outside == "linear" else axis.clipped(w))
+
+
+@lru_cache(maxsize=64)
+def _column(table: Map, k: int) -> Map:
+    speeds = table.axes[0]
+    axis = Axis(speeds.name, speeds.unit, speeds.points, "linear")
+    return Map((axis,), table.values[:, k], "N.m", table.name, table.method)
 
 
 @lru_cache(maxsize=64)

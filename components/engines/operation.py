@@ -28,6 +28,8 @@ ROUND = 1e-9
 """Round-off at the largest power."""
 SHARE = parameter("1", "largest torque relative to full load", above=0, max=1)
 """Torque that a line leaves for accelerating."""
+SPEED, POWER = parameter("rad/s", "speed", above=0), parameter("W", "power", min=0)
+"""Limits and powers of a line."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +57,8 @@ def best_fuel_line(
     engine: Engine,
     power: ArrayLike | None = None,
     *,
-    w_min: float | None = None,
-    w_max: float | None = None,
+    w_min: float | str | None = None,
+    w_max: float | str | None = None,
     share: float = 1.0,
     points: int = 30,
 ) -> FuelLine:
@@ -68,8 +70,8 @@ def best_fuel_line(
         The engine.
     power : array_like, optional
         Powers [W]; by default ``points`` values from zero to the largest power.
-    w_min, w_max : float, optional
-        Speed range [rad/s]; by default from idle speed to the start of the rev limiter.
+    w_min, w_max : float or str, optional
+        Speed range [rad/s], also such as "1500 rpm"; by default from idle speed to the start of the rev limiter.
     share : float
         Largest torque relative to full load [1]: less than 1 leaves a torque reserve.
     points : int
@@ -86,16 +88,18 @@ def best_fuel_line(
     """
     engine = replace(engine)
     idle, limit = engine.speed_range
-    low, high = idle if w_min is None else w_min, limit if w_max is None else w_max
+    low = idle if w_min is None else SPEED.check(w_min, "best_fuel_line: w_min")
+    high = limit if w_max is None else SPEED.check(w_max, "best_fuel_line: w_max")
     share = SHARE.check(share, "best_fuel_line: share")
-    if not 0 < low < high:
+    if not low < high:
         raise ParameterError(f"best_fuel_line: speeds {low:g}..{high:g} rad/s contain no operating points")
     grid = np.linspace(low, high, GRID)
     top = float((grid * share * engine.full_load(grid)).max())
     if not top > 0:
         raise ParameterError(f"best_fuel_line: the engine gives no power between {low:g} and {high:g} rad/s")
-    P = np.linspace(0, top, points) if power is None else np.atleast_1d(np.asarray(power, float))
-    outside = P[(P < 0) | (top * (1 + ROUND) < P)]
+    given = np.linspace(0, top, points) if power is None else np.ravel(power)
+    P = np.array([POWER.check(one, "best_fuel_line: power") for one in given])
+    outside = P[top * (1 + ROUND) < P]
     if outside.size:
         raise ParameterError(
             f"best_fuel_line: the engine gives 0 to {top:g} W between {low:g} and {high:g} rad/s, not {outside[0]:g} W"
@@ -104,7 +108,9 @@ def best_fuel_line(
     return FuelLine(P, w, P / w, np.asarray(engine.fuel_flow(w, P / w)))
 
 
-def sparse_fuel_line(engine: Engine, share: float = 1.0, *, w_min: float | None = None, points: int = 24) -> FuelLine:
+def sparse_fuel_line(
+    engine: Engine, share: float = 1.0, *, w_min: float | str | None = None, points: int = 24
+) -> FuelLine:
     """``best_fuel_line`` with its points placed where linear interpolation would cost most fuel; from zero to the largest power.
 
     Starting with both ends, the next point is added where interpolation exceeds the lowest fuel consumption most, or the torque
@@ -116,7 +122,7 @@ def sparse_fuel_line(engine: Engine, share: float = 1.0, *, w_min: float | None 
         The engine.
     share : float
         Largest torque relative to full load [1].
-    w_min : float, optional
+    w_min : float or str, optional
         Lowest speed [rad/s]; by default idle speed.
     points : int
         Number of points.

@@ -39,15 +39,32 @@ def check_torque(table: Map) -> None:
 
 
 def check_fuel(table: Map) -> None:
-    """Fuel over speed and torque, not negative; a specific consumption only at positive power. Errors: ParameterError."""
+    """Fuel over speed and torque, not negative, also at positive torques; a specific consumption only there. Errors: ParameterError."""
     _check(table, "fuel", ("rad/s", "N.m"), {**RATES, **SPECIFIC})
     if table.values.min() < 0:
         raise ParameterError(
             f"the fuel table has {table.values.min():g} {table.unit}; the fuel flow must not be negative"
         )
+    if table.axes[1].high <= 0:
+        raise ParameterError(f"the fuel table ends at {table.axes[1].high:g} N.m; it must contain torques above zero")
     if table.unit in SPECIFIC and table.axes[1].low <= 0:
         raise ParameterError(
             f"the fuel table has a specific consumption at {table.axes[1].low:g} N.m, where there is no power; start above zero"
+        )
+    _check_idle(table)
+
+
+def _check_idle(table: Map) -> None:
+    """The straight line through the two lowest torques, which gives the fuel below them, must not end above zero torque."""
+    w, tau = np.array(table.axes[0].points), np.array(table.axes[1].points[:2])
+    flow = table.values[:, :2] * (w[:, None] * tau if table.unit in SPECIFIC else 1)
+    without_load = flow[:, 0] - (flow[:, 1] - flow[:, 0]) / (tau[1] - tau[0]) * tau[0]
+    if tau[0] > 0 and without_load.min() < -ROUND * flow.max():
+        k = int(without_load.argmin())
+        raise ParameterError(
+            f"the fuel table has {table.values[k, 0]:g} {table.unit} at {tau[0]:g} N.m and {table.values[k, 1]:g} {table.unit} at "
+            f"{tau[1]:g} N.m and {w[k] * 30 / math.pi:.0f} rpm: the straight line through both, which gives the fuel below them, would let "
+            "the engine idle without fuel; add lower torques to the table"
         )
 
 

@@ -59,6 +59,8 @@ WORDS = {
     "motored": "motored motoring drag friction closed min minimum schleppmoment",
 }
 """Words in the names of such columns."""
+OTHERS = {"indicated", "friction", "co"}
+"""Words that make another quantity of a torque, a power or a consumption, such as that of CO2."""
 CALL = "to read_fuel_map or read_torque_map"
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 _MARKS = re.compile(r"[\s.()*·⋅^_−-]")
@@ -95,10 +97,11 @@ def candidates(sheet: TextTable, kind: str) -> list[Column]:
     """The columns whose unit and name are of a kind."""
     units = [unit_of(heading) for heading in sheet.headings]
     known = set(WORDS[kind].split())
+    named = [words(heading.name) for heading in sheet.headings]
     return [
         Column(i, kind, UNITS[kind][unit])
-        for i, (heading, unit) in enumerate(zip(sheet.headings, units, strict=True))
-        if unit in UNITS[kind] and words(heading.name) & known
+        for i, (name, unit) in enumerate(zip(named, units, strict=True))
+        if unit in UNITS[kind] and name & known and not name & (OTHERS - known)
     ]
 
 

@@ -56,7 +56,8 @@ def read_fuel_map(
         Strokes per cycle.
     fill : bool
         Accept speeds with individual torques, such as those up to full load. At each speed the fuel flow is interpolated linearly to
-        the torques of all speeds; beyond its own torques it is extrapolated linearly, not below zero.
+        the torques of all speeds (of those closer than a thousandth of their range, to one); beyond its own torques it is extrapolated
+        linearly, not below zero.
     outside : {"clip", "error"}
         Beyond the speeds and torques of the table, its edge value is used and the steps are counted, or the simulation ends.
     method : {"linear", "smooth"}

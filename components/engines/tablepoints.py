@@ -12,6 +12,8 @@ from powertrain import ParameterError, TextTable, arguments_checked
 from powertrain.components.engines.tablecolumns import RPM, Column
 
 Array = NDArray[np.float64]
+APART = 1e-3
+"""Least distance of coordinates over their range; splines through closer ones oscillate."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,7 @@ class Points:
 
     def filled(self) -> Points:
         """The points at every speed over the x of all speeds: interpolated and extrapolated linearly, not below zero."""
-        speeds, x = np.unique(self.w), np.unique(self.x)
+        speeds, x = np.unique(self.w), _apart(np.unique(self.x))
         rows = [self._along(w)(x) for w in speeds]
         return replace(
             self,
@@ -100,3 +102,13 @@ class Points:
             return np.asarray(np.maximum(inside, min(values.min(), 0)))
 
         return line
+
+
+def _apart(x: Array) -> Array:
+    """Both ends of increasing values, and those between that are further apart than scatter."""
+    least = APART * (x[-1] - x[0])
+    kept = [x[0]]
+    for one in x[1:-1]:
+        if min(one - kept[-1], x[-1] - one) >= least:
+            kept.append(one)
+    return np.array([*kept, x[-1]])

@@ -33,11 +33,12 @@ class WillansEngine(Engine):
     is the load-independent heat loss to the cylinder walls, fully developed above the combustion torque tau_heat; in overrun it is
     zero. The full-load torque is a curve through the data-sheet points: a parabola from tau_low at w_low to the largest torque tau_max at
     w_tau (below w_low it falls at most in proportion to speed), and from there to the largest power P_max at w_P the cubic with the slope
-    of a power maximum, -P_max/w_P^2 (limited to tau_max). Alternatively it is ``curve``, a map from speed [rad/s] to torque [N.m].
+    of a power maximum, -P_max/w_P^2, which continues as a straight line above w_P: there the power is P_max (1 - (w/w_P - 1)^2). It is
+    limited to tau_max and to P_max/w. Alternatively it is ``curve``, a map from speed [rad/s] to torque [N.m].
 
     Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 3.1. The defaults are invented, for a
     1.6 l gasoline engine; ``of_displacement`` makes engines of other sizes. Errors: ParameterError for a curve with other axes or
-    another unit.
+    another unit, and for a rev limiter ``w_limit`` above its speeds, unless it extrapolates linearly.
     """
 
     e: Parameter = parameter("1", "Indicated efficiency", default=0.38, above=0, max=1)
@@ -105,7 +106,10 @@ class WillansEngine(Engine):
 
     def check(self) -> Equations:
         """The points of the full-load curve must be in order; none may exceed the largest power or the largest torque."""
-        if self.curve is None:
+        yield from super().check()
+        if self.curve is not None:
+            yield from self._fires_within(self.curve.axes[0])
+        else:
             yield self.w_low < self.w_tau
             yield self.w_tau < self.w_P
             yield self.tau_low <= self.tau_max
@@ -128,11 +132,13 @@ class WillansEngine(Engine):
         slope, drop = -torque / self.w_P * span, torque - self.tau_max
         slow = ca.fmin(w - self.w_tau, 0) / (self.w_tau - self.w_low)
         fast = ca.fmax(w - self.w_tau, 0) / span
+        part = ca.fmin(fast, 1)
         rise = (self.tau_low - self.tau_max) * slow**2
         # A parabola through two close points falls steeply below them; an engine with full torque from 1,500 rpm could then not move off.
         rise = ca.fmax(rise, ca.fmin(self.tau_low * ca.fmin(w / self.w_low, 1) - self.tau_max, 0))
-        fall = (3 * drop - slope) * fast**2 + (slope - 2 * drop) * fast**3
-        return ca.fmax(self.tau_max + rise + ca.fmin(fall, 0), 0)
+        # Above w_P the cubic may rise again, to many times the largest power.
+        fall = (3 * drop - slope) * part**2 + (slope - 2 * drop) * part**3 + slope * (fast - part)
+        return ca.fmax(ca.fmin(self.tau_max + rise + ca.fmin(fall, 0), self.P_max / ca.fmax(w, self.w_tau)), 0)
 
     def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
         return firing * w / self.e + self.P_heat * limited(firing / self.tau_heat)

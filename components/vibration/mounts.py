@@ -18,7 +18,7 @@ from powertrain.components.rotational.interfaces import Flange, Lossy
 
 
 class MountedHousing(Lossy):
-    """A housing that rolls on its mounts: connect the supports of engine, gearbox and final drive to ``housing``.
+    """A housing that rolls on its mounts: connect the ``housing`` of the engine and the supports of gearbox and final drive to its own.
 
     phi = housing.phi - body.phi,  w = der(phi),  J der(der(housing.phi)) = housing.tau - tau,  tau = -body.tau
     tau = sum over the mounts of y F,  F = k y phi (1 + (y phi/s_0)^2) + d y w

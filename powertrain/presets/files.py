@@ -66,7 +66,7 @@ def applied(model: M, tables: dict[str, Any], folder: Path | None = None) -> tup
 
 def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], folder: Path) -> M:
     values: dict[str, Any] = {}
-    """The parameters of this table, set at once, so that conditions between them hold for all of them together."""
+    """The parameters and data of this table, set at once, so that conditions between them hold for all of them together."""
     for key, value in tables.items():
         if key == CLASS:
             continue
@@ -82,7 +82,7 @@ def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], fo
                 model = pt.replace(model, {path: new})
             model = _applied(model, value, f"{path}.", paths, folder) if isinstance(value, dict) else model
         elif takes_data(found):
-            model = pt.replace(model, {path: _data(value, found, _owner(model, path), folder)})
+            values[path] = _data(value, found, _owner(model, path), folder)
         else:
             values[path] = checked(found, value)
             paths.append(path)

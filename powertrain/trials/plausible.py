@@ -52,10 +52,12 @@ LOST = 0.001
 """Loss of a machine at its largest torque and power, relative to that power; machines and their inverters lose more."""
 CRUISE, TURNS = 100 / 3.6, (900.0, 5500.0)
 """A speed [m/s], and speeds [rpm] that the engine of a car has there in top gear."""
-PEAK = 0.9, 1.1
-"""Power that an engine reaches below its limiter over its largest power."""
+PEAK = 0.9
+"""Least usual speed of an engine's limiter over that of its largest power."""
 MACHINE, SHIFT = 3000.0, 40.0
 """Speed of a machine [rad/s], and of a car that shifts up with the accelerator released [m/s]; usual ones are below."""
+BEST = 0.2, 0.55
+"""Usual efficiency of an engine at its best operating point."""
 BRAKING = 3.0
 """Deceleration with the brakes fully pressed [m/s2]; the regulations demand 5."""
 BLENDED = 0.75, 1.33
@@ -80,6 +82,7 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
         *(text for path, body in bodies for text in _power(vehicle, parts, path, body)),
         *(text for path, body in bodies for text in _brakes(vehicle, path, body)),
         *(text for path in parts.engines for text in _limiter(vehicle, path)),
+        *(text for path in parts.engines for text in _economy(vehicle, path)),
         *_speeds(vehicle, parts),
         *_stored(vehicle, parts),
         *_resistances(vehicle, parts),
@@ -129,6 +132,21 @@ def _power(vehicle: pt.Component, parts: Anatomy, path: str, body: Any) -> Itera
         yield f"{movers}: {most:.4g} W for {path}.m = {m:g} kg is unusual ({POWER[0]:g} to {POWER[1]:g} W/kg); powers are in W"
 
 
+def _economy(vehicle: pt.Component, path: str) -> Iterator[str]:
+    """An engine that takes much more or less fuel than others, such as one with its fuel in another unit."""
+    engine = value_at(vehicle, path)
+    low, high, heating_value = (_number(engine, name) for name in ("w_idle", "w_limit", "heating_value"))
+    if low is None or high is None or heating_value is None:
+        return
+    w, share = np.linspace(low, high, SPEEDS), np.linspace(0.1, 1, SPEEDS)[:, None]
+    specific = float(np.min(engine.bsfc(w, share * engine.full_load(w))))
+    if not BEST[0] <= 1 / (specific * heating_value) <= BEST[1]:
+        yield (
+            f"{path} takes {specific * 3.6e9:.4g} g/kWh at best, an efficiency of {1 / (specific * heating_value):.3g}, which is unusual "
+            f"({BEST[0]:g} to {BEST[1]:g}); check the unit of the fuel and {path}.heating_value = {heating_value:g} J/kg"
+        )
+
+
 def _most(vehicle: pt.Component, path: str) -> tuple[float, float]:
     """The largest torque [N.m] and power [W] of an engine up to its limiter."""
     engine = value_at(vehicle, path)
@@ -141,16 +159,13 @@ def _most(vehicle: pt.Component, path: str) -> tuple[float, float]:
 
 
 def _limiter(vehicle: pt.Component, path: str) -> Iterator[str]:
-    """An engine whose limiter and speed of the largest power do not fit together."""
+    """An engine whose limiter keeps it from the speed of its largest power."""
     engine = value_at(vehicle, path)
     P_max, w_P, w_limit = (_number(engine, name) for name in ("P_max", "w_P", "w_limit"))
-    if not (P_max and w_P and w_limit) or engine.curve is not None:
-        return
-    most = _most(vehicle, path)[1]
-    if not PEAK[0] <= most / P_max <= PEAK[1]:
+    if P_max and w_P and w_limit and engine.curve is None and w_limit < PEAK * w_P:
         yield (
-            f"{path} gives up to {most:.4g} W below its limiter, {path}.w_limit = {w_limit:g} rad/s, and not {path}.P_max = {P_max:g} W, "
-            f'which is that at {path}.w_P = {w_P:g} rad/s; speeds with another unit are written as "5500 rpm"'
+            f"{path} does not reach {path}.P_max = {P_max:g} W at {path}.w_P = {w_P:g} rad/s: its limiter is at {path}.w_limit = "
+            f'{w_limit:g} rad/s; speeds with another unit are written as "5500 rpm"'
         )
 
 

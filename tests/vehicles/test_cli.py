@@ -465,8 +465,8 @@ def test_maps_and_cycles_are_set_by_their_names(tmp_path: Path) -> None:
     """As in a parameter file; they could be set there and in Python only."""
     file = tmp_path / "full.csv"
     file.write_text("w [rad/s], tau [N.m]\n80,110\n400,160\n650,120\n", encoding="utf-8")
-    car = assigned(SplitPathCar(), [("engine.curve", str(file)), ("cycle.cycle", "udds"), ("engine.J", "0.2")])
-    engine = WillansEngine(curve=pt.Map.from_csv(file), J=0.2)
+    car = assigned(SplitPathCar(), [("engine.curve", str(file)), ("engine.w_limit", "650"), ("cycle.cycle", "udds")])
+    engine = WillansEngine(curve=pt.Map.from_csv(file), w_limit=650)
     assert car == pt.replace(SplitPathCar(), {"engine": engine, "cycle.cycle": DriveCycle.named("udds")})
     assert assigned(car, [("engine.curve", "none")]) == pt.replace(car, {"engine.curve": None})
 

@@ -36,6 +36,15 @@ def losses(tau: float, w: float, kW: float = 1.0) -> pt.Map:
     return pt.Map(axes, np.array([[100.0, 100.0], [900.0, 900.0]]) / kW, "W", "loss")
 
 
+def burning(share: float) -> MappedEngine:
+    """An engine that takes so many times the fuel of the packaged one; its tables end at 1,000 rpm and 100 N.m."""
+    engine = MappedEngine.gasoline()
+    speeds, torques = np.linspace(105, 700, 8), np.linspace(5, 100, 8)
+    axes = pt.Axis("speed", "rad/s", speeds, "error"), pt.Axis("torque", "N.m", torques, "error")
+    values = share * 1e3 * engine.fuel_flow(speeds[:, None], torques)
+    return pt.replace(engine, fuel_map=pt.Map(axes, values, "g/s", "fuel"))
+
+
 @pytest.mark.parametrize("name", pt.vehicles.names())
 def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
     assert notes(pt.vehicles.load(name)) == ()
@@ -104,7 +113,9 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
         (
             ManualCar(),
             {"engine.w_P": 5500},  # rpm without its unit
-            ["engine gives up to 1.013e+05 W below its limiter, engine.w_limit = 680 rad/s, and not engine.P_max"],
+            [
+                "engine does not reach engine.P_max = 82000 W at engine.w_P = 5500 rad/s: its limiter is at engine.w_limit = 680 rad/s"
+            ],
         ),
         (
             ManualCar(),
@@ -140,9 +151,17 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
         ),
         (
             ManualCar(),
-            {"engine.w_idle": 85 * 9.55},  # rpm without its unit
+            {"engine": burning(3.6)},  # kg/h under the heading g/s
             [
-                "engine.w_idle = 811.75 rad/s is unusual (30 to 200 rad/s)",
+                "engine takes 930.7 g/kWh at best, an efficiency of 0.09, which is unusual (0.2 to 0.55); check the unit of the fuel"
+            ],
+        ),
+        (ManualCar(), {"engine": burning(1.0)}, []),
+        (
+            ManualCar(),
+            {"engine.w_idle": 250},  # a speed under load
+            [
+                "engine.w_idle = 250 rad/s is unusual (30 to 200 rad/s)",
                 "schedule.w_open = 95 rad/s is below the idle",
             ],
         ),

@@ -79,7 +79,7 @@ def test_a_file_of_ones_own(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(
         'class = "ManualCar"\nbody.m = "1.2 t"\n'
-        '[engine]\ncurve = { csv = "full.csv", outside = "clip" }\nP_max = "100 hp"\n'
+        '[engine]\ncurve = { csv = "full.csv", outside = "clip" }\nP_max = "100 hp"\nw_limit = 650\n'
         '[cycle]\ncycle = "lap.csv"\n'
         "[[gearbox.gears]]\nratio = 3.5\n[[gearbox.gears]]\nratio = 1.5\n"
         "[[gearbox.synchronisers]]\nfn_max = 900\n[[gearbox.synchronisers]]\nfn_max = 800\n",
@@ -304,6 +304,9 @@ def test_tables_of_engines_by_their_files(tmp_path: Path) -> None:
         "speed [rpm],torque [lbf.ft],fuel [g/s]\n1000,0,0.15\n1000,120,1.2\n6000,0,1.5\n6000,120,8\n", encoding="utf-8"
     )
     engine = {"class": "MappedEngine", "torque_map": {"csv": "t.csv", "outside": "clip"}, "fuel_map": "f.csv"}
+    with pytest.raises(pt.ParameterError, match=r"highest speed of the full load(.|\n)*w_limit = 680 rad/s"):
+        applied(ManualCar(), {"engine": engine}, tmp_path)
+    engine["w_limit"] = "6000 rpm"
     made: Any = applied(ManualCar(), {"engine": engine}, tmp_path)[0].engine
     assert made.full_load(6000 * np.pi / 30) == pytest.approx(103 * 1.3558179483314004)
     assert [axis.outside for axis in (*made.torque_map.axes, *made.fuel_map.axes)] == ["clip"] * 2 + ["error"] * 2

@@ -87,11 +87,19 @@ def test_throttle_for_a_torque(engine: Engine) -> None:
     np.testing.assert_allclose(table(w, 1e3), 1, atol=1e-9)
 
 
+def test_limits_of_a_line_with_units() -> None:
+    given = best_fuel_line(ENGINES[0], "20 kW", w_min="1500 rpm", w_max="3000 rpm")
+    expected = best_fuel_line(ENGINES[0], [20e3], w_min=50 * np.pi, w_max=100 * np.pi)
+    np.testing.assert_allclose(given.speed, expected.speed, rtol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
         ({"power": [1e3, 2e5]}, r"gives 0 to \d+ W between 85 and 670 rad/s, not 200000 W"),
-        ({"power": -5.0}, "not -5 W"),
+        ({"power": -5.0}, r"power = -5 W is outside its range"),
+        ({"power": [1e3, np.nan]}, r"power = nan W is outside its range"),
+        ({"w_min": np.nan}, r"w_min = nan rad/s is outside its range"),
         ({"share": 1.2}, r"share = 1.2 is outside its range \(0, 1\]"),
         ({"w_min": 300, "w_max": 200}, r"speeds 300..200 rad/s"),
     ],

@@ -14,7 +14,7 @@ from engine_rigs import Driven, Dyno, Loaded
 from numpy.typing import NDArray
 
 import powertrain as pt
-from powertrain.components.engines import MappedEngine
+from powertrain.components.engines import MappedEngine, best_fuel_line, pull_speeds, read_fuel_map
 from powertrain.components.engines.synthetic import DIESEL, GASOLINE, SyntheticEngine, write_tables
 from powertrain.components.rotational import ConstantSpeed
 
@@ -109,18 +109,36 @@ def test_cut_off(tmp_path: Path) -> None:
 
 
 def test_fuel_is_never_negative(tmp_path: Path) -> None:
-    """A line through 5 and 45 g/s at 10 and 50 N.m says -5 g/s at 0 N.m: there it is none."""
+    """A line through 12 and 52 g/s at 10 and 50 N.m says -8 g/s at -10 N.m: there it is none."""
     torque, _ = written(tmp_path)
     w, tau = (x.ravel() for x in np.meshgrid(W, TAU, indexing="ij"))
-    fuel = table(tmp_path / "steep.csv", "speed [rad/s],torque [N.m],fuel [g/s]", w, tau, tau - 5)
+    fuel = table(tmp_path / "steep.csv", "speed [rad/s],torque [N.m],fuel [g/s]", w, tau, tau + 2)
     engine = MappedEngine.from_csv(torque, fuel)
-    assert engine.fuel_flow(200.0, [0, 4, 5, 30]) == pytest.approx([0, 0, 0, 0.025], abs=1e-12)
+    assert engine.fuel_flow(200.0, [-10, -2, 0, 30]) == pytest.approx([0, 0, 0.002, 0.032], abs=1e-12)
 
 
+@pytest.mark.parametrize("unit", ["g/s", "g/kWh"])
+def test_a_table_that_lets_the_engine_idle_without_fuel_is_refused(tmp_path: Path, unit: str) -> None:
+    """A line through 5 and 45 g/s at 10 and 50 N.m and 1,910 rpm says -5 g/s at 0 N.m; the engine gave up to 5 N.m for nothing."""
+    torque, _ = written(tmp_path)
+    w, tau = (x.ravel() for x in np.meshgrid([100.0, 200.0], TAU, indexing="ij"))
+    flow = np.where(w > 150, tau - 5, tau + 1)
+    values = flow * 3.6e6 / (w * tau) if unit == "g/kWh" else flow
+    fuel = table(tmp_path / "steep.csv", f"speed [rad/s],torque [N.m],fuel [{unit}]", w, tau, values)
+    with pytest.raises(
+        pt.ParameterError, match=r"steep.csv: the fuel table has .* at 50 N.m and 1910 rpm: .* idle without fuel"
+    ):
+        MappedEngine.from_csv(torque, fuel)
+
+
+@pytest.mark.parametrize("unit", ["g/kWh", "g/s"])
 @pytest.mark.parametrize("speed", ["rpm", "rad/s"])
-def test_a_specific_consumption_is_held_beyond_its_table(tmp_path: Path, speed: str) -> None:
-    """300 rad/s and 110 N.m are the last points of the table; 1.5 times the speed, 1.2 times the torque, the same g/kWh."""
-    torque, fuel = written(tmp_path, speed=speed, fuel="g/kWh")
+def test_a_specific_consumption_is_held_beyond_its_table(tmp_path: Path, speed: str, unit: str) -> None:
+    """300 rad/s and 110 N.m are the last points of the table; 1.5 times the speed, 1.2 times the torque, the same g/kWh.
+
+    With the flow of the edge, three times the torque would come from the same fuel.
+    """
+    torque, fuel = written(tmp_path, speed=speed, fuel=unit)
     engine = MappedEngine.from_csv(torque, fuel)
     for tau in (10.0, 50.0, 110.0):
         assert engine.bsfc(450.0, tau) == pytest.approx(engine.bsfc(300.0, tau), rel=1e-9)
@@ -129,11 +147,14 @@ def test_a_specific_consumption_is_held_beyond_its_table(tmp_path: Path, speed: 
     assert engine.bsfc(450.0, 5.0) == pytest.approx(engine.bsfc(300.0, 5.0), rel=1e-9)  # on the Willans line
 
 
-def test_a_specific_consumption_is_held_below_its_speeds() -> None:
+@pytest.mark.parametrize("unit", ["g/kWh", "g/s"])
+def test_a_specific_consumption_is_held_below_its_speeds(unit: str) -> None:
     engine = MappedEngine.gasoline()
     speeds, torques = [100.0, 300.0], [10.0, 100.0]
     axes = pt.Axis("speed", "rad/s", speeds, "clip"), pt.Axis("torque", "N.m", torques, "clip")
-    engine = pt.replace(engine, fuel_map=pt.Map(axes, [[400, 300], [350, 250]], "g/kWh", "fuel"))
+    power = np.multiply.outer(speeds, torques)
+    values = np.array([[400, 300], [350, 250]]) * (power / 3.6e6 if unit == "g/s" else 1)
+    engine = pt.replace(engine, fuel_map=pt.Map(axes, values, unit, "fuel"))
     assert engine.bsfc(80.0, 100.0) * 3.6e9 == pytest.approx(300)
     assert engine.bsfc(450.0, 100.0) * 3.6e9 == pytest.approx(250)
 
@@ -143,6 +164,20 @@ def test_edges_hold_beyond_the_speeds() -> None:
         top = max(formula.speeds)
         assert engine.motoring(top + 100) == engine.motoring(top)
         assert engine.full_load(top + 100) == engine.full_load(top)
+
+
+@pytest.mark.parametrize("u", [0.0, 0.5, 1.0])
+def test_a_torque_table_that_extrapolates_does_so_motored_and_at_full_load(u: float) -> None:
+    """-20 to -30 N.m motored and 100 to 130 N.m at full load over 300 rad/s; at 600 rad/s -40 and 160 N.m, and the limiter is there."""
+    axes = pt.Axis("speed", "rad/s", [0.0, 300.0], "linear"), pt.Axis("throttle", "1", [0.0, 1.0], "clip")
+    torque_map = pt.Map(axes, [[-20, 100], [-30, 130]], "N.m", "torque")
+    engine = MappedEngine(torque_map=torque_map, fuel_map=ENGINES["gasoline"][0].fuel_map, k_idle=0.0)
+    assert engine.motoring(600.0) == pytest.approx(40)
+    assert engine.full_load(600.0) == pytest.approx(160)
+    assert engine.torque(600.0, u) == pytest.approx(-40 + 200 * u)
+    held = pt.simulate(Dyno(engine=engine, drive=ConstantSpeed(w_fixed=600)), 1, inputs={"throttle": u})
+    assert held["engine.firing"][-1] == pytest.approx(200 * u, abs=1e-9)
+    assert held["engine.drag"][-1] == pytest.approx(40)
 
 
 def test_idle_start_and_stop() -> None:
@@ -158,15 +193,30 @@ def test_idle_start_and_stop() -> None:
 
 
 def test_outside_of_the_table_is_counted_or_refused(tmp_path: Path) -> None:
-    """The tables end at 300 rad/s, the limiter works at 680."""
+    """The tables end at 300 rad/s, and 100 N.m drive the engine beyond them."""
     torque, fuel = written(tmp_path)
-    clipped = pt.simulate(Loaded(engine=MappedEngine.from_csv(torque, fuel)), 10, inputs={"throttle": 1.0})
+    clipped = pt.simulate(Loaded(engine=MappedEngine.from_csv(torque, fuel)), 10, inputs={"load": -100.0})
     assert clipped.statistics["outside torque: speed"] > 0
     assert clipped["engine.w"][-1] > 600
     refusing = MappedEngine.from_csv(torque, fuel, outside="error")
     with pytest.raises(pt.SimulationError, match=r"torque: speed.* 300 rad/s") as caught:
-        pt.simulate(Loaded(engine=refusing), 10, inputs={"throttle": 1.0})
+        pt.simulate(Loaded(engine=refusing), 10, inputs={"load": -100.0})
     assert caught.value.result["engine.w"][-1] == pytest.approx(300, rel=1e-6)
+
+
+def test_the_limiter_keeps_the_engine_in_its_torque_table(tmp_path: Path) -> None:
+    """100 N.m at 300 rad/s end the table; with the edge at a limiter of 680 rad/s the engine would give 67 kW instead of 30 kW."""
+    engine = MappedEngine.from_csv(*written(tmp_path))
+    run = pt.simulate(Loaded(engine=engine), 10, inputs={"throttle": 1.0})
+    assert run["engine.w"].max() < 300
+    assert best_fuel_line(engine).power[-1] == pytest.approx(100 * 290)  # where the limiter begins
+    assert pull_speeds(engine, (3, 2)) == pytest.approx([0.98 * 290])
+    cases: list[tuple[dict[str, Any], str]] = [({"w_limit": 310}, "310"), ({}, "680")]
+    for given, said in cases:
+        with pytest.raises(pt.ParameterError, match=rf"highest speed of the full load(.|\n)*w_limit = {said} rad/s"):
+            MappedEngine(torque_map=engine.torque_map, fuel_map=engine.fuel_map, **given)
+    with pytest.raises(pt.ParameterError, match=r"w_limit = 310 rad/s"):
+        pt.simulate(Loaded(engine=engine), 1, parameters={"engine.w_limit": 310})
 
 
 @pytest.mark.parametrize(("fuel", "outside"), [("g/kWh", "clip"), ("g/s", "error")])
@@ -286,6 +336,23 @@ def test_from_csv_fills_a_table_up_to_full_load(tmp_path: Path) -> None:
     engine = MappedEngine.from_csv(torque, path, fill=True)
     assert float(engine.fuel_map(100, 110)) == pytest.approx(3)
     assert float(engine.fuel_map(300, 60)) == pytest.approx(6)
+
+
+@pytest.mark.parametrize("method", ["linear", "smooth"])
+def test_measured_torques_that_are_almost_equal(tmp_path: Path, method: Any) -> None:
+    """(tau + 20) w/(0.4 43e6) at 10 and 10.000001 N.m and so on; steps of that size down to -20 N.m took minutes."""
+    torque, _ = written(tmp_path)
+    w, tau = np.repeat([100.0, 150.0, 200.0, 300.0], 4), np.tile([10.0, 50, 80, 110], 4)
+    tau = tau + np.repeat([0, 1e-6, 2e-6, 3e-6], 4)
+    path = tmp_path / "scattered.csv"
+    rows = "\n".join(
+        f"{a!r},{b!r},{1e3 * (b + 20) * a / 0.4 / 43e6!r}" for a, b in zip(w.tolist(), tau.tolist(), strict=True)
+    )
+    path.write_text(f"speed [rad/s],torque [N.m],fuel [g/s]\n{rows}\n", encoding="utf-8")
+    linear = MappedEngine.from_csv(torque, path, fill=True)
+    engine = pt.replace(linear, fuel_map=read_fuel_map(path, fill=True, method=method))
+    torques = np.linspace(-18, 110, 20)
+    assert engine.fuel_flow(200.0, torques) == pytest.approx((torques + 20) * 200 / 0.4 / 43e6, rel=1e-5)
 
 
 def test_tables_given_as_maps_are_checked_too() -> None:

@@ -114,7 +114,8 @@ TEXTS: dict[str, tuple[str, dict[str, object]]] = {
 
 def engine(fuel_map: pt.Map) -> MappedEngine:
     axes = pt.Axis("speed", "rad/s", [0.0, 500.0], "clip"), pt.Axis("throttle", "1", [0.0, 1.0], "clip")
-    return MappedEngine(torque_map=pt.Map(axes, [[-10, 140], [-20, 130]], "N.m", "torque"), fuel_map=fuel_map)
+    torque_map = pt.Map(axes, [[-10, 140], [-20, 130]], "N.m", "torque")
+    return MappedEngine(torque_map=torque_map, fuel_map=fuel_map, w_limit=500)
 
 
 def read(tmp_path: Path, text: str, **options: object) -> pt.Map:
@@ -181,6 +182,19 @@ def test_no_consumption_per_work_without_work(tmp_path: Path) -> None:
             read(tmp_path, head + zeros.format(999, 999, 999, 999) + rows(n, tau, specific), fill=fill)
 
 
+def test_indicated_quantities_are_left_out(tmp_path: Path) -> None:
+    head = (
+        "speed [rpm],indicated torque [Nm],torque [Nm],friction torque [Nm],ISFC indicated fuel [g/kWh],BSFC [g/kWh]\n"
+    )
+    table = read(
+        tmp_path, head + "1000,30,20,10,200,300\n1000,50,40,10,200,250\n2000,35,20,15,171,300\n2000,55,40,15,182,250\n"
+    )
+    assert table.axes[1].points == (20.0, 40.0)
+    assert table.values.tolist() == [[300, 250], [300, 250]]
+    indicated = read_fuel_map(tmp_path / "fuel.csv", load="indicated torque", fill=True)  # whoever asks for it gets it
+    assert indicated.axes[1].points == (30.0, 35.0, 50.0, 55.0)
+
+
 LONG = "speed [rpm],torque [N.m],fuel [g/s]\n"
 
 
@@ -190,6 +204,9 @@ LONG = "speed [rpm],torque [N.m],fuel [g/s]\n"
         ("speed,torque,fuel\n0,0,0\n", {}, r"fuel.csv: no column .* the speed \(rpm, .*'speed', 'torque', 'fuel'; .*speed='name \[unit\]'"),
         ("speed [rpm],torque [N.m],NOx [g/h]\n0,0,0\n", {}, r"no column .* the fuel .*'NOx \[g/h\]'; .*pass fuel="),
         ("speed [rpm],turbo speed [rpm],torque [N.m],fuel [g/s]\n0,0,0,0\n", {}, r"'speed \[rpm\]' and 'turbo speed \[rpm\]' may both"),
+        ("speed [rpm],indicated torque [Nm],fuel [g/s]\n0,0,0\n", {}, r"no column .* the load .*'indicated torque \[Nm\]'"),
+        ("speed [rpm],friction torque [Nm],fuel [g/s]\n0,0,0\n", {}, r"no column .* the load .*'friction torque \[Nm\]'"),
+        ("speed [rpm],torque [Nm],CO2 specific consumption [g/kWh]\n0,0,0\n", {}, r"no column .* the fuel .*'CO2 specific"),
         (LONG, {}, "rows of numbers are needed"),
         (LONG + "0,0,0\n", {"load": "BMEP"}, "load = 'BMEP': there is no such column; the columns are 'speed"),
         (LONG + "0,0,0\n", {"load": "torque [bar]"}, r"load = 'torque \[bar\]': the file gives 'torque \[N.m\]'"),
@@ -210,6 +227,7 @@ LONG = "speed [rpm],torque [N.m],fuel [g/s]\n"
         (LONG.replace(",", ";") + "0;0;1,5\n0;5;1.5\n", {}, "'1,5' in line 2 has a comma, '1.5' in line 3 a point"),
         (LONG + "0,0,1,5\n", {}, "fuel.csv:2: 4 cells, but there are 3 headings; columns are separated by ','"),
         (",10,20\n0,1,1\n", {"speed": "[rpm]"}, r"a wide table .* pass load='load \[unit\]', fuel='fuel \[unit\]'"),
+        (LONG + "0,-5,1\n0,0,1\n9,-5,1\n9,0,1\n", {}, "fuel.csv: the fuel table ends at 0 N.m; it must contain torques above zero"),
         (LONG + "0,0,-1\n0,5,1\n9,0,1\n9,5,1\n", {}, "fuel.csv: the fuel table has -1 g/s"),
     ],
 )  # fmt: skip

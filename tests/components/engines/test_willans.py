@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 import powertrain as pt
 from powertrain.components.blocks import TimeTable
-from powertrain.components.engines import WillansEngine
+from powertrain.components.engines import MappedEngine, WillansEngine, best_fuel_line
 from powertrain.components.rotational import ConstantSpeed
 
 ENGINE = WillansEngine()
@@ -50,6 +50,32 @@ def test_plateau_stays_at_the_largest_torque() -> None:
     w = np.linspace(200, 500, 3001)
     assert engine.full_load(w).max() <= 150 * (1 + 1e-12)
     assert engine.full_load(500.0) == pytest.approx(0.98 * 150)
+
+
+@pytest.mark.parametrize(
+    ("tau_max", "w_tau", "P_max", "w_P"),
+    [
+        (2300.0, 147.0, 350e3, 168.0),
+        (320.0, 300.0, 100e3, 400.0),
+        (600.0, 150.0, 100e3, 480.0),
+        (150.0, 420.0, 82e3, 600.0),
+    ],
+)
+def test_no_speed_gives_more_than_the_largest_power(tau_max: float, w_tau: float, P_max: float, w_P: float) -> None:
+    """A truck's and diesel engines, whose cubic has a minimum of power at w_P and rises to 2.2 P_max below the limiter, and the default.
+
+    Above w_P the power falls as a parabola to zero at twice w_P.
+    """
+    engine = WillansEngine(tau_max=tau_max, w_tau=w_tau, P_max=P_max, w_P=w_P, tau_low=0.5 * tau_max, w_low=0.5 * w_tau)
+    w = np.linspace(1, 2.5 * w_P, 5001)
+    torque = engine.full_load(w)
+    assert (w * torque).max() <= P_max * (1 + 1e-12)
+    assert torque.max() == pytest.approx(tau_max, rel=1e-4)
+    assert (np.diff(torque[w > w_tau]) <= 1e-9 * tau_max).all()
+    assert w_P * engine.full_load(w_P) == pytest.approx(P_max)
+    above = w[w > w_P]
+    expected = np.maximum(P_max * (1 - (above / w_P - 1) ** 2), 0)
+    assert above * engine.full_load(above) == pytest.approx(expected, rel=1e-9, abs=1e-6)
 
 
 def test_mean_effective_pressures_lie_on_a_willans_line() -> None:
@@ -114,6 +140,28 @@ def test_idle_speed_is_held(load: float) -> None:
     assert result["engine.w"][-1] == pytest.approx(85, abs=1e-5)
     assert result["engine.x"][-1] == pytest.approx((load + motoring(85)) / (full + motoring(85)), abs=1e-6)
     assert result["engine.fuel_rate"][-1] == pytest.approx((load + motoring(85)) * 85 / E / LHV, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"w_idle": 800}, r"w_idle < .*\n.* w_idle = 800 rad/s, w_limit = 680 rad/s"),
+        ({"w_fire": 100}, r"w_fire <= .*\n.* w_idle = 85 rad/s, w_fire = 100 rad/s"),
+    ],
+)
+def test_an_engine_idles_below_its_limiter_and_without_its_starter(given: dict[str, Any], said: str) -> None:
+    """800 rpm without the unit idled at the limiter; a starter that helps up to 100 rad/s saved half of the idle fuel."""
+    with pytest.raises(pt.ParameterError, match=said):
+        WillansEngine(**given)
+    with pytest.raises(pt.ParameterError, match=said):
+        pt.replace(MappedEngine.gasoline(), **given)
+
+
+def test_torque_outside_of_the_throttle_range_is_that_at_its_ends() -> None:
+    for engine in (ENGINE, MappedEngine.gasoline()):
+        low, high = engine.torque(300.0, [0.0, 1.0])
+        assert engine.torque(300.0, [-1.0, 2.0]) == pytest.approx([low, high])
+        assert (low, high) == pytest.approx((-engine.motoring(300.0), engine.full_load(300.0)))
 
 
 def test_idle_controller_does_not_wind_up() -> None:
@@ -207,6 +255,20 @@ def test_curve_takes_the_place_of_the_data_sheet() -> None:
     brake = pt.Map.curve([0, 700], [-100, -160], x="w", x_unit="rad/s", unit="N.m")
     with pytest.raises(pt.ParameterError, match=r"curve falls to -160 N.m; .* must not be negative"):
         pt.compile(pt.replace(ENGINE, curve=brake))
+
+
+def test_the_limiter_is_within_the_speeds_of_a_curve() -> None:
+    """A diesel's curve up to 480 rad/s, with the limiter of the default engine: with its edge held, 87 kW would become 119 kW."""
+    speeds, torques = [80.0, 200.0, 480.0], [150.0, 320.0, 177.0]
+    ends, goes_on = (
+        pt.Map.curve(speeds, torques, x="w", x_unit="rad/s", unit="N.m", name="full load", outside=outside)
+        for outside in ("clip", "linear")
+    )
+    with pytest.raises(pt.ParameterError, match=r"highest speed of the full load(.|\n)*w_limit = 680 rad/s"):
+        WillansEngine(curve=ends)
+    engine = WillansEngine(curve=ends, w_limit=480)
+    assert best_fuel_line(engine).power[-1] < 88e3
+    assert WillansEngine(curve=goes_on).full_load(600.0) == pytest.approx(177 - 120 * 143 / 280)
 
 
 def test_curve_that_begins_above_idle_speed() -> None:

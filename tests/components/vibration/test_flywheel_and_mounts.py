@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import powertrain as pt
+from powertrain.components.engines import Engine, MappedEngine, WillansEngine
 from powertrain.components.rotational import (
     ConstantSpeed,
     ConstantTorque,
@@ -149,6 +150,55 @@ def test_mounts_carry_the_torque_of_the_half_shafts() -> None:
     shafts = run["engine.flange.tau"] + run["gear.flange_a.tau"] + run["gear.flange_b.tau"]
     np.testing.assert_allclose(reactions, -shafts, atol=1e-9)
     np.testing.assert_allclose(run["mounts.housing.tau"], -reactions, atol=1e-9)
+    assert pt.energy_audit(run).closure < 1e-7
+
+
+class Powertrain(pt.Component):
+    """An engine and its gear of ratio 10 in a housing on mounts; the output shaft turns at a given speed."""
+
+    mounts: MountedHousing = MountedHousing()
+    engine: Engine
+    gear: IdealGear = IdealGear(ratio=10)
+    road: ConstantSpeed = ConstantSpeed(w_fixed=25)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.engine.crank, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.road.flange)
+        yield pt.connect(self.mounts.housing, self.engine.housing, self.gear.support)
+        yield self.engine.throttle.value == 0.5
+
+
+@pytest.mark.parametrize("engine", [WillansEngine(), MappedEngine.diesel()], ids=["willans", "mapped"])
+def test_mounts_carry_the_reaction_of_an_engine(engine: Engine) -> None:
+    run = pt.simulate(Powertrain(engine=engine), 20.0, rtol=1e-8)
+    assert run["engine.w"][-1] == pytest.approx(250, rel=1e-6)
+    torque = 10 * float(engine.torque(250.0, 0.5))
+    assert run["road.flange.tau"][-1] == pytest.approx(torque, rel=1e-5)
+    assert run["mounts.tau"][-1] == pytest.approx(-torque, rel=1e-5), "the housing rolls against the output shaft"
+    assert pt.energy_audit(run).closure < 1e-7
+
+
+class Afloat(pt.Component):
+    """An engine whose housing is free to turn."""
+
+    engine: WillansEngine = WillansEngine()
+    block: Inertia = Inertia(J=3)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.engine.housing, self.block.flange_a)
+        yield self.engine.throttle.value == 0.2
+
+
+def test_a_free_engine_keeps_its_angular_momentum() -> None:
+    """0.15 w_crank + 3 w_block stays that of idling at 85 rad/s; the engine knows the speed between them."""
+    run = pt.simulate(Afloat(), 1.0, starts={"engine.w": 85.0, "block.w": 0.0}, rtol=1e-9)
+    block = run["block.w"]
+    crank = run["engine.w"] + block
+    assert block[-1] < -2
+    np.testing.assert_allclose(0.15 * crank + 3 * block, 0.15 * 85, rtol=1e-7)
+    supplied = np.trapezoid(run["engine.tau"] * run["engine.w"], run.time)
+    gained = (0.15 * crank**2 + 3 * block**2) / 2
+    assert gained[-1] - gained[0] == pytest.approx(supplied, rel=1e-3)
     assert pt.energy_audit(run).closure < 1e-7
 
 
