@@ -33,7 +33,8 @@ class WillansEngine(Engine):
     is the load-independent heat loss to the cylinder walls, fully developed above the combustion torque tau_heat; in overrun it is
     zero. The full-load torque is a curve through the data-sheet points: a parabola from tau_low at w_low to the largest torque tau_max at
     w_tau (below w_low it falls at most in proportion to speed), and from there to the largest power P_max at w_P the cubic with the slope
-    of a power maximum, -P_max/w_P^2 (limited to tau_max). Alternatively it is ``curve``, a map from speed [rad/s] to torque [N.m].
+    of a power maximum, -P_max/w_P^2 (limited to tau_max). Beyond w_P the cubic goes on, limited to P_max/w. Alternatively it is ``curve``,
+    a map from speed [rad/s] to torque [N.m].
 
     Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 3.1. The defaults are invented, for a
     1.6 l gasoline engine; ``of_displacement`` makes engines of other sizes. Errors: ParameterError for a curve with other axes or
@@ -127,12 +128,14 @@ class WillansEngine(Engine):
         span, torque = self.w_P - self.w_tau, self.P_max / self.w_P
         slope, drop = -torque / self.w_P * span, torque - self.tau_max
         slow = ca.fmin(w - self.w_tau, 0) / (self.w_tau - self.w_low)
-        fast = ca.fmax(w - self.w_tau, 0) / span
+        fast, beyond = (ca.fmax(each - self.w_tau, 0) / span for each in (ca.fmin(w, self.w_P), ca.fmax(w, self.w_P)))
         rise = (self.tau_low - self.tau_max) * slow**2
         # A parabola through two close points falls steeply below them; an engine with full torque from 1,500 rpm could then not move off.
         rise = ca.fmax(rise, ca.fmin(self.tau_low * ca.fmin(w / self.w_low, 1) - self.tau_max, 0))
-        fall = (3 * drop - slope) * fast**2 + (slope - 2 * drop) * fast**3
-        return ca.fmax(self.tau_max + rise + ca.fmin(fall, 0), 0)
+        fall, fallen = ((3 * drop - slope) * x**2 + (slope - 2 * drop) * x**3 for x in (fast, beyond))
+        # A cubic that falls little before w_P rises again soon after it.
+        extension = ca.fmin(fallen - drop, self.P_max / ca.fmax(w, self.w_P) - torque)
+        return ca.fmax(self.tau_max + rise + ca.fmin(fall, 0) + extension, 0)
 
     def _fuel_power(self, w: Symbol, firing: Symbol) -> Symbol:
         return firing * w / self.e + self.P_heat * limited(firing / self.tau_heat)

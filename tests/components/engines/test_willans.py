@@ -52,6 +52,15 @@ def test_plateau_stays_at_the_largest_torque() -> None:
     assert engine.full_load(500.0) == pytest.approx(0.98 * 150)
 
 
+def test_power_beyond_that_of_the_largest_power_is_no_larger() -> None:
+    """A truck's engine: the cubic from 2,300 N.m at 115 rad/s through 330 kW at 180 rad/s rises again from 233 rad/s."""
+    engine = WillansEngine(tau_max=2300, w_tau=115, tau_low=1500, w_low=75, P_max=330e3, w_P=180)
+    w = np.linspace(115, 680, 5001)
+    power = w * engine.full_load(w)
+    assert power.max() == pytest.approx(330e3, rel=1e-6)
+    assert (np.diff(engine.full_load(w)) <= 1e-9).all()
+
+
 def test_mean_effective_pressures_lie_on_a_willans_line() -> None:
     """p_me = e p_mf - p_me0 with p = 4 pi tau/V, p_mf = fuel energy per cycle over V."""
     V, w, tau = 1.6e-3, np.array([100.0, 250.0, 500.0])[:, None], np.linspace(0, 100, 5)
