@@ -20,6 +20,7 @@ from powertrain.trials.operating import on_rolling_road
 from powertrain.trials.performance import full_accelerator, gradeability, performance, time_between
 from powertrain.trials.plausible import notes
 from powertrain.trials.shifts import shift_quality, shifts
+from powertrain.trials.tractive_effort import tractive_effort
 from powertrain.trials.utility import (
     FLEET_FACTOR,
     INDIVIDUAL_FACTOR,
@@ -56,5 +57,6 @@ __all__ = [
     "shift_quality",
     "shifts",
     "time_between",
+    "tractive_effort",
     "utility_weighted",
 ]
