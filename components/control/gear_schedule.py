@@ -153,7 +153,8 @@ class SpeedSchedule(Shifting, Switching):
         """A schedule for gears of these ratios, a final drive and wheels of a radius [m], or a tyre size such as "205/55R16".
 
         With the accelerator released it shifts up where the next gear gives the engine the speed ``w_up`` [rad/s], and down at ``down``
-        times that vehicle speed. With the accelerator fully pressed no gear lets the engine exceed ``w_full`` [rad/s].
+        times that vehicle speed. With the accelerator fully pressed it shifts up before the engine exceeds ``w_full`` [rad/s], or where the
+        next gear pulls harder, if that is later; ``w_limit`` of the engine is the limit that it never exceeds.
         Speeds with another unit, such as "5500 rpm", are converted.
         Errors: ParameterError for fewer than two ratios, for ratios that do not decrease, for values that are not positive, and for a
         ``w_full`` that is exceeded with the accelerator released.
@@ -244,19 +245,20 @@ class GearSchedule(SpeedSchedule):
     throttle = hold accelerator,  clutch = min(hold, (w - w_open - rise)/(w_closed - w_open))
     rise = depth launch in first gear, else 0
 
-    ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below
-    up, and the difference is the hysteresis; "15 km/h" is converted. A shift leads at once to the gear that is due, across gears between them;
-    the lever passes neutral. A pressed accelerator shifts up later and, up to the middle between
-    both speeds, down earlier, so no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time
-    ``patience`` after it, it shifts up only where v > up (1 + eager), or where v > up and w > w_latest. Between ``kick`` and the fully
-    pressed accelerator the upshift moves to the engine speed from which the next gear pulls harder, and never lies beyond it. Cars supply
-    this speed, ``w_earliest`` and ``w_latest``, and ``w_kick`` from ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives
-    the best acceleration and the highest speed. ``w_kick`` is down/up times the engine speed after the upshift to the present gear at
-    which both gears pull equally hard; a kick-down above it would give less force, and the next upshift would follow. Without these
-    speeds only the shift speeds count. With ``braking`` the engine brakes in a lower gear while the driver slows down, and on a descent until
-    he presses the accelerator again; the engine then turns up to 1 + ``braking`` times as fast as at the upshift. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed like a centrifugal
-    clutch: below w_open it is open, so the vehicle starts and stops in first gear. A driver who wants the best acceleration lets the engine
-    rise further and holds it there with the slipping clutch until the vehicle has caught up; ``launch`` is this rise.
+    ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below up,
+    and the difference is the hysteresis; "15 km/h" is converted. A shift leads at once to the gear that is due, across gears between them;
+    the lever passes neutral. A pressed accelerator shifts up later and, up to the middle between both speeds, down earlier, so no movement
+    of the pedal alone shifts up and down again. A kick-down shifts down further; for the time ``patience`` after it, it shifts up only
+    where v > up (1 + eager), or where v > up and w > w_latest. Between ``kick`` and the fully pressed accelerator the upshift moves to the
+    engine speed from which the next gear pulls harder, and never lies beyond it. Cars supply this speed, ``w_earliest`` and ``w_latest``,
+    and ``w_kick`` from ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives the best acceleration and the highest speed.
+    ``w_kick`` is down/up times the engine speed after the upshift to the present gear at which both gears pull equally hard; a kick-down
+    above it would give less force, and the next upshift would follow. Without these speeds only the shift speeds count. With ``braking``
+    the engine brakes in a lower gear while the driver slows down, and on a descent until he presses the accelerator again; the engine then
+    turns up to 1 + ``braking`` times as fast as at the upshift. Shifts are at least ``dwell`` apart. The clutch closes with the engine
+    speed like a centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear. A driver who wants the best
+    acceleration lets the engine rise further and holds it there with the slipping clutch until the vehicle has caught up; ``launch`` is
+    this rise.
     Errors: ParameterError for speeds without hysteresis or not in order, and for a shift that takes longer than ``dwell``.
     """
 
