@@ -99,3 +99,18 @@ def test_hybrids_say_what_must_be_held() -> None:
 def test_speeds_and_grades_that_are_none(speeds: list[float], grades: tuple[float, ...], said: str) -> None:
     with pytest.raises(pt.ParameterError, match=said):
         tractive_effort(ManualCar(gearbox=ManualGearbox()), speeds, grades)
+
+
+def test_a_gap_between_two_gears_is_passed() -> None:
+    """Beyond the limiter in the lower gear the slipping clutch of the other one does not hold the speed on 8.5 %, but its engine does."""
+    box = ManualGearbox.of_ratios(3.6, 0.84)
+    car = pt.replace(CAR, {"gearbox": box, "schedule.speeds": ((10.0, 8.0),), "engine.w_limit": 400.0})
+    v = np.linspace(1, 45, 441)
+    found = tractive_effort(car, v, np.linspace(0.0, 0.09, 91))
+    surplus = found["force"].max("gear") - found["resistance"]
+    surplus = surplus.transpose("grade", "speed")
+    falls = ((surplus.values[:, :-1] > 0) & (surplus.values[:, 1:] <= 0)).sum(axis=1)
+    assert falls.max() == 2
+    for k in np.flatnonzero(falls == 2):
+        reached = found["speed_on_grade"].values[k]
+        assert np.all(surplus.values[k][v > reached] < 0)
