@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from powertrain.trials.backward import BackwardRun, backward
+from powertrain.trials.braking import BrakingTest, braking
 from powertrain.trials.charge import (
     ChargeSustaining,
     charge_corrected,
@@ -34,12 +35,14 @@ __all__ = [
     "INDIVIDUAL_FACTOR",
     "WLTP_FACTOR",
     "BackwardRun",
+    "BrakingTest",
     "ChargeSustaining",
     "CycleRun",
     "Management",
     "MethodComparison",
     "UtilityFactor",
     "backward",
+    "braking",
     "charge_corrected",
     "charge_depleting",
     "charge_sustaining",
