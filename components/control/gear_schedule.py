@@ -118,6 +118,7 @@ class SpeedSchedule(Shifting, Switching):
     kicked: Discrete = discrete("s", "Time of the last kick-down", start=-LONG)
     slowing: Discrete = discrete("1", "1 while the driver slows down, with braking above 0", start=0.0)
     brake: Input = signal_input("1", "Brake pedal", default=0.0)
+    grade: Input = signal_input("1", "Slope of the road, tan(alpha), positive uphill", default=0.0)
     w_earliest: Input = signal_input(
         "rad/s", "Engine speed below which a fully pressed accelerator does not shift up", default=0.0
     )
@@ -183,8 +184,16 @@ class SpeedSchedule(Shifting, Switching):
 
     def shifts(self, now: Driving, limits: KickLimits) -> Shifts:
         """Which shift is due."""
+        pause = sum((getattr(self, stage) for stage in self.stages), Symbol(0.0)) if self.interrupts else 0.0
         rule = ShiftRule(
-            self.speeds, self.eager, self.relaxed, self.kick, self.patience, self.braking, skips=self.interrupts
+            self.speeds,
+            self.eager,
+            self.relaxed,
+            self.kick,
+            self.patience,
+            self.braking,
+            skips=self.interrupts,
+            pause=pause,
         )
         return rule.shifts(now, limits)
 
@@ -202,7 +211,15 @@ class SpeedSchedule(Shifting, Switching):
 
     def _choose(self) -> Equations:
         self._check()
-        now = Driving(self.v.value, self.w.value, self.accelerator.value, self.gear, time - self.kicked, self.slowing)
+        now = Driving(
+            self.v.value,
+            self.w.value,
+            self.accelerator.value,
+            self.gear,
+            time - self.kicked,
+            self.slowing,
+            self.grade.value,
+        )
         limits = self.w_earliest, self.w_latest, self.w_down, self.w_kick
         due = self.shifts(now, KickLimits(*(limit.value for limit in limits)))
         rested = ca.logic_and(time - self.began > self.dwell, self._begun())
@@ -235,7 +252,9 @@ class GearSchedule(SpeedSchedule):
     """Changes gears depending on the vehicle speed: opens the clutch, moves the lever and closes the clutch, with the throttle closed.
 
       up from gear to gear + 1 where v > up max(1 + eager pressed, held) and w > depth w_earliest, or v > up and w > w_latest
-      down to gear where v < max(min(down (1 + eager pressed), (up + down)/2), down held)
+      and v - lost > least
+      lost = g sin(alpha) (duration of a shift),  least = max(min(down (1 + eager pressed), (up + down)/2), down held)
+      down to gear where v < least
       kick-down to gear where accelerator > kick and v < down (1 + eager pressed) and w < w_kick, unless the next gear pulls harder
       pressed = (accelerator - relaxed)/(1 - relaxed), at least 0
       depth = (accelerator - kick)/(1 - kick), at least 0
@@ -247,18 +266,19 @@ class GearSchedule(SpeedSchedule):
 
     ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below up,
     and the difference is the hysteresis; "15 km/h" is converted. A shift leads at once to the gear that is due, across gears between them;
-    the lever passes neutral. A pressed accelerator shifts up later and, up to the middle between both speeds, down earlier, so no movement
-    of the pedal alone shifts up and down again. A kick-down shifts down further; for the time ``patience`` after it, it shifts up only
-    where v > up (1 + eager), or where v > up and w > w_latest. Between ``kick`` and the fully pressed accelerator the upshift moves to the
-    engine speed from which the next gear pulls harder, and never lies beyond it. Cars supply this speed, ``w_earliest`` and ``w_latest``,
-    and ``w_kick`` from ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives the best acceleration and the highest speed.
-    ``w_kick`` is down/up times the engine speed after the upshift to the present gear at which both gears pull equally hard; a kick-down
-    above it would give less force, and the next upshift would follow. Without these speeds only the shift speeds count. With ``braking``
-    the engine brakes in a lower gear while the driver slows down, and on a descent until he presses the accelerator again; the engine then
-    turns up to 1 + ``braking`` times as fast as at the upshift. Shifts are at least ``dwell`` apart. The clutch closes with the engine
-    speed like a centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear. A driver who wants the best
-    acceleration lets the engine rise further and holds it there with the slipping clutch until the vehicle has caught up; ``launch`` is
-    this rise.
+    the lever passes neutral. On a grade, tan(alpha) = ``grade``, it does not shift up where the vehicle would lose so much speed meanwhile
+    that the next downshift would follow. A pressed accelerator shifts up later and, up to the middle between both speeds, down earlier, so
+    no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time ``patience`` after it, it shifts
+    up only where v > up (1 + eager), or where v > up and w > w_latest. Between ``kick`` and the fully pressed accelerator the upshift moves
+    to the engine speed from which the next gear pulls harder, and never lies beyond it. Cars supply this speed, ``w_earliest`` and
+    ``w_latest``, and ``w_kick`` from ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives the best acceleration and the
+    highest speed. ``w_kick`` is down/up times the engine speed after the upshift to the present gear at which both gears pull equally hard;
+    a kick-down above it would give less force, and the next upshift would follow. Without these speeds only the shift speeds count. With
+    ``braking`` the engine brakes in a lower gear while the driver slows down, and on a descent until he presses the accelerator again; the
+    engine then turns up to 1 + ``braking`` times as fast as at the upshift. Shifts are at least ``dwell`` apart. The clutch closes with the
+    engine speed like a centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear. A driver who wants the
+    best acceleration lets the engine rise further and holds it there with the slipping clutch until the vehicle has caught up; ``launch``
+    is this rise.
     Errors: ParameterError for speeds without hysteresis or not in order, and for a shift that takes longer than ``dwell``.
     """
 

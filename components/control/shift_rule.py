@@ -9,6 +9,7 @@ from typing import NamedTuple
 import casadi as ca
 
 from powertrain import Symbol
+from powertrain.components.body.body import G_N
 from powertrain.components.limited import limited
 
 NEVER = 1e9
@@ -40,6 +41,8 @@ class Driving(NamedTuple):
     """Time since the last kick-down [s]."""
     slowing: Symbol
     """1 while the driver slows down, else 0."""
+    grade: Symbol
+    """Slope of the road, tan(alpha)."""
 
 
 class KickLimits(NamedTuple):
@@ -98,6 +101,8 @@ class ShiftRule:
     patience: Symbol
     braking: Symbol
     skips: bool
+    pause: Symbol | float
+    """Time for which a shift interrupts the torque [s]."""
 
     def shifts(self, now: Driving, limits: KickLimits) -> Shifts:
         """Which shift is due."""
@@ -111,7 +116,8 @@ class ShiftRule:
         released = _any(now.since_kick > self.patience, now.v > up * (1 + self.eager))
         by_schedule = _all(now.v > _of(now.gear, ups, 1, NEVER), released, now.w > depth * limits.earliest)
         at_the_latest = _all(now.v > up, now.w > limits.latest)
-        upshift = _any(by_schedule, at_the_latest)
+        lost = G_N * now.grade / ca.sqrt(1 + now.grade**2) * self.pause
+        upshift = _all(_any(by_schedule, at_the_latest), now.v - lost > _of(now.gear, downs, 1, -NEVER))
 
         downshift = now.v < _of(now.gear, downs, 2, -NEVER)
 

@@ -55,7 +55,7 @@ def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array, maps: 
     v, pedal = np.repeat(speeds, accelerators.size), np.tile(accelerators, speeds.size)
     gear = np.full(v.size, numbers(vehicle)[-1])
     for k in numbers(vehicle)[:0:-1]:
-        _, down, kick_down, *_ = shifts(v[None], v[None] * per_speed(maps[k - 1]), pedal[None], k, 0.0, 0.0)
+        _, down, kick_down, *_ = shifts(v[None], v[None] * per_speed(maps[k - 1]), pedal[None], k, 0.0, 0.0, 0.0)
         gear[(gear == k) & np.any([down, kick_down], axis=(0, 1))] = k - 1
     return gear.reshape(shape)
 
@@ -128,7 +128,7 @@ class _Shifter:
         if t - self.began < self.dwell:
             return
         w = v * self.per_speed[self.gear - 1]
-        up, down, kick_down, above, below = self.shifts(v, w, pedal, self.gear, t - self.kicked, self.slowing)
+        up, down, kick_down, above, below = self.shifts(v, w, pedal, self.gear, t - self.kicked, self.slowing, 0.0)
         if up or down or kick_down:
             self.gear = int(above if up else below if down else self.gear - 1)
             self.began, self.kicked = t, t if kick_down else self.kicked

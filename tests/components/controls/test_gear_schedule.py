@@ -237,7 +237,7 @@ def test_the_rule_in_numbers_is_that_of_the_run() -> None:
     gear, began, kicked, changes = 1, -100.0, -100.0, []
     for t in np.arange(0.0, 40.0, 0.01):
         shown = (np.interp(t, *np.transpose(table.table)) for table in (v, w, u))
-        due = [bool(one) for one in rule(*shown, gear, t - kicked, 0.0)[:3]]
+        due = [bool(one) for one in rule(*shown, gear, t - kicked, 0.0, 0.0)[:3]]
         if any(due) and t - began > 2.0:
             gear, began, kicked = gear + (1 if due[0] else -1), t, t if due[2] else kicked
             changes.append(t)
@@ -259,6 +259,33 @@ def test_a_shift_leads_across_gears_to_the_one_that_is_due() -> None:
     np.testing.assert_allclose(result.time[changes], [4 / 15, 2 + 4 / 15, 10 + 1 / 3, 12 + 1 / 3], atol=1e-6)
     t = 12 + 1 / 3 + 0.15 + 0.25 * np.array([0, 0.4, 0.49, 0.51, 0.6, 1])
     np.testing.assert_allclose(result.at(t, "schedule.lever"), [3, 2.6, 2.51, 1.49, 1.4, 1], atol=1e-6)
+
+
+class Climbing(pt.Component):
+    """A schedule that is shown a speed and a slope."""
+
+    v: TimeTable
+    slope: pt.Parameter = pt.parameter("1", "Slope", default=0.0)
+    schedule: GearSchedule | PowerShiftSchedule = GearSchedule(speeds=SPEEDS, eager=0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.v.y, self.schedule.v)
+        yield self.schedule.grade.value == self.slope
+        yield self.schedule.accelerator.value == 0.5
+        yield self.schedule.w.value == 300
+
+
+@pytest.mark.parametrize("slope", [-0.2, 0.0, 0.2, 0.4, 0.5])
+def test_on_a_grade_it_does_not_shift_up_to_a_gear_that_it_would_leave(slope: float) -> None:
+    """In 0.7 s the weight takes 0.7 g sin(alpha) from the speed, which shall stay above 2 m/s, and 6 m/s in third gear."""
+    lost = 0.7 * 9.80665 * np.sin(np.arctan(slope))
+    result = pt.simulate(Climbing(v=UP_AND_DOWN, slope=slope), stop=10, max_step=0.2)
+    changes = np.flatnonzero(np.diff(result["schedule.gear"]))
+    np.testing.assert_allclose(result["v.y"][changes], [max(4, 2 + lost), max(8, 6 + lost)], atol=1e-6)
+    powered = Climbing(v=UP_AND_DOWN, slope=slope, schedule=PowerShiftSchedule(speeds=SPEEDS, eager=0))
+    result = pt.simulate(powered, stop=10, max_step=0.2)
+    changes = np.flatnonzero(np.diff(result["schedule.gear"]))
+    np.testing.assert_allclose(result["v.y"][changes], [4, 8], atol=1e-6)
 
 
 def test_a_power_shift_leads_to_the_next_gear() -> None:
