@@ -127,6 +127,8 @@ class ShiftedCar(Car):
         check_gears(self, self.schedule, self.gearbox)
         if isinstance(self.schedule, SpeedSchedule):
             yield from self.schedule.pulled(*self.pull_speeds())
+            yield connect(self.driver.brake, self.schedule.brake)
+            yield connect(self.road.grade, self.schedule.grade)
         yield connect(self.body.v, self.schedule.v)
         yield connect(self.driver.accelerator, self.schedule.accelerator)
         yield connect(self.mover.speed, self.schedule.w)

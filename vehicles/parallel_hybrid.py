@@ -139,6 +139,8 @@ class ParallelHybrid(HybridCar):
             limits = self.schedule.kick_limits(self.schedule.gear, *pulls(self.engine, self.gearbox))
             yield self.schedule.w_latest.value == limits.latest
             yield self.schedule.w_kick.value == limits.kick
+            yield connect(self.driver.brake, self.schedule.brake)
+            yield connect(self.road.grade, self.schedule.grade)
         yield connect(self.body.v, self.schedule.v)
         yield connect(self.engine.speed, self.schedule.w)
         yield connect(self.driver.accelerator, self.schedule.accelerator)

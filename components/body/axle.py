@@ -92,7 +92,8 @@ class LumpedAxle(PoweredAxle):
 
     On a straight road with equal ground the two wheels turn at the same speed. A differential between them then turns as a block and loses
     nothing, whatever its kind. In a bend the mean wheel speed is that of the middle of the axle, as with a differential without friction.
-    The wheels bear the side force load curvature v^2/g.
+    The wheels bear the side force load curvature v^2/g. The larger circle of a steered axle is not included, so in a bend nothing turns
+    between two lumped axles.
     If the differential matters, in bends and on uneven ground, use a ``DrivenAxle``.
     """
 

@@ -24,6 +24,8 @@ class RigidTransferCase(TransferCase):
     """One shaft for all three flanges.
 
     With one driven axle this is the drive shaft itself; with two it is a part-time four-wheel drive, whose axles turn at the same speed.
+    In a bend the front wheels run on larger circles, and the driveline winds up as far as the tyres slip: the rear axle pushes against the
+    front axle, which brakes. That needs a ``DrivenAxle`` at both ends; the wheels of a ``LumpedAxle`` do not steer.
     """
 
     def equations(self) -> Equations:

@@ -29,7 +29,17 @@ from powertrain import (
     when,
 )
 from powertrain.components.control.interfaces import LONG, Switching
-from powertrain.components.control.shift_rule import NEVER, Driving, KickLimits, ShiftRule, Shifts, beyond, kick_limits
+from powertrain.components.control.shift_rule import (
+    NEVER,
+    PRESSED,
+    RESUMED,
+    Driving,
+    KickLimits,
+    ShiftRule,
+    Shifts,
+    beyond,
+    kick_limits,
+)
 from powertrain.components.limited import limited
 from powertrain.components.ratios import RATIO, gear_ratios
 from powertrain.components.wheels.interfaces import Wheel
@@ -81,7 +91,8 @@ class SpeedSchedule(Shifting, Switching):
     """Partial: chooses the gear by the speed of the vehicle and the accelerator, see ``GearSchedule``."""
 
     interrupts: ClassVar[bool] = False
-    """Whether a shift interrupts the torque: a kick-down then costs more than it gains, unless the shift speeds ask for it."""
+    """Whether a shift interrupts the torque: a kick-down then costs more than it gains, unless the shift speeds ask for it, and a shift may
+    skip gears."""
     stages: ClassVar[tuple[str, ...]] = ()
     """The parameters whose sum is the duration of a shift."""
 
@@ -95,6 +106,9 @@ class SpeedSchedule(Shifting, Switching):
     kick: Parameter = parameter("1", "Accelerator position for kick-down", default=0.8, min=0, max=1)
     patience: Parameter = parameter("s", "Time after a kick-down without upshifts", default=10.0, min=0)
     dwell: Parameter = parameter("s", "Minimum time between shifts", default=2.0, above=0)
+    braking: Parameter = parameter(
+        "1", "Relative increase of the shift speeds while the driver slows down", default=0.0, min=0
+    )
     launch: Parameter = parameter(
         "rad/s", "Rise of w_open and w_closed in first gear with the accelerator fully pressed", default=0.0, min=0
     )
@@ -102,6 +116,9 @@ class SpeedSchedule(Shifting, Switching):
     before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
     began: Discrete = discrete("s", "Time at which the last shift began", start=-LONG)
     kicked: Discrete = discrete("s", "Time of the last kick-down", start=-LONG)
+    slowing: Discrete = discrete("1", "1 while the driver slows down, with braking above 0", start=0.0)
+    brake: Input = signal_input("1", "Brake pedal", default=0.0)
+    grade: Input = signal_input("1", "Slope of the road, tan(alpha), positive uphill", default=0.0)
     w_earliest: Input = signal_input(
         "rad/s", "Engine speed below which a fully pressed accelerator does not shift up", default=0.0
     )
@@ -137,7 +154,8 @@ class SpeedSchedule(Shifting, Switching):
         """A schedule for gears of these ratios, a final drive and wheels of a radius [m], or a tyre size such as "205/55R16".
 
         With the accelerator released it shifts up where the next gear gives the engine the speed ``w_up`` [rad/s], and down at ``down``
-        times that vehicle speed. With the accelerator fully pressed no gear lets the engine exceed ``w_full`` [rad/s].
+        times that vehicle speed. With the accelerator fully pressed it shifts up before the engine exceeds ``w_full`` [rad/s], or where the
+        next gear pulls harder, if that is later; ``w_limit`` of the engine is the limit that it never exceeds.
         Speeds with another unit, such as "5500 rpm", are converted.
         Errors: ParameterError for fewer than two ratios, for ratios that do not decrease, for values that are not positive, and for a
         ``w_full`` that is exceeded with the accelerator released.
@@ -166,7 +184,18 @@ class SpeedSchedule(Shifting, Switching):
 
     def shifts(self, now: Driving, limits: KickLimits) -> Shifts:
         """Which shift is due."""
-        return ShiftRule(self.speeds, self.eager, self.relaxed, self.kick, self.patience).shifts(now, limits)
+        pause = sum((getattr(self, stage) for stage in self.stages), Symbol(0.0)) if self.interrupts else 0.0
+        rule = ShiftRule(
+            self.speeds,
+            self.eager,
+            self.relaxed,
+            self.kick,
+            self.patience,
+            self.braking,
+            skips=self.interrupts,
+            pause=pause,
+        )
+        return rule.shifts(now, limits)
 
     def kick_limits(self, gear: Symbol, before: Sequence[float], after: Sequence[float]) -> KickLimits:
         """Its limits in a ``gear``, from the engine speeds [rad/s] before and after each upshift at which two gears pull equally hard."""
@@ -182,15 +211,26 @@ class SpeedSchedule(Shifting, Switching):
 
     def _choose(self) -> Equations:
         self._check()
-        now = Driving(self.v.value, self.w.value, self.accelerator.value, self.gear, time - self.kicked)
+        now = Driving(
+            self.v.value,
+            self.w.value,
+            self.accelerator.value,
+            self.gear,
+            time - self.kicked,
+            self.slowing,
+            self.grade.value,
+        )
         limits = self.w_earliest, self.w_latest, self.w_down, self.w_kick
         due = self.shifts(now, KickLimits(*(limit.value for limit in limits)))
         rested = ca.logic_and(time - self.began > self.dwell, self._begun())
         marks = reinit(self.before, self.gear), reinit(self.began, time)
-        yield when(ca.logic_and(due.up, rested), reinit(self.gear, self.gear + 1), *marks)
-        yield when(ca.logic_and(due.down, rested), reinit(self.gear, self.gear - 1), *marks)
+        yield when(ca.logic_and(due.up, rested), reinit(self.gear, due.above), *marks)
+        yield when(ca.logic_and(due.down, rested), reinit(self.gear, due.below), *marks)
         kicks = ca.logic_and(due.kick_down, rested)
         yield when(kicks, reinit(self.gear, self.gear - 1), reinit(self.kicked, time), *marks)
+        brakes = ca.logic_and(self._begun(), ca.logic_and(self.brake.value > PRESSED, self.braking > 0))
+        yield when(brakes, reinit(self.slowing, 1))
+        yield when(ca.logic_and(self.accelerator.value > RESUMED, self.slowing > 0), reinit(self.slowing, 0))
 
     def _launched(self) -> Symbol:
         """The pressure of the clutch, at which a fully pressed accelerator lets the engine rise further in first gear."""
@@ -211,27 +251,34 @@ class SpeedSchedule(Shifting, Switching):
 class GearSchedule(SpeedSchedule):
     """Changes gears depending on the vehicle speed: opens the clutch, moves the lever and closes the clutch, with the throttle closed.
 
-      up from gear to gear + 1 where v > up (1 + eager pressed) and w > depth w_earliest, or v > up and w > w_latest
-      down to gear where v < min(down (1 + eager pressed), (up + down)/2)
+      up from gear to gear + 1 where v > up max(1 + eager pressed, held) and w > depth w_earliest, or v > up and w > w_latest
+      and v - lost > least
+      lost = g sin(alpha) (duration of a shift),  least = max(min(down (1 + eager pressed), (up + down)/2), down held)
+      down to gear where v < least
       kick-down to gear where accelerator > kick and v < down (1 + eager pressed) and w < w_kick, unless the next gear pulls harder
       pressed = (accelerator - relaxed)/(1 - relaxed), at least 0
       depth = (accelerator - kick)/(1 - kick), at least 0
+      held = 1 + braking from where brake > 0.01 to where accelerator > 0.2, else 1
       t = time since the shift began:  0..t_open: hold falls from 1 to 0;  ..+ t_lever: the lever goes to the new gear;
       ..+ t_close: hold rises to 1
     throttle = hold accelerator,  clutch = min(hold, (w - w_open - rise)/(w_closed - w_open))
     rise = depth launch in first gear, else 0
 
-    ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below
-    up, and the difference is the hysteresis; "15 km/h" is converted. A pressed accelerator shifts up later and, up to the middle between
-    both speeds, down earlier, so no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time
-    ``patience`` after it, it shifts up only where v > up (1 + eager), or where v > up and w > w_latest. Between ``kick`` and the fully
-    pressed accelerator the upshift moves to the engine speed from which the next gear pulls harder, and never lies beyond it. Cars supply
-    this speed, ``w_earliest`` and ``w_latest``, and ``w_kick`` from ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives
-    the best acceleration and the highest speed. ``w_kick`` is down/up times the engine speed after the upshift to the present gear at
-    which both gears pull equally hard; a kick-down above it would give less force, and the next upshift would follow. Without these
-    speeds only the shift speeds count. Shifts are at least ``dwell`` apart. The clutch closes with the engine speed like a centrifugal
-    clutch: below w_open it is open, so the vehicle starts and stops in first gear. A driver who wants the best acceleration lets the engine
-    rise further and holds it there with the slipping clutch until the vehicle has caught up; ``launch`` is this rise.
+    ``speeds`` are the rows (up, down) [m/s] between the first and the second gear, the second and the third, and so on; down lies below up,
+    and the difference is the hysteresis; "15 km/h" is converted. A shift leads at once to the gear that is due, across gears between them;
+    the lever passes neutral. On a grade, tan(alpha) = ``grade``, it does not shift up where the vehicle would lose so much speed meanwhile
+    that the next downshift would follow. A pressed accelerator shifts up later and, up to the middle between both speeds, down earlier, so
+    no movement of the pedal alone shifts up and down again. A kick-down shifts down further; for the time ``patience`` after it, it shifts
+    up only where v > up (1 + eager), or where v > up and w > w_latest. Between ``kick`` and the fully pressed accelerator the upshift moves
+    to the engine speed from which the next gear pulls harder, and never lies beyond it. Cars supply this speed, ``w_earliest`` and
+    ``w_latest``, and ``w_kick`` from ``pull_speeds(engine, ratios)``, so a fully pressed accelerator gives the best acceleration and the
+    highest speed. ``w_kick`` is down/up times the engine speed after the upshift to the present gear at which both gears pull equally hard;
+    a kick-down above it would give less force, and the next upshift would follow. Without these speeds only the shift speeds count. With
+    ``braking`` the engine brakes in a lower gear while the driver slows down, and on a descent until he presses the accelerator again; the
+    engine then turns up to 1 + ``braking`` times as fast as at the upshift. Shifts are at least ``dwell`` apart. The clutch closes with the
+    engine speed like a centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear. A driver who wants the
+    best acceleration lets the engine rise further and holds it there with the slipping clutch until the vehicle has caught up; ``launch``
+    is this rise.
     Errors: ParameterError for speeds without hysteresis or not in order, and for a shift that takes longer than ``dwell``.
     """
 
@@ -256,7 +303,10 @@ class GearSchedule(SpeedSchedule):
         pressed = switch(second, 0.0, closed, continuous=True)
         yield self.hold == switch(first, 1 - t / self.t_open, pressed, continuous=True)
         way = switch(second, (t - self.t_open) / self.t_lever, 1.0, continuous=True)
-        yield self.lever.value == self.before + (self.gear - self.before) * switch(first, 0.0, way, continuous=True)
+        moved = switch(first, 0.0, way, continuous=True)
+        gears, last = self.gear - self.before, limited(self.gear - self.before, -1, 1)
+        across = switch(ca.logic_and(moved > 1 / 2, ca.fabs(gears) > 1), gears - last, 0.0)
+        yield self.lever.value == self.before + last * moved + across
 
 
 class PowerShiftSchedule(SpeedSchedule):

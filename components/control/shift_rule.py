@@ -9,10 +9,14 @@ from typing import NamedTuple
 import casadi as ca
 
 from powertrain import Symbol
+from powertrain.components.body.body import G_N
 from powertrain.components.limited import limited
 
 NEVER = 1e9
 """A speed, in m/s or rad/s, that nothing reaches."""
+PRESSED, RESUMED = 0.01, 0.2
+"""Brake position at which a driver begins to slow down, and accelerator position at which he drives on. Below it he may hold the speed of a
+descent: the accelerator at which an engine delivers no torque is its motoring torque over the torque of combustion at full load."""
 SHORTEST = 1e-6
 """Smallest travel of the pedal from ``kick`` to the floor: with ``kick`` = 1 there is no kick-down, and no division by zero."""
 
@@ -35,6 +39,10 @@ class Driving(NamedTuple):
     """The present gear, from 1."""
     since_kick: Symbol
     """Time since the last kick-down [s]."""
+    slowing: Symbol
+    """1 while the driver slows down, else 0."""
+    grade: Symbol
+    """Slope of the road, tan(alpha)."""
 
 
 class KickLimits(NamedTuple):
@@ -51,11 +59,13 @@ class KickLimits(NamedTuple):
 
 
 class Shifts(NamedTuple):
-    """Conditions of shifts to a neighbouring gear; at most one of them holds."""
+    """Conditions of shifts, of which at most one holds, and the gears to which they lead; a kick-down leads to the next gear below."""
 
     up: Symbol
     down: Symbol
     kick_down: Symbol
+    above: Symbol
+    below: Symbol
 
 
 def kick_limits(
@@ -89,31 +99,41 @@ class ShiftRule:
     relaxed: Symbol
     kick: Symbol
     patience: Symbol
+    braking: Symbol
+    skips: bool
+    pause: Symbol | float
+    """Time for which a shift interrupts the torque [s]."""
 
     def shifts(self, now: Driving, limits: KickLimits) -> Shifts:
         """Which shift is due."""
-        up = _of(now.gear, [row[0] for row in self.speeds], 1, NEVER)
-        down = _of(now.gear, [row[1] for row in self.speeds], 2, -NEVER)
-        middle = _of(now.gear, [sum(row) / 2 for row in self.speeds], 2, -NEVER)
         pressed = ca.fmax(now.accelerator - self.relaxed, 0) / (1 - self.relaxed)
         depth = beyond(self.kick, now.accelerator)
-        later = 1 + self.eager * pressed
+        later, held = 1 + self.eager * pressed, 1 + self.braking * now.slowing
+        ups = [up * ca.fmax(later, held) for up, _ in self.speeds]
+        downs = [ca.fmax(ca.fmin(down * later, (up + down) / 2), down * held) for up, down in self.speeds]
+        up, down = (_of(now.gear, [row[k] for row in self.speeds], 1 + k, far) for k, far in ((0, NEVER), (1, -NEVER)))
 
         released = _any(now.since_kick > self.patience, now.v > up * (1 + self.eager))
-        by_schedule = _all(now.v > up * later, released, now.w > depth * limits.earliest)
+        by_schedule = _all(now.v > _of(now.gear, ups, 1, NEVER), released, now.w > depth * limits.earliest)
         at_the_latest = _all(now.v > up, now.w > limits.latest)
-        upshift = _any(by_schedule, at_the_latest)
+        lost = G_N * now.grade / ca.sqrt(1 + now.grade**2) * self.pause
+        upshift = _all(_any(by_schedule, at_the_latest), now.v - lost > _of(now.gear, downs, 1, -NEVER))
 
-        downshift = now.v < ca.fmin(down * later, middle)
+        downshift = now.v < _of(now.gear, downs, 2, -NEVER)
 
         pulls_harder = _any(now.v < down * later, now.w < depth * limits.down)
         # Without the limit of the engine speed a gear that was left at limits.latest would be kicked down to again.
         kicked = _all(now.accelerator > self.kick, pulls_harder, now.w < limits.kick)
         kick_down = _all(kicked, ca.logic_not(downshift), ca.logic_not(upshift))
-        return Shifts(upshift, downshift, kick_down)
+
+        above, below = now.gear + 1, now.gear - 1
+        if self.skips:
+            above = ca.fmax(above, 1 + sum(now.v > each for each in ups))
+            below = ca.fmin(below, 1 + sum(now.v >= each for each in downs))
+        return Shifts(upshift, downshift, kick_down, above, below)
 
 
-def _of(gear: Symbol, values: Sequence[float], first: int, otherwise: float) -> Symbol:
+def _of(gear: Symbol, values: Sequence[Symbol | float], first: int, otherwise: float) -> Symbol:
     """The value for a gear; ``values`` are those of the gears from ``first`` on."""
     found = Symbol(otherwise)
     for k, value in enumerate(values, first):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from powertrain.trials.backward import BackwardRun, backward
+from powertrain.trials.braking import BrakingTest, braking
 from powertrain.trials.charge import (
     ChargeSustaining,
     charge_corrected,
@@ -20,6 +21,7 @@ from powertrain.trials.operating import on_rolling_road
 from powertrain.trials.performance import full_accelerator, gradeability, performance, time_between
 from powertrain.trials.plausible import notes
 from powertrain.trials.shifts import shift_quality, shifts
+from powertrain.trials.tractive_effort import tractive_effort
 from powertrain.trials.utility import (
     FLEET_FACTOR,
     INDIVIDUAL_FACTOR,
@@ -33,12 +35,14 @@ __all__ = [
     "INDIVIDUAL_FACTOR",
     "WLTP_FACTOR",
     "BackwardRun",
+    "BrakingTest",
     "ChargeSustaining",
     "CycleRun",
     "Management",
     "MethodComparison",
     "UtilityFactor",
     "backward",
+    "braking",
     "charge_corrected",
     "charge_depleting",
     "charge_sustaining",
@@ -56,5 +60,6 @@ __all__ = [
     "shift_quality",
     "shifts",
     "time_between",
+    "tractive_effort",
     "utility_weighted",
 ]

@@ -9,16 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 import powertrain as pt
-from powertrain.components.body import Body
 from powertrain.components.control import StartStop
 from powertrain.components.cycles import DriveCycle
-from powertrain.components.translational import ConstantSpeed
 from powertrain.language.arguments import of_kind
 from powertrain.language.component import children
 from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.driveline import SLOWEST, driveline_map
 from powertrain.trials.gears import gear_maps, gears_along, in_gear, is_geared
 from powertrain.trials.operating import check_stores, operating_map, remembered
+from powertrain.trials.resistance import resistance
 from powertrain.vehicles.wheels import wheels_of
 
 if TYPE_CHECKING:
@@ -108,17 +107,6 @@ def check_backward(vehicle: pt.Component) -> None:
         )
 
 
-class _Pulled(pt.Component):
-    """A body that is pulled over a level road at a given speed."""
-
-    body: Body
-    pull: ConstantSpeed = ConstantSpeed(v_fixed=1)
-
-    def equations(self) -> pt.Equations:
-        """Pulled at the front; the rear axle exerts no force."""
-        yield pt.connect(self.pull.flange, self.body.front)
-
-
 def _filled(found: xr.Dataset, gear: int) -> xr.Dataset:
     """The map with isolated points without an operating point interpolated, such as near idle speed where the start clutch begins to hold.
 
@@ -140,17 +128,7 @@ def _pull(vehicle: Any, v: Array, a: Array) -> Array:
     """The force to pull the body at v, and the force to accelerate the vehicle's mass and the inertia of its wheels by a."""
     body = value_at(vehicle, anatomy(vehicle).the("body"))
     mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for _, w in wheels_of(vehicle))
-    return mass * a + _resistance(body, v)
-
-
-def _resistance(body: Body, v: Array) -> Array:
-    """The force to pull a body at v; zero at rest, where its friction could hold any force up to its limit."""
-    speeds, rows = np.unique(v, return_inverse=True)
-    moves, taken = speeds > 0, np.zeros_like(speeds)
-    if moves.any():
-        pulled = pt.steady(_Pulled(body=body), {"pull.v_fixed": speeds[moves]}, outputs=["pull.flange.f"])
-        taken[moves] = -pulled["pull.flange.f"].values
-    return taken[rows]
+    return mass * a + resistance(body, v)
 
 
 def _climb(vehicle: Any, cycle: DriveCycle) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.control import FixedGear, SpeedSchedule
-from powertrain.components.control.shift_rule import Driving
+from powertrain.components.control.shift_rule import RESUMED, Driving
 from powertrain.components.transmissions import Shiftable
 from powertrain.language.component import descendants
 from powertrain.trials.operating import operating_map
@@ -55,7 +55,7 @@ def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array, maps: 
     v, pedal = np.repeat(speeds, accelerators.size), np.tile(accelerators, speeds.size)
     gear = np.full(v.size, numbers(vehicle)[-1])
     for k in numbers(vehicle)[:0:-1]:
-        _, down, kick_down = shifts(v[None], v[None] * per_speed(maps[k - 1]), pedal[None], k, 0.0)
+        _, down, kick_down, *_ = shifts(v[None], v[None] * per_speed(maps[k - 1]), pedal[None], k, 0.0, 0.0, 0.0)
         gear[(gear == k) & np.any([down, kick_down], axis=(0, 1))] = k - 1
     return gear.reshape(shape)
 
@@ -106,7 +106,9 @@ def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[x
     shifter, gears = _Shifter(vehicle, maps), []
     for begin, end, speed, push in zip(times[:-1], times[1:], v, force, strict=True):
         for t in np.arange(begin, end, min(shifter.dwell, end - begin)):
-            shifter.decide(float(t), float(speed), accelerator(maps[shifter.gear - 1], float(speed), float(push)))
+            found = maps[shifter.gear - 1]
+            braked = bool(push < overrun(found, float(speed)))
+            shifter.decide(float(t), float(speed), accelerator(found, float(speed), float(push)), braked=braked)
         gears.append(shifter.gear)
     return np.array(gears)
 
@@ -118,20 +120,22 @@ class _Shifter:
         schedule = getattr(vehicle, _named(vehicle, SpeedSchedule))
         self.dwell, self.per_speed = float(schedule.dwell), [per_speed(found) for found in maps]
         self.shifts = _shifts(vehicle)
-        self.gear, self.began, self.kicked = 1, -np.inf, -np.inf
+        self.gear, self.began, self.kicked, self.slowing = 1, -np.inf, -np.inf, False
 
-    def decide(self, t: float, v: float, pedal: float) -> None:
-        """Update the gear at time t [s] for the speed v [m/s] and the accelerator ``pedal``."""
+    def decide(self, t: float, v: float, pedal: float, *, braked: bool) -> None:
+        """Update the gear at time t [s] for the speed v [m/s] and the accelerator ``pedal``, or the brake pedal if ``braked``."""
+        self.slowing = braked or (self.slowing and pedal <= RESUMED)
         if t - self.began < self.dwell:
             return
-        up, down, kick_down = self.shifts(v, v * self.per_speed[self.gear - 1], pedal, self.gear, t - self.kicked)
+        w = v * self.per_speed[self.gear - 1]
+        up, down, kick_down, above, below = self.shifts(v, w, pedal, self.gear, t - self.kicked, self.slowing, 0.0)
         if up or down or kick_down:
-            self.gear += 1 if up else -1
+            self.gear = int(above if up else below if down else self.gear - 1)
             self.began, self.kicked = t, t if kick_down else self.kicked
 
 
 def _shifts(vehicle: pt.Component) -> ca.Function:
-    """The rule of the schedule as a function of ``Driving``: 1 for each of ``Shifts`` that is due, else 0."""
+    """The rule of the schedule as a function of ``Driving``: ``Shifts`` as numbers."""
     schedule = getattr(vehicle, _named(vehicle, SpeedSchedule))
     now = Driving(*(pt.Symbol.sym(name) for name in Driving._fields))
     pulls = vehicle.pull_speeds() if isinstance(vehicle, ShiftedCar) else ((), ())
@@ -147,6 +151,12 @@ def per_speed(found: xr.Dataset) -> float:
     ratio = moving["w"] / moving["speed"]
     slip = ratio.max("accelerator") / ratio.min("accelerator") - 1
     return float(ratio.where(slip <= slip.min() + CLOSED).min())
+
+
+def overrun(found: xr.Dataset, v: float) -> float:
+    """The force [N] with the accelerator released at the nearest speed of a map; the brakes give what is below it."""
+    row = int(np.argmin(np.abs(found["speed"].values - v)))
+    return float(found["force"].values[row].min())
 
 
 def accelerator(found: xr.Dataset, v: float, force: float) -> float:

@@ -54,6 +54,8 @@ CRUISE, TURNS = 100 / 3.6, (900.0, 5500.0)
 """A speed [m/s], and speeds [rpm] that the engine of a car has there in top gear."""
 PEAK = 0.9
 """Least usual speed of an engine's limiter over that of its largest power."""
+REVS = 1.5
+"""Speed of an engine's limiter over that of its largest power; the full-load curve beyond it is extrapolated."""
 MACHINE, SHIFT = 3000.0, 40.0
 """Speed of a machine [rad/s], and of a car that shifts up with the accelerator released [m/s]; usual ones are below."""
 BEST = 0.2, 0.55
@@ -166,6 +168,11 @@ def _limiter(vehicle: pt.Component, path: str) -> Iterator[str]:
         yield (
             f"{path} does not reach {path}.P_max = {P_max:g} W at {path}.w_P = {w_P:g} rad/s: its limiter is at {path}.w_limit = "
             f'{w_limit:g} rad/s; speeds with another unit are written as "5500 rpm"'
+        )
+    elif w_limit > REVS * w_P:
+        yield (
+            f"{path} revs up to {path}.w_limit = {w_limit:g} rad/s, {w_limit / w_P:.3g} times the speed of its largest power, {path}.w_P = "
+            f"{w_P:g} rad/s; set {path}.w_limit to the speed of its governor"
         )
 
 

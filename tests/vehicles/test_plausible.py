@@ -119,6 +119,13 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
         ),
         (
             ManualCar(),
+            {"engine.w_limit": "9000 rpm"},
+            [
+                "engine revs up to engine.w_limit = 942.478 rad/s, 1.57 times the speed of its largest power, engine.w_P = 600 rad/s"
+            ],
+        ),
+        (
+            ManualCar(),
             {"body.m": 12000},  # the brakes of a car on a truck
             ["the brakes decelerate body.m = 12000 kg with 1.2 m/s2 at most"],
         ),

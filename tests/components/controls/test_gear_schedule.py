@@ -51,10 +51,11 @@ def test_shifts_where_the_speeds_say() -> None:
 
 @pytest.mark.parametrize("start", [-200.0, 0.0, 30.0])
 def test_gears_follow_in_a_run_that_starts_at_any_time(start: float) -> None:
-    """A car that already drives 20 m/s shifts up at once, and again after the dwell; no shift goes on before that."""
+    """A car that already drives 20 m/s shifts at once, directly to third gear; no shift goes on before that."""
     car = pt.compile(Scheduled(v=TimeTable(table=((0.0, 20.0),))))
     result = car.simulate(start + 5, start=start, max_step=0.5)
-    np.testing.assert_allclose(_shifts(result), [start + 1e-3, start + 2.001], atol=1e-6)
+    np.testing.assert_allclose(_shifts(result), [start + 1e-3], atol=1e-6)
+    assert result["schedule.gear"][-1] == 3
     assert result["schedule.hold"].max() == result["schedule.hold"][0] == 1
 
 
@@ -236,7 +237,7 @@ def test_the_rule_in_numbers_is_that_of_the_run() -> None:
     gear, began, kicked, changes = 1, -100.0, -100.0, []
     for t in np.arange(0.0, 40.0, 0.01):
         shown = (np.interp(t, *np.transpose(table.table)) for table in (v, w, u))
-        due = [bool(one) for one in rule(*shown, gear, t - kicked)]
+        due = [bool(one) for one in rule(*shown, gear, t - kicked, 0.0, 0.0)[:3]]
         if any(due) and t - began > 2.0:
             gear, began, kicked = gear + (1 if due[0] else -1), t, t if due[2] else kicked
             changes.append(t)
@@ -244,6 +245,95 @@ def test_the_rule_in_numbers_is_that_of_the_run() -> None:
     np.testing.assert_allclose(
         _shifts(result), changes, atol=0.031
     )  # three shifts wait for each other, each up to a step late
+
+
+FOUR = ((4.0, 3.0), (8.0, 6.0), (12.0, 10.0))
+
+
+def test_a_shift_leads_across_gears_to_the_one_that_is_due() -> None:
+    """From 0 to 10 m/s in 1 s: up at 4 m/s, and after the dwell of 2 s to third; braked within 1 s: to third, and to first."""
+    v = TimeTable(table=((0.0, 0.0), (1.0, 15.0), (10.0, 15.0), (11.0, 0.0)))
+    result = pt.simulate(Scheduled(v=v, schedule=GearSchedule(speeds=FOUR, eager=0)), stop=14, max_step=0.1)
+    changes = np.flatnonzero(np.diff(result["schedule.gear"]))
+    assert result["schedule.gear"][changes + 1].tolist() == [2, 4, 3, 1]
+    np.testing.assert_allclose(result.time[changes], [4 / 15, 2 + 4 / 15, 10 + 1 / 3, 12 + 1 / 3], atol=1e-6)
+    t = 12 + 1 / 3 + 0.15 + 0.25 * np.array([0, 0.4, 0.49, 0.51, 0.6, 1])
+    np.testing.assert_allclose(result.at(t, "schedule.lever"), [3, 2.6, 2.51, 1.49, 1.4, 1], atol=1e-6)
+
+
+class Climbing(pt.Component):
+    """A schedule that is shown a speed and a slope."""
+
+    v: TimeTable
+    slope: pt.Parameter = pt.parameter("1", "Slope", default=0.0)
+    schedule: GearSchedule | PowerShiftSchedule = GearSchedule(speeds=SPEEDS, eager=0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.v.y, self.schedule.v)
+        yield self.schedule.grade.value == self.slope
+        yield self.schedule.accelerator.value == 0.5
+        yield self.schedule.w.value == 300
+
+
+@pytest.mark.parametrize("slope", [-0.2, 0.0, 0.2, 0.4, 0.5])
+def test_on_a_grade_it_does_not_shift_up_to_a_gear_that_it_would_leave(slope: float) -> None:
+    """In 0.7 s the weight takes 0.7 g sin(alpha) from the speed, which shall stay above 2 m/s, and 6 m/s in third gear."""
+    lost = 0.7 * 9.80665 * np.sin(np.arctan(slope))
+    result = pt.simulate(Climbing(v=UP_AND_DOWN, slope=slope), stop=10, max_step=0.2)
+    changes = np.flatnonzero(np.diff(result["schedule.gear"]))
+    np.testing.assert_allclose(result["v.y"][changes], [max(4, 2 + lost), max(8, 6 + lost)], atol=1e-6)
+    powered = Climbing(v=UP_AND_DOWN, slope=slope, schedule=PowerShiftSchedule(speeds=SPEEDS, eager=0))
+    result = pt.simulate(powered, stop=10, max_step=0.2)
+    changes = np.flatnonzero(np.diff(result["schedule.gear"]))
+    np.testing.assert_allclose(result["v.y"][changes], [4, 8], atol=1e-6)
+
+
+def test_a_power_shift_leads_to_the_next_gear() -> None:
+    v = TimeTable(table=((0.0, 15.0),))
+    result = pt.simulate(Scheduled(v=v, schedule=PowerShiftSchedule(speeds=FOUR, eager=0)), stop=5, max_step=0.1)
+    changes = np.flatnonzero(np.diff(result["schedule.gear"]))
+    assert result["schedule.gear"][changes + 1].tolist() == [2, 3, 4]
+
+
+class Descending(pt.Component):
+    """A schedule that is shown a speed and both pedals."""
+
+    v: TimeTable
+    u: TimeTable
+    b: TimeTable
+    schedule: GearSchedule = GearSchedule(speeds=FOUR, eager=0, braking=0.5)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.v.y, self.schedule.v)
+        yield pt.connect(self.u.y, self.schedule.accelerator)
+        yield pt.connect(self.b.y, self.schedule.brake)
+        yield self.schedule.w.value == 300
+
+
+def test_while_the_driver_slows_down_the_engine_brakes_in_a_lower_gear() -> None:
+    """Down at 1.5 times the speeds of ``FOUR``, until the accelerator passes 0.2, by which the driver held the speed before."""
+    u = TimeTable(table=((0.0, 0.0), (20.0, 0.0), (20.0, 0.15), (30.0, 0.15), (40.0, 0.25)))
+    b = TimeTable(table=((0.0, 0.0), (5.0, 0.0), (5.0, 0.3), (10.0, 0.3), (10.0, 0.0)))
+    for v, braked in ((14.9, 3), (15.1, 4), (8.9, 2), (9.1, 3), (4.4, 1)):
+        car = Descending(v=TimeTable(table=((0.0, v),)), u=u, b=b)
+        result = pt.simulate(car, stop=45, max_step=0.1)
+        gear = result.at([4.9, 8.0, 15.0, 34.0, 44.0], "schedule.gear").tolist()
+        before = 1 + sum(v > up for up, _ in FOUR)
+        assert gear == [before, braked, braked, braked, before]
+        assert result.at([4.9, 5.1, 34.9, 35.1], "schedule.slowing").tolist() == [0, 1, 1, 0]
+        plain = pt.simulate(pt.replace(car, {"schedule.braking": 0.0}), stop=45, max_step=0.1)
+        assert plain["schedule.gear"][-1] == before
+        assert plain["schedule.slowing"].max() == 0
+
+
+def test_a_faster_descent_shifts_up_before_the_engine_races() -> None:
+    """From third gear, with which the run begins, to second, which is kept to 12 m/s, 1.5 times its upshift."""
+    v = TimeTable(table=((0.0, 8.5), (5.0, 8.5), (15.0, 13.5)))
+    u, b = TimeTable(table=((0.0, 0.0),)), TimeTable(table=((0.0, 0.3),))
+    result = pt.simulate(Descending(v=v, u=u, b=b), stop=15, max_step=0.1)
+    changes = np.flatnonzero(np.diff(result["schedule.gear"]))
+    assert result["schedule.gear"][changes + 1].tolist() == [3, 2, 3]
+    assert result["v.y"][changes[-1]] == pytest.approx(12, abs=1e-6)
 
 
 def test_a_misspelt_option_of_a_schedule_is_named() -> None:

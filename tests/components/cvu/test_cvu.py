@@ -196,6 +196,24 @@ def test_hydrostatic_unit_by_wilsons_losses(V: float, V_full: float, counted: fl
     assert result["parts[0].flange_a.tau"][-1] == pytest.approx(D * p * (V + mue * counted) + d * w_a, rel=1e-6)
 
 
+@pytest.mark.parametrize("V", [0.8, -0.8])
+def test_relief_valve_of_a_slow_motor(V: float) -> None:
+    """The motor takes a small part of the flow of the pump; the rest goes through leakage and valve, and its power becomes heat."""
+    D, w_a, w_b, leak, relief, p_max, mue = 8e-6, 150.0, 5.0, 2e-12, 4e-10, 40e6, 0.03
+    unit = HydrostaticUnit(D_b=D, leakage=leak, p_max=p_max, relief=relief, mue=mue)
+    speeds = rot.ConstantSpeed(w_fixed=w_a), rot.ConstantSpeed(w_fixed=np.copysign(w_b, V))
+    held = joined(unit, *speeds, Constant(k=V), joints="0.flange_a=1.flange 0.flange_b=2.flange 0.ratio=3.y")
+    result = run(held, 1.0)
+    flow = D * (abs(V) * w_a - w_b)
+    p = (flow + relief * p_max) / (leak + relief)
+    assert 40e6 < p < 43e6
+    assert result["parts[0].p"][-1] == pytest.approx(np.copysign(p, V), rel=1e-6)
+    assert result["parts[0].flange_a.tau"][-1] == pytest.approx(D * p * (abs(V) + mue), rel=1e-6)
+    assert abs(result["parts[0].flange_b.tau"][-1]) == pytest.approx(D * p * (1 - mue), rel=1e-6)
+    assert result["parts[0].lossPower"][-1] == pytest.approx(flow * p + mue * D * p * (w_a + w_b), rel=1e-6)
+    assert pt.energy_audit(result).closure < 1e-6
+
+
 def test_electric_variator_keeps_ratio_and_link() -> None:
     result = prescribed(ElectricVariator(), 0.6, 100.0, -50.0, stop=3.0, J=0.02)
     unit = "parts[0]."
