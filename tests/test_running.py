@@ -108,7 +108,7 @@ def test_a_state_knows_which_inputs_follow_a_signal(plant: pt.Plant[Engaging]) -
 
 def test_inputs_that_were_given_are_those_of_the_run(plant: pt.Plant[Engaging]) -> None:
     """What the run was started with, what held before an input was set, and what a restored state holds."""
-    given = {"press": ([0.0, 0.3, 0.3, 1.0], [0.0, 0.1, 0.2, 0.9]), "torque": 5.0}
+    given: dict[str, Any] = {"press": ([0.0, 0.3, 0.3, 1.0], [0.0, 0.1, 0.2, 0.9]), "torque": 5.0}
     run = plant.start(starts=STARTS, inputs=given, **TIGHT)
     run.step(0.5)
     run.step(0.25, torque=20.0)
