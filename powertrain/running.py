@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -28,12 +28,16 @@ M = TypeVar("M", bound=Component)
 
 @dataclass(frozen=True)
 class State:
-    """What decides how a run goes on: time in s, states, algebraic unknowns, held values (modes, discrete variables, inputs)."""
+    """What decides how a run goes on: time in s, states, algebraic unknowns, held values (modes, discrete variables, inputs).
+
+    ``set``: the inputs that steps have set; they no longer follow the signals with which the run was started.
+    """
 
     t: float
     x: Array
     z: Array
     m: Array
+    set: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         for values in (self.x, self.z, self.m):
@@ -56,20 +60,23 @@ class Running(Generic[M]):
         p: Array,
         report: Any,
         options: Mapping[str, Any],
-        free: Sequence[TimeSignal],
+        timed: Sequence[TimeSignal],
+        given: Collection[str],
     ) -> None:
         self._compiled, self._engine, self._p, self._report, self._options = compiled, engine, p, report, options
         self._signals = signals_of(compiled)
         self._places = {s.name: s.index for s in compiled.dae.schedules if s.name in compiled.inputs}
-        self._running = list(free)
-        """The signals of time that still run: those of the model, and inputs that were given over time and not set since."""
-        self._schedules = Schedules(self._running)
+        self._timed, self._given = timed, given
+        """The signals of time, and the names of the inputs that were given among them."""
+        self._schedules = {state.set: Schedules(timed)}
+        """Those that still run, by the inputs that have been set."""
         self._begin(state)
 
     def _begin(self, state: State) -> None:
         self._state, self._first = state, state
         self._pieces: list[Trajectory] = []
-        self._knots: dict[str, list[tuple[float, float]]] = {}
+        self._set = {name: {state.t: float(state.m[self._places[name] + 1])} for name in state.set}
+        """The values of the inputs that have been set, by time."""
 
     @property
     def time(self) -> float:
@@ -102,11 +109,11 @@ class Running(Generic[M]):
             if name not in self._places:
                 raise ParameterError(f"the model has no input {name}{suggestion(name, self._places)}")
             m[self._places[name] : self._places[name] + 3] = state.t, number(f"input {name}", value), 0.0
-            if any(s.name == name for s in self._running):
-                self._running = [s for s in self._running if s.name != name]
-                self._schedules = Schedules(self._running)
+        done = state.set.union(inputs)
+        if done not in self._schedules:
+            self._schedules[done] = Schedules([s for s in self._timed if s.name not in done])
         engine = self._engine()
-        kept, engine.schedules = engine.schedules, self._schedules
+        kept, engine.schedules = engine.schedules, self._schedules[done]
         try:
             options = {name: self._options[name] for name in ("rtol", "atol", "max_step")}
             found = engine.resume(
@@ -126,9 +133,9 @@ class Running(Generic[M]):
             engine.schedules = kept
         n = found.states
         held = found.final_held[: state.m.size]
-        self._state = State(state.t + dt, found.final[:n].copy(), found.final[n:].copy(), held.copy())
+        self._state = State(state.t + dt, found.final[:n].copy(), found.final[n:].copy(), held.copy(), done)
         for name, value in inputs.items():
-            self._knots.setdefault(name, []).append((state.t, float(value)))
+            self._set.setdefault(name, {})[state.t] = float(value)
         if self._options["record"]:
             self._pieces.append(found)
         return self
@@ -145,8 +152,19 @@ class Running(Generic[M]):
         if not self._pieces:
             raise ParameterError("the run has not advanced yet: call step(dt) first")
         grid = np.array([p.start for p in self._pieces] + [self._state.t]) if times is None else row("times", times)
-        knots = {name: _steps(series) for name, series in self._knots.items()}
-        return Result(self._compiled, joined(self._first, self._pieces), grid, self._p, self._report, inputs=knots)
+        inputs = {s.name: self._knots(s) for s in self._timed if s.name in self._set or s.name in self._given}
+        return Result(self._compiled, joined(self._first, self._pieces), grid, self._p, self._report, inputs=inputs)
+
+    def _knots(self, signal: TimeSignal) -> tuple[Array, Array]:
+        """Times and values of an input: its signal until it is set, then jumps."""
+        if signal.name not in self._set:
+            return signal.times, signal.values
+        times, values = (np.array(list(each)).repeat(2) for each in zip(*self._set[signal.name].items(), strict=True))
+        if times[0] == self._first.t:
+            return times[1:], values[:-1]
+        before = int(signal.times.searchsorted(times[0]))
+        left = np.interp(times[0], signal.times[: before + 1], signal.values[: before + 1])
+        return np.append(signal.times[:before], times), np.concatenate([signal.values[:before], [left], values[:-1]])
 
     def __repr__(self) -> str:
         return f"Running({type(self._signals.model).__name__} at t = {self.time:g} s)"
@@ -156,13 +174,6 @@ class Running(Generic[M]):
         rows = [(n, f"{self[n]:.6g}", entries[n].unit, entries[n].doc) for n in names if n in entries]
         about = f"{type(self._signals.model).__name__} at t = {self.time:g} s"
         return htmltext.heading("Running", about) + htmltext.table(("state", "value", "unit", "meaning"), rows)
-
-
-def _steps(series: list[tuple[float, float]]) -> tuple[Array, Array]:
-    """Knots of a signal that jumps to a value at each time."""
-    times = np.array([t for t, _ in series]).repeat(2)[1:]
-    values = np.array([v for _, v in series]).repeat(2)[:-1]
-    return times, values
 
 
 def joined(first: State, pieces: list[Trajectory]) -> Trajectory:

@@ -93,6 +93,44 @@ def test_inputs_over_time_until_one_is_set(plant: pt.Plant[Engaging]) -> None:
     assert run["torque"] == 5.0
 
 
+def test_a_state_knows_which_inputs_follow_a_signal(plant: pt.Plant[Engaging]) -> None:
+    """A value that is set, or a step that fails, after a state was stored does not end the signals of that state."""
+    run = plant.start(starts=STARTS, inputs={"press": ([0.0, 0.6, 1.0], [0.0, 0.1, 0.9]), "torque": 5.0})
+    followed, constant = run.step(0.5).state, run.step(0.1, press=0.3).state
+    for state, press in ((followed, 0.9), (constant, 0.3), (followed, 0.9)):
+        run.state = state
+        assert run.step(0.6)["press"] == pytest.approx(press)
+    run.state = followed
+    with pytest.raises(pt.SimulationError):
+        run.step(0.1, press=0.3, torque=1e300)
+    assert run.step(0.6)["press"] == pytest.approx(0.9)
+
+
+def test_inputs_that_were_given_are_those_of_the_run(plant: pt.Plant[Engaging]) -> None:
+    """What the run was started with, what held before an input was set, and what a restored state holds."""
+    given: dict[str, Any] = {"press": ([0.0, 0.3, 0.3, 1.0], [0.0, 0.1, 0.2, 0.9]), "torque": 5.0}
+    run = plant.start(starts=STARTS, inputs=given, **TIGHT)
+    run.step(0.5)
+    run.step(0.25, torque=20.0)
+    kept = run.step(0.25, press=0.3).state
+    result = run.result()
+    assert np.array_equal(result.inputs["torque"], ([0.0, 0.5, 0.5], [5.0, 5.0, 20.0]))
+    press = [0.0, 0.3, 0.3, 0.75, 0.75], [0.0, 0.1, 0.2, 0.65, 0.3]
+    np.testing.assert_allclose(result.inputs["press"], press, rtol=1e-15)
+    whole = plant.simulate(1.0, starts=STARTS, inputs=result.inputs, **TIGHT)
+    assert float(whole["engine.w"][-1]) == pytest.approx(run["engine.w"], rel=1e-8)
+    found, same = (pt.gradient(r, "engine.w", ["torque", "press"]) for r in (result, whole))
+    assert dict(found) == pytest.approx(dict(same), rel=1e-6, abs=1e-8)
+    assert found["torque[1]"] != pytest.approx(0.0, abs=1e-3)
+    run.state = kept
+    assert {
+        name: tuple(v.tolist() for v in knots) for name, knots in run.step(0.5, torque=1.0).result().inputs.items()
+    } == {
+        "press": ([1.0], [0.3]),
+        "torque": ([1.0], [1.0]),
+    }
+
+
 def test_gradient_of_what_was_done(plant: pt.Plant[Engaging]) -> None:
     """The derivative with respect to what the controller gave at each step."""
     result = commanded(plant.start(starts=STARTS, **TIGHT), 10).result()
