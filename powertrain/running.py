@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -28,12 +28,16 @@ M = TypeVar("M", bound=Component)
 
 @dataclass(frozen=True)
 class State:
-    """What decides how a run goes on: time in s, states, algebraic unknowns, held values (modes, discrete variables, inputs)."""
+    """What decides how a run goes on: time in s, states, algebraic unknowns, held values (modes, discrete variables, inputs).
+
+    ``signals`` are the signals of time that still run: those of the model, and inputs that were given over time and not set since.
+    """
 
     t: float
     x: Array
     z: Array
     m: Array
+    signals: tuple[TimeSignal, ...]
 
     def __post_init__(self) -> None:
         for values in (self.x, self.z, self.m):
@@ -56,18 +60,14 @@ class Running(Generic[M]):
         p: Array,
         report: Any,
         options: Mapping[str, Any],
-        free: Sequence[TimeSignal],
     ) -> None:
         self._compiled, self._engine, self._p, self._report, self._options = compiled, engine, p, report, options
         self._signals = signals_of(compiled)
         self._places = {s.name: s.index for s in compiled.dae.schedules if s.name in compiled.inputs}
-        self._running = list(free)
-        """The signals of time that still run: those of the model, and inputs that were given over time and not set since."""
-        self._schedules = Schedules(self._running)
         self._begin(state)
 
     def _begin(self, state: State) -> None:
-        self._state, self._first = state, state
+        self._state, self._first, self._schedules = state, state, Schedules(state.signals)
         self._pieces: list[Trajectory] = []
         self._knots: dict[str, list[tuple[float, float]]] = {}
 
@@ -102,11 +102,10 @@ class Running(Generic[M]):
             if name not in self._places:
                 raise ParameterError(f"the model has no input {name}{suggestion(name, self._places)}")
             m[self._places[name] : self._places[name] + 3] = state.t, number(f"input {name}", value), 0.0
-            if any(s.name == name for s in self._running):
-                self._running = [s for s in self._running if s.name != name]
-                self._schedules = Schedules(self._running)
+        signals = tuple(s for s in state.signals if s.name not in inputs)
+        schedules = self._schedules if len(signals) == len(state.signals) else Schedules(signals)
         engine = self._engine()
-        kept, engine.schedules = engine.schedules, self._schedules
+        kept, engine.schedules = engine.schedules, schedules
         try:
             options = {name: self._options[name] for name in ("rtol", "atol", "max_step")}
             found = engine.resume(
@@ -126,7 +125,8 @@ class Running(Generic[M]):
             engine.schedules = kept
         n = found.states
         held = found.final_held[: state.m.size]
-        self._state = State(state.t + dt, found.final[:n].copy(), found.final[n:].copy(), held.copy())
+        self._state = State(state.t + dt, found.final[:n].copy(), found.final[n:].copy(), held.copy(), signals)
+        self._schedules = schedules
         for name, value in inputs.items():
             self._knots.setdefault(name, []).append((state.t, float(value)))
         if self._options["record"]:

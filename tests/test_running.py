@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from cases import few
@@ -91,6 +92,40 @@ def test_inputs_over_time_until_one_is_set(plant: pt.Plant[Engaging]) -> None:
     run.step(0.25, press=0.1)
     assert run["press"] == 0.1
     assert run["torque"] == 5.0
+
+
+def test_a_state_knows_which_inputs_still_run_over_time(plant: pt.Plant[Engaging]) -> None:
+    """Setting an input, also in a step that fails, does not end its course in a state that is older, or in another run."""
+    given: dict[str, Any] = {"starts": STARTS, "inputs": {"press": ([0.0, 0.2, 1.0], [0.0, 1.0, 0.0]), "torque": 5.0}}
+    run, whole = plant.start(**given), plant.simulate(0.6, times=[0.6], **given)
+    begun, wanted = run.state, {name: float(whole[name][-1]) for name in ("press", "engine.w", "load.w")}
+    run.step(0.1, press=0.3)
+    taken = run.state
+    run.state = begun
+    other = plant.start(starts=STARTS)
+    other.state = begun
+    for again in (run, other):
+        again.step(0.6)
+        assert {name: again[name] for name in wanted} == pytest.approx(wanted, rel=1e-6)
+    run.state = taken
+    assert run.step(0.5)["press"] == 0.3
+
+
+def test_a_step_that_fails_leaves_inputs_as_they_were() -> None:
+    class Rooted(pt.Component):
+        """A root of an input, which ends the run at the first negative value."""
+
+        u: pt.Input = pt.signal_input("1", "Signal")
+        x: pt.Variable = pt.variable("1", "Integral of the root")
+
+        def equations(self) -> pt.Equations:
+            yield pt.der(self.x) == ca.sqrt(self.u.value)
+
+    run = pt.compile(Rooted()).start(inputs={"u": ([0.0, 1.0, 2.0], [1.0, 1.0, 4.0])})
+    with pytest.raises(pt.SimulationError):
+        run.step(1.0, u=-1.0)
+    run.step(2.0)
+    assert run["x"] == pytest.approx(1.0 + 14.0 / 9.0, rel=1e-6)  # the integral of sqrt(1 + 3 s) over a second
 
 
 def test_gradient_of_what_was_done(plant: pt.Plant[Engaging]) -> None:

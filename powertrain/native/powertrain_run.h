@@ -39,6 +39,7 @@ void pt_start(pt_model *model);
 void pt_load(pt_model *model, double t, const double *x, const double *z, const double *m, const double *p);
 void pt_tolerance(pt_model *model, double rtol, double atol, double max_step);
 void pt_use_signals(pt_model *model, const pt_signals *signals);
+/* An input keeps the value from now on, also where the export or pt_use_signals gave it over time. */
 void pt_set_input(pt_model *model, int k, double value);
 void pt_set_parameter(pt_model *model, int k, double value);
 double pt_time(const pt_model *model);
