@@ -196,14 +196,17 @@ def _assemble(
 
 
 def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
-    named: dict[Base, str] = {}
+    """The names nearest to the top of the model, those of quantities with a unit before those of the signals that measure them."""
+    named: dict[Base, tuple[int, bool, str]] = {}
     for k, unknown in reduced.flat.unknowns.items():
         alias = reduced.aliases.get(k)
         base = (alias.root, alias.order) if alias is not None and alias.root is not None else (k, 0)
         plain = alias is None or alias.plain
-        if plain and (base not in named or unknown.name.count(".") < named[base].count(".")):
-            named[base] = unknown.name
-    return [named.get(b) or _derivative_name(named.get((b[0], 0), reduced.symbols[b[0]].name()), b[1]) for b in states]
+        rank = unknown.name.count("."), unknown.unit == "1", unknown.name
+        if plain and (base not in named or rank[:2] < named[base][:2]):
+            named[base] = rank
+    names = {base: name for base, (_, _, name) in named.items()}
+    return [names.get(b) or _derivative_name(names.get((b[0], 0), reduced.symbols[b[0]].name()), b[1]) for b in states]
 
 
 def _nominal(reduced: Reduced, bases: list[Base], values: dict[int, float]) -> tuple[float, ...]:

@@ -3,6 +3,10 @@
 #define POWERTRAIN_RUN_H
 #include <stddef.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum {
     PT_OK = 0,
     PT_FULL = 1,        /* the record is full: empty it and call again */
@@ -55,4 +59,8 @@ void pt_sample(pt_model *model, const double *times, long count, double *out);
 /* Steps, rejected steps, events, and how many rows, held values and instants were kept since the last pt_record. */
 void pt_counts(const pt_model *model, long *out);
 const char *pt_message(int status);
+
+#ifdef __cplusplus
+}
+#endif
 #endif
