@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.dae.hybrid import TimeSignal
-from powertrain.engine.schedules import Schedules
+from powertrain.engine.options import run_times
+from powertrain.engine.schedules import Schedules, just_after
 from powertrain.engine.simulator import Simulator
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError, SimulationError, suggestion
@@ -144,9 +145,16 @@ class Running(Generic[M]):
             raise ParameterError("the run was started with record=False, which keeps only the present state")
         if not self._pieces:
             raise ParameterError("the run has not advanced yet: call step(dt) first")
-        grid = np.array([p.start for p in self._pieces] + [self._state.t]) if times is None else row("times", times)
+        grid = np.array([p.start for p in self._pieces] + [self._state.t]) if times is None else self._within(times)
         knots = {name: _steps(series) for name, series in self._knots.items()}
         return Result(self._compiled, joined(self._first, self._pieces), grid, self._p, self._report, inputs=knots)
+
+    def _within(self, times: ArrayLike) -> Array:
+        """Output times; those within rounding of the start or the end, which is a sum of steps, are the start or the end."""
+        grid, first, last = row("times", times), self._first.t, self._state.t
+        for end in (first, last):
+            grid = np.where(abs(grid - end) <= just_after(end) - end, end, grid)
+        return run_times(first, last, grid, 1)
 
     def __repr__(self) -> str:
         return f"Running({type(self._signals.model).__name__} at t = {self.time:g} s)"

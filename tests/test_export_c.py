@@ -259,7 +259,9 @@ def test_an_input_that_c_sets_keeps_its_value(tmp_path: Path) -> None:
 @pytest.mark.skipif(shutil.which("g++") is None, reason="no C++ compiler")
 def test_a_program_in_cpp_links_the_model(tmp_path: Path) -> None:
     pt.compile(Belt()).export_c(tmp_path, inputs={"u": 1.0})
-    program = '#include "powertrain_run.h"\nint main() { pt_start(pt_instance()); return pt_run(pt_instance(), 0.1); }\n'
+    program = (
+        '#include "powertrain_run.h"\nint main() { pt_start(pt_instance()); return pt_run(pt_instance(), 0.1); }\n'
+    )
     (tmp_path / "program.cpp").write_text(program)
     sources = ["functions.c", "model.c", "powertrain_run.c", "powertrain_loop.c"]
     subprocess.run(["cc", "-c", *sources], cwd=tmp_path, check=True)

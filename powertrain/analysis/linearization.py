@@ -42,9 +42,9 @@ def linearize(
 
     The modes are those of the operating point: stuck friction and closed contacts remove states. Friction without a limit there holds
     nothing, such as that of an unloaded gear at rest, in proportion to its torque: it slides forward, and the model has the loss of that
-    direction. Sources that change with time are not part of the linear model; discrete
-    variables, such as the output of a sampled controller, keep their values in it. If derivatives of an input occur, the states are shifted by a
-    multiple of the input (see ``Linearization``).
+    direction. Sources that change with time are not part of the linear model; discrete variables, such as the output of a sampled
+    controller, keep their values in it. If derivatives of an input occur, the states are shifted by a multiple of the input (see
+    ``Linearization``).
 
     Parameters
     ----------
