@@ -438,6 +438,8 @@ def test_refusals_name_what_is_known() -> None:
     plant = pt.compile(Oscillator())
     with pytest.raises(pt.ParameterError, match=r"no inputs; name what drives"):
         linearize(plant)
+    with pytest.raises(pt.ParameterError, match=r"inputs is empty; name what drives"):
+        linearize(plant, [])
     with pytest.raises(pt.ParameterError, match=r"torque\.tua; did you mean torque\.tau"):
         linearize(plant, ["torque.tua"])
     with pytest.raises(pt.ParameterError, match=r"J1\.ww; did you mean J1\.w"):

@@ -89,8 +89,9 @@ def linearize(
     )
     shown = _default_outputs(plant.compiled) if outputs is None else listed("outputs", outputs)
     if not driven:
+        lacking = "the model has no inputs" if inputs is None else "inputs is empty"
         raise ParameterError(
-            'the model has no inputs; name what drives the linear model, e.g. inputs=["source.y"] (a signal port) '
+            f'{lacking}; name what drives the linear model, e.g. inputs=["source.y"] (a signal port) '
             'or inputs=["shaft.flange_a.tau"] (an external torque)'
         )
     return _linearizer(plant, tuple(driven), shown).at(point, flag("reduced", reduced))
