@@ -115,9 +115,13 @@ from powertrain.components.electric import Battery as Battery
 from powertrain.components.electric import BatteryCooling as BatteryCooling
 from powertrain.components.electric import Capacitor as Capacitor
 from powertrain.components.electric import ConditionedBattery as ConditionedBattery
+from powertrain.components.electric import ConditionedMachine as ConditionedMachine
+from powertrain.components.electric import Cooling as Cooling
 from powertrain.components.electric import DCDCConverter as DCDCConverter
 from powertrain.components.electric import DCTerminal as DCTerminal
 from powertrain.components.electric import ElectricMachine as ElectricMachine
+from powertrain.components.electric import LiquidCooledMachine as LiquidCooledMachine
+from powertrain.components.electric import MachineCooling as MachineCooling
 from powertrain.components.electric import PassivelyCooledBattery as PassivelyCooledBattery
 from powertrain.components.electric import PolarizedBattery as PolarizedBattery
 from powertrain.components.electric import VoltageSource as VoltageSource

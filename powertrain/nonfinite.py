@@ -32,7 +32,7 @@ _NAMES = {
 def explain(compiled: Compiled, t: float, y: Array, m: Array, p: Array) -> str:
     """The lines of text behind a value that is not finite at a point or just ahead of it; empty where none is found."""
     dae, n = compiled.dae, compiled.dae.x.numel()
-    rates = ca.Function("powertrain_ahead", dae.arguments, [ca.densify(dae.xdot)])
+    rates = dae.function("ahead", dae.xdot)
     z, m, p = y[n : n + dae.z.numel()], m[: dae.m.numel()], p[: dae.p.numel()]
     slope = np.nan_to_num(np.array(rates(t, y[:n], z, m, p), float).ravel())
     for ahead in _AHEAD:
@@ -50,9 +50,7 @@ def _at(compiled: Compiled, point: Sequence[float | Array]) -> str:
     texts += [(place, v) for place, law in source.laws for v in vars(law).values() if isinstance(v, ca.SX)]
     symbols = {key(s): s for _, e in texts for s in free_symbols(e)}
     values = signals_of(compiled).resolve(list(symbols.values()))
-    numbers = np.array(
-        ca.Function("powertrain_all", dae.arguments, [ca.densify(column(values))])(*point), float
-    ).ravel()
+    numbers = np.array(dae.function("all", column(values))(*point), float).ravel()
     known = dict(zip(symbols, numbers.tolist(), strict=True))
     if all(np.isfinite(numbers)):
         return ""

@@ -9,11 +9,12 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+from powertrain.engine.trajectory import Samples
 from powertrain.errors import ParameterError
 from powertrain.language.component import Component
 from powertrain.numerics.background import progress as building
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Samples, Signals
+from powertrain.signals import Signals
 
 M = TypeVar("M", bound=Component)
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain import export
 from powertrain.compiler.assemble import Compiled, compile_model
-from powertrain.engine.trajectory import Trajectory
+from powertrain.engine.trajectory import Samples, Trajectory
 from powertrain.errors import ParameterError
 from powertrain.events import EventTable
 from powertrain.language import htmltext
@@ -27,7 +27,7 @@ from powertrain.language.connectors import Signal
 from powertrain.language.quantities import converted
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Picked, Samples, signals_of
+from powertrain.signals import Picked, signals_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -132,7 +132,7 @@ class Result(Generic[M]):
         asked = self._times
         if not self.ok:
             asked = np.append(asked[asked < self.trajectory.end], self.trajectory.end)
-        return Samples(*self.trajectory.at(asked, with_events=True))
+        return self.trajectory.at(asked, with_events=True)
 
     @cached_property
     def _samples(self) -> Samples:
@@ -145,7 +145,7 @@ class Result(Generic[M]):
 
     def samples_at(self, times: ArrayLike) -> Samples:
         """Times of the run with states, algebraic unknowns and held values; at the instant of an event the right limit."""
-        return self._signals.corrected(Samples(*self.trajectory.at(times, with_events=False)), self._p)
+        return self._signals.corrected(self.trajectory.at(times, with_events=False), self._p)
 
     @property
     def samples(self) -> Samples:

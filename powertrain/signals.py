@@ -7,7 +7,7 @@ import weakref
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Any, NamedTuple
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -17,7 +17,7 @@ from powertrain.compiler.assemble import Compiled, SignalEntry
 from powertrain.compiler.binding import bind_parameters
 from powertrain.compiler.flatten import flatten
 from powertrain.compiler.source import Source, source_of
-from powertrain.engine.trajectory import Instant, Trajectory
+from powertrain.engine.trajectory import Samples
 from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.language.arguments import names as argument_names
 from powertrain.language.component import Component
@@ -37,32 +37,6 @@ _LARGEST_BLOCK = 4_000_000
 _LARGEST_CORRECTION = 40
 _CORRECTIONS = 4
 _CLOSE = 1e-7
-
-
-class Samples(NamedTuple):
-    """Times, states, algebraic unknowns and held values, one row per sample."""
-
-    t: Array
-    x: NDArray[np.float64]
-    z: NDArray[np.float64]
-    m: NDArray[np.float64]
-
-
-def of_steps(trajectory: Trajectory, times: Array, steps: NDArray[np.int_]) -> Samples:
-    """The dense output of given steps, one for each time."""
-    q = ((times - trajectory.times[steps]) / trajectory.sizes[steps])[:, None]
-    c, n = trajectory.dense[steps], trajectory.states
-    y = (((c[:, 4] * q + c[:, 3]) * q + c[:, 2]) * q + c[:, 1]) * q + c[:, 0]
-    return Samples(times, y[:, :n], y[:, n:], trajectory.held[trajectory.mode_of_step[steps]])
-
-
-def of_instants(trajectory: Trajectory, instants: Sequence[Instant]) -> Samples:
-    """The left and the right limit at each instant of events."""
-    n, size, count = trajectory.states, trajectory.dense.shape[2], 2 * len(instants)
-    y = np.array([limit[:size] for i in instants for limit in (i.left, i.right)], float).reshape(count, size)
-    held = np.array([limit for i in instants for limit in (i.held_left, i.held_right)], float)
-    held = held.reshape(count, trajectory.held.shape[1])
-    return Samples(np.repeat(np.array([i.time for i in instants], float), 2), y[:, :n], y[:, n:], held)
 
 
 @dataclass(frozen=True)

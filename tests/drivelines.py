@@ -13,7 +13,7 @@ import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant, Ramp, Sine, Step
 from powertrain.language.recorder import reading
-from powertrain.signals import Samples, signals_of
+from powertrain.signals import signals_of
 
 Pick = Callable[[Sequence[Any]], Any]
 """Chooses one of several."""
@@ -180,7 +180,7 @@ def balance(result: pt.Result[Any]) -> Balance:
     p = np.array(list(result.parameters.values()))
 
     def values(times: Any) -> Any:
-        samples = Samples(*trajectory.at(times, with_events=False))
+        samples = trajectory.at(times, with_events=False)
         return signals.evaluate(expressions, signals.corrected(samples, p), p)
 
     nodes, weights = np.polynomial.legendre.leggauss(5)

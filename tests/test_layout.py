@@ -42,7 +42,7 @@ ORDER = [
     "numerics: tape buffers lookup hoisting vertex_elimination pivots sparse_lu newton elimination compiled background vectorised",
     "numerics: batch many newton_abreast",
     "numerics: replay folding",
-    "compiler: matching calls cancellation",
+    "compiler: matching calls cancellation generic",
     "compiler: texts operations walks flatten binding source jumps alias index torques structure blocks resolver continuity "
     "records assemble",
     "modes: lemke",

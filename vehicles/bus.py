@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from powertrain import Component, Equations, ParameterError, Symbol, connect, replace
 from powertrain.components.control import BlendedBraking
-from powertrain.components.electric import AccessoryLoad, BatteryCooling, ElectricMachine, PolarizedBattery
+from powertrain.components.electric import (
+    AccessoryLoad,
+    BatteryCooling,
+    ElectricMachine,
+    MachineCooling,
+    PolarizedBattery,
+)
 from powertrain.components.evaluation import numbers
 from powertrain.components.thermal import HeatPort
 
@@ -14,16 +20,18 @@ def one_bus(
     battery: PolarizedBattery,
     cooling: BatteryCooling,
     accessories: AccessoryLoad,
-    *machines: ElectricMachine,
+    *machines: tuple[ElectricMachine, MachineCooling],
 ) -> Equations:
-    """``battery``, at the temperature that ``cooling`` gives it, supplies the ``machines`` and the ``accessories``.
+    """``battery`` supplies the ``machines`` and the ``accessories``; the coolings give battery and machines their temperatures.
 
     Errors: ParameterError if even the full battery cannot supply what they take while the vehicle stands.
     """
     yield connect(battery.heat_port, cooling.battery)
-    yield connect(battery.bus, *(machine.bus for machine in machines), accessories.bus)
+    for machine, of_machine in machines:
+        yield connect(machine.heat_port, of_machine.machine)
+    yield connect(battery.bus, *(machine.bus for machine, _ in machines), accessories.bus)
     cells, R = battery.ocv.values.max(), float(replace(battery).R)
-    most, rest = cells**2 / (4 * R), [_at_rest(machine) for machine in machines]
+    most, rest = cells**2 / (4 * R), [_at_rest(machine) for machine, _ in machines]
     taken = float(replace(accessories).P) + sum(rest)
     if most <= taken:
         raise ParameterError(
@@ -42,7 +50,7 @@ def _at_rest(machine: ElectricMachine) -> float:
 def known_machine(control: BlendedBraking, machine: ElectricMachine, left: Symbol) -> Equations:
     """Tell the control the machine's largest torque and losses; ``left`` is the power [W] that it may draw, including losses."""
     idle = machine.loss_at(Symbol(0.0))
-    most = machine.full_load(machine.w, machine.bus.v)
+    most = machine.full_load(machine.w, machine.bus.v, machine.heat_port.T)
     yield control.limit.value == most
     yield control.added_loss.value == machine.loss_at(most) - idle
     yield control.discharge_power.value == left - idle

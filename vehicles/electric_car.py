@@ -17,7 +17,9 @@ from powertrain.components.electric import (
     AccessoryLoad,
     BatteryCooling,
     ConditionedBattery,
+    ConditionedMachine,
     ElectricMachine,
+    MachineCooling,
     PolarizedBattery,
     cells_in_series,
 )
@@ -61,6 +63,7 @@ class ElectricCar(ShiftedCar):
     machine: ElectricMachine = ElectricMachine(
         J=0.04, tau_max=310, P_max=150e3, w_max=1680, P_0=80, copper=0.045, iron=1.0, windage=4e-4
     )
+    machine_cooling: MachineCooling = ConditionedMachine()
     gearbox: Shiftable = SingleGear(gear=IdealGear(ratio=2.5), churning=OIL)
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=3.6, eta_ab=0.97, eta_ba=0.97))
     body: Body = VehicleBody(m=1700, A=2.3, Cd=0.25)
@@ -78,7 +81,9 @@ class ElectricCar(ShiftedCar):
 
     def equations(self) -> Equations:
         """The bus, and the connection to the road."""
-        yield from one_bus(self, self.battery, self.battery_cooling, self.accessories, self.machine)
+        yield from one_bus(
+            self, self.battery, self.battery_cooling, self.accessories, (self.machine, self.machine_cooling)
+        )
         yield connect(self.machine.shaft, self.gearbox.flange_a)
         yield from self._to_the_road(self.gearbox.flange_b, self.control.friction)
         yield from self._signals()

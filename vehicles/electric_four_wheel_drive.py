@@ -12,7 +12,9 @@ from powertrain.components.electric import (
     AccessoryLoad,
     BatteryCooling,
     ConditionedBattery,
+    ConditionedMachine,
     ElectricMachine,
+    MachineCooling,
     PolarizedBattery,
 )
 from powertrain.components.wheels import WheelBrake
@@ -42,9 +44,11 @@ class ElectricFourWheelDriveCar(Car):
     front_machine: ElectricMachine = ElectricMachine(
         J=0.03, tau_max=180, P_max=90e3, w_max=1500, P_0=60, copper=0.06, iron=0.7, windage=3e-4
     )
+    front_machine_cooling: MachineCooling = ConditionedMachine()
     rear_machine: ElectricMachine = ElectricMachine(
         J=0.04, tau_max=310, P_max=150e3, w_max=1680, P_0=80, copper=0.045, iron=1.0, windage=4e-4
     )
+    rear_machine_cooling: MachineCooling = ConditionedMachine()
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=9.0, eta_ab=0.97, eta_ba=0.97))
     rear: Axle = LumpedAxle(final_drive=CrownGear(ratio=9.0, eta_ab=0.97, eta_ba=0.97), brakes=WheelBrake(tau_max=1500))
     body: Body = VehicleBody(m=2000, A=2.35, Cd=0.25)
@@ -52,7 +56,12 @@ class ElectricFourWheelDriveCar(Car):
     def equations(self) -> Equations:
         """The bus, and each machine at its axle."""
         yield from one_bus(
-            self, self.battery, self.battery_cooling, self.accessories, self.front_machine, self.rear_machine
+            self,
+            self.battery,
+            self.battery_cooling,
+            self.accessories,
+            (self.front_machine, self.front_machine_cooling),
+            (self.rear_machine, self.rear_machine_cooling),
         )
         yield from self._to_the_road(self.front_machine.shaft, self.control.friction, self.rear_machine.shaft)
         yield from self._signals()
@@ -65,7 +74,7 @@ class ElectricFourWheelDriveCar(Car):
         yield connect(self.driver.brake, self.control.brake)
         yield self.control.w.value == (1 - share) * front.w + share * rear.w
         yield connect(self.battery.charge_power, self.control.charge_power)
-        ahead, behind = (machine.full_load(machine.w, machine.bus.v) for machine in (front, rear))
+        ahead, behind = (machine.full_load(machine.w, machine.bus.v, machine.heat_port.T) for machine in (front, rear))
         most = ca.fmin(ahead / (1 - share), behind / share)
         idle = front.loss_at(Symbol(0.0)) + rear.loss_at(Symbol(0.0))
         yield self.control.limit.value == most

@@ -16,7 +16,13 @@ from powertrain.components.control import (
     SpeedSchedule,
 )
 from powertrain.components.differentials import CrownGear
-from powertrain.components.electric import ElectricMachine, PolarizedBattery, cells_in_series
+from powertrain.components.electric import (
+    ConditionedMachine,
+    ElectricMachine,
+    MachineCooling,
+    PolarizedBattery,
+    cells_in_series,
+)
 from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.limited import limited
 from powertrain.components.rotational import Clutch, IdealGear
@@ -71,6 +77,7 @@ class ParallelHybrid(HybridCar):
     gearbox: Shiftable = PowerShiftGearbox(ratios=(3.8, 2.3, 1.5, 1.1, 0.87, 0.7))
     coupling: IdealGear = IdealGear(ratio=RATIOS["P2"])
     machine: ElectricMachine = MACHINES["P2"]
+    machine_cooling: MachineCooling = ConditionedMachine()
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=4.1, eta_ab=0.97, eta_ba=0.97))
     body: Body = VehicleBody(m=1500, A=2.2)
 
@@ -117,7 +124,9 @@ class ParallelHybrid(HybridCar):
         own = self.coupling.flange_b if self.position == "P4" else None
         if own is None:
             yield connect(self.coupling.flange_b, places[self.position])
-        yield from one_bus(self, self.battery, self.battery_cooling, self.accessories, self.machine)
+        yield from one_bus(
+            self, self.battery, self.battery_cooling, self.accessories, (self.machine, self.machine_cooling)
+        )
         yield from self._to_the_road(self.gearbox.flange_b, self.control.friction, own)
         yield from self._signals()
 

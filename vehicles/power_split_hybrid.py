@@ -6,7 +6,7 @@ from powertrain import Equations, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, Pedals, PowerSplit, PowerSplitControl
 from powertrain.components.differentials import CrownGear, Epicyclic, PlanetaryGear
-from powertrain.components.electric import ElectricMachine
+from powertrain.components.electric import ConditionedMachine, ElectricMachine, MachineCooling
 from powertrain.components.engines import Engine, WillansEngine, operating_line
 from powertrain.components.rotational import SpringDamper
 from powertrain.vehicles.bus import known_machine, one_bus
@@ -35,7 +35,9 @@ class PowerSplitHybrid(HybridCar):
     damper: SpringDamper = SpringDamper(c=800, d=20)
     gear: Epicyclic = PlanetaryGear(ratio=2.6, eta_ab=0.98, eta_ba=0.98)
     machine_1: ElectricMachine = ElectricMachine(J=0.02, tau_max=70, P_max=42e3, w_max=1250, copper=0.1, iron=0.5)
+    machine_1_cooling: MachineCooling = ConditionedMachine()
     machine_2: ElectricMachine = ElectricMachine(J=0.03, tau_max=450, P_max=55e3, w_max=700, copper=0.015, iron=0.8)
+    machine_2_cooling: MachineCooling = ConditionedMachine()
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=3.93, eta_ab=0.97, eta_ba=0.97))
     body: Body = VehicleBody(m=1450, A=2.2, Cd=0.27)
 
@@ -45,7 +47,14 @@ class PowerSplitHybrid(HybridCar):
         yield connect(self.damper.flange_b, self.gear.carrier)
         yield connect(self.machine_1.shaft, self.gear.sun)
         yield connect(self.machine_2.shaft, self.gear.ring)
-        yield from one_bus(self, self.battery, self.battery_cooling, self.accessories, self.machine_1, self.machine_2)
+        yield from one_bus(
+            self,
+            self.battery,
+            self.battery_cooling,
+            self.accessories,
+            (self.machine_1, self.machine_1_cooling),
+            (self.machine_2, self.machine_2_cooling),
+        )
         yield from self._to_the_road(self.gear.ring, self.control.friction)
         yield from self._signals()
 

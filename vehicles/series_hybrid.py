@@ -6,7 +6,7 @@ from powertrain import Equations, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, ElectricDriveControl, GensetControl, Pedals
 from powertrain.components.differentials import CrownGear
-from powertrain.components.electric import ElectricMachine
+from powertrain.components.electric import ConditionedMachine, ElectricMachine, MachineCooling
 from powertrain.components.engines import Engine, WillansEngine, operating_line
 from powertrain.components.rotational import IdealGear, SpringDamper
 from powertrain.components.transmissions import Shiftable, SingleGear
@@ -32,9 +32,11 @@ class SeriesHybrid(HybridCar):
     engine: Engine = WillansEngine(tau_starter=0)
     damper: SpringDamper = SpringDamper(c=800, d=20)
     generator: ElectricMachine = ElectricMachine(J=0.02, tau_max=180, P_max=65e3, w_max=800, copper=0.05, iron=0.6)
+    generator_cooling: MachineCooling = ConditionedMachine()
     machine: ElectricMachine = ElectricMachine(
         J=0.03, tau_max=280, P_max=100e3, w_max=1500, P_0=70, copper=0.05, iron=0.8, windage=3e-4
     )
+    machine_cooling: MachineCooling = ConditionedMachine()
     gearbox: Shiftable = SingleGear(gear=IdealGear(ratio=2.3), churning=OIL)
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=3.6, eta_ab=0.97, eta_ba=0.97))
     body: Body = VehicleBody(m=1550, A=2.2, Cd=0.28)
@@ -43,7 +45,14 @@ class SeriesHybrid(HybridCar):
         """Engine to generator, the bus, machine to road."""
         yield connect(self.engine.crank, self.damper.flange_a)
         yield connect(self.damper.flange_b, self.generator.shaft)
-        yield from one_bus(self, self.battery, self.battery_cooling, self.accessories, self.generator, self.machine)
+        yield from one_bus(
+            self,
+            self.battery,
+            self.battery_cooling,
+            self.accessories,
+            (self.generator, self.generator_cooling),
+            (self.machine, self.machine_cooling),
+        )
         yield connect(self.machine.shaft, self.gearbox.flange_a)
         yield from self._to_the_road(self.gearbox.flange_b, self.control.friction)
         yield from self._signals()

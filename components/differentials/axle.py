@@ -31,7 +31,8 @@ class BevelDifferential(Differential):
     """The open bevel-gear differential: equal side wheels on bevel planets in a cage, which the crown wheel turns.
 
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0
-    The mesh law with R_o = -1: left.tau = right.tau without loss; with loss the slower side gets 1/eta of what the faster side gets.
+    The mesh law with R_o = -1: left.tau = right.tau without loss. With loss the slower side gets 1/eta of what the faster side gets if the
+    crown wheel drives; in overrun the faster side gives 1/eta of what the slower side gives.
 
     There is no loss while both sides turn as fast as the crown wheel. It has no inertia: connect inertias to its flanges.
     """

@@ -1,4 +1,4 @@
-"""Temperature of a battery in a vehicle."""
+"""Temperatures of batteries and electric machines in a vehicle."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ from powertrain import Component, Equations, Parameter, Variable, der, parameter
 from powertrain.components.thermal import HeatPort
 
 
-class BatteryCooling(Component):
+class Cooling(Component):
+    """Partial: takes the heat of a part and determines its temperature."""
+
+    def steady(self) -> Cooling:
+        """Its replacement in maps of operating points; by default itself, in thermal equilibrium at every point."""
+        return self
+
+
+class BatteryCooling(Cooling):
     """Partial: takes the heat of a battery and determines its temperature."""
 
     battery: HeatPort = port(HeatPort)
-
-    def steady(self) -> BatteryCooling:
-        """Its replacement in maps of operating points; by default itself, in thermal equilibrium at every point."""
-        return self
 
 
 class ConditionedBattery(BatteryCooling):
@@ -53,3 +57,56 @@ class PassivelyCooledBattery(BatteryCooling):
     def steady(self) -> ConditionedBattery:
         """As warm as the air: it takes hours to reach the equilibrium of an operating point."""
         return ConditionedBattery(T=float(self.T_air))
+
+
+class MachineCooling(Cooling):
+    """Partial: takes the heat of an electric machine and determines its temperature."""
+
+    machine: HeatPort = port(HeatPort)
+
+
+class ConditionedMachine(MachineCooling):
+    """A machine at a constant temperature, whatever its losses: machine.T = T."""
+
+    T: Parameter = parameter("K", "Temperature", default=293.15, above=200)
+
+    def equations(self) -> Equations:
+        """A constant."""
+        yield self.machine.T == self.T
+
+
+class LiquidCooledMachine(MachineCooling):
+    """A machine whose winding is warmed by its losses, within a housing that is cooled by a liquid.
+
+    C der(T) = machine.Q_flow - Q_housing,  C_housing der(T_housing) = Q_housing - G_liquid (T_housing - T_liquid)
+    Q_housing = G (T - T_housing),  machine.T = T
+
+    In the long run a loss P makes the winding warmer than the liquid by P (1/G + 1/G_liquid): that limits the continuous power, as the
+    torque of an ``ElectricMachine`` falls near its T_max. For seconds the winding alone stores the heat, which allows the peak power.
+    The run begins at T_liquid unless start values are given. The default values are invented, for a machine of 150 kW.
+    """
+
+    C: Parameter = parameter("J/K", "Heat capacity of the winding", default=3e3, above=0)
+    C_housing: Parameter = parameter("J/K", "Heat capacity of stator core and housing", default=15e3, above=0)
+    G: Parameter = parameter("W/K", "Conductance from the winding to the housing", default=80.0, above=0)
+    G_liquid: Parameter = parameter("W/K", "Conductance from the housing to the liquid", default=200.0, above=0)
+    T_liquid: Parameter = parameter("K", "Temperature of the liquid", default=338.15, above=200)
+    T: Variable = variable("K", "Temperature of the winding", guess=338.15, nominal=100.0)
+    T_housing: Variable = variable("K", "Temperature of stator core and housing", guess=338.15, nominal=100.0)
+    Q_housing: Variable = variable("W", "Heat flow from the winding to the housing", nominal=1e3)
+
+    def equations(self) -> Equations:
+        """Two heat balances."""
+        yield self.T == self.machine.T
+        yield self.Q_housing == self.G * (self.T - self.T_housing)
+        yield self.C * der(self.T) == self.machine.Q_flow - self.Q_housing
+        yield self.C_housing * der(self.T_housing) == self.Q_housing - self.G_liquid * (self.T_housing - self.T_liquid)
+
+    def initial(self) -> Equations:
+        """As warm as the liquid."""
+        yield self.T_liquid == self.T
+        yield self.T_liquid == self.T_housing
+
+    def steady(self) -> ConditionedMachine:
+        """As warm as the liquid: it takes minutes to reach the equilibrium of an operating point."""
+        return ConditionedMachine(T=float(self.T_liquid))

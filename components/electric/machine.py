@@ -52,17 +52,20 @@ class ElectricMachine(Lossy):
     """A motor and generator whose torque follows a demand within its limits.
 
     J der(w) = tau + shaft.tau,  bus.v bus.i = tau w + lossPower,  w = der(shaft.phi)
-    tau = torque_demand within -limit..limit,  limit = min(tau_max, P_max supply/|w|) fade,  fade = (w_max supply - |w|)/band within 0..1
+    tau = torque_demand within -limit..limit,  limit = min(tau_max, P_max supply/|w|) fade derating
+    fade = (w_max supply - |w|)/band within 0..1,  derating = (T_max - heat_port.T)/T_band within 0..1
     supply = bus.v/V_full within 0..1,  lossPower = P_0 + copper warm tau^2 + iron |w| + windage w^2,  or loss_map
     warm = 1 + alpha (heat_port.T - 293.15 K)
 
     Forward it drives if tau > 0; it generates if tau w < 0. Below the voltage V_full, field weakening begins at a lower speed: power and
-    top speed fall with the voltage; with V_full = 0 they do not. ``loss_map`` [W] replaces the formula. It is over |w| [rad/s] and |tau|
-    [N.m]; or, if its torques extend below zero, over |w| and a torque that is positive while the machine drives and negative while it
-    generates. Below 1 rad/s the two losses are blended; at rest the loss is their mean, and beyond the torque at which one of them ends, it
-    rises like the other. The bus supplies the loss, also at rest and without torque. The torque follows without delay.
-    ``from_efficiency`` takes efficiencies instead of losses. The default values are invented, for a machine of 50 kW.
-    A loss map holds for one temperature: alpha must be 0. Errors: ParameterError for an alpha beside it, other axes or a negative loss.
+    top speed fall with the voltage; with V_full = 0 they do not. The default T_max is that of insulation class H (IEC 60085).
+    ``loss_map`` [W] replaces the formula. It is over |w| [rad/s] and |tau| [N.m]; or, if its torques extend below zero, over |w| and a
+    torque that is positive while the machine drives and negative while it generates. Below 1 rad/s the two losses are blended; at rest the
+    loss is their mean, and beyond the torque at which one of them ends, it rises like the other. The bus supplies the loss, also at rest
+    and without torque. The torque follows without delay. ``from_efficiency`` takes efficiencies instead of losses. The default values are
+    invented, for a machine of 50 kW. A loss map holds for one temperature: alpha must be 0.
+
+    Errors: ParameterError for an alpha beside a loss map, other axes or a negative loss.
     """
 
     shaft: Flange = port(Flange)
@@ -76,6 +79,12 @@ class ElectricMachine(Lossy):
     w_max: Parameter = parameter("rad/s", "Speed from which there is no torque", default=1200.0, above=0)
     band: Parameter = parameter("rad/s", "Speed range below it in which the torque fades out", default=20.0, above=0)
     V_full: Parameter = parameter("V", "Voltage of the bus from which P_max and w_max hold", default=0.0, min=0)
+    T_max: Parameter = parameter(
+        "K", "Temperature of the winding from which there is no torque", default=453.15, above=0
+    )
+    T_band: Parameter = parameter(
+        "K", "Temperature range below it in which the torque fades out", default=20.0, above=0
+    )
     alpha: Parameter = parameter("1/K", "Rise of the winding's resistance, 0.0039 for copper", default=0.0, min=0)
     P_0: Parameter = parameter("W", "Loss at rest without torque", default=50.0, min=0)
     copper: Parameter = parameter("W/(N2.m2)", "Loss over torque squared", default=0.1, min=0)
@@ -83,7 +92,7 @@ class ElectricMachine(Lossy):
     windage: Parameter = parameter("W.s2/rad2", "Loss over speed squared", default=1e-3, min=0)
     w: Variable = variable("rad/s", "Speed of the shaft", prefer=True)
     tau: Variable = variable("N.m", "Torque of the machine, without its inertia")
-    tau_limit: Variable = variable("N.m", "Largest torque at its speed and voltage")
+    tau_limit: Variable = variable("N.m", "Largest torque at its speed, voltage and temperature")
     power: Variable = variable("W", "Power of the machine, without its inertia, positive when driving")
 
     @classmethod
@@ -145,7 +154,7 @@ class ElectricMachine(Lossy):
         """A limited torque, and a power balance."""
         if self.loss_map is not None:
             _checked_loss(self.loss_map, self._path)
-        yield self.tau_limit == self._limit(self.w, self._supply(self.bus.v))
+        yield self.tau_limit == self._limit(self.w, self.bus.v, self.heat_port.T)
         yield self.w == der(self.shaft.phi)
         yield self.speed.value == self.w
         yield self.tau == limited(self.torque_demand.value, -self.tau_limit, self.tau_limit)
@@ -154,13 +163,12 @@ class ElectricMachine(Lossy):
         yield self.bus.v * self.bus.i == self.power + self.lossPower
         yield from self._dissipate()
 
-    def _supply(self, v: Symbol) -> Symbol:
-        return limited(v / ca.fmax(self.V_full, LEAST))
-
-    def _limit(self, w: Symbol, supply: Symbol) -> Symbol:
+    def _limit(self, w: Symbol, v: Symbol, T: Symbol) -> Symbol:
+        supply = limited(v / ca.fmax(self.V_full, LEAST))
         speed, power = ca.fabs(w), self.P_max * supply
         constant_power = power / ca.fmax(ca.fmax(speed, power / self.tau_max), STILL)
-        return constant_power * limited((self.w_max * supply - speed) / self.band)
+        fade, derating = (self.w_max * supply - speed) / self.band, (self.T_max - T) / self.T_band
+        return constant_power * limited(fade) * limited(derating)
 
     def _loss(self, w: Symbol, tau: Symbol, T: Symbol) -> Symbol:
         if self.loss_map is None:
@@ -180,9 +188,9 @@ class ElectricMachine(Lossy):
         """The loss by the formula or the map."""
         return self._loss(self.w, self.tau, self.heat_port.T)
 
-    def full_load(self, w: ArrayLike, v: ArrayLike = math.inf) -> Any:
-        """The largest torque [N.m] at speeds w [rad/s] and voltages v [V] of the bus."""
-        return numbers(self._limit, w, numbers(self._supply, v))
+    def full_load(self, w: ArrayLike, v: ArrayLike = math.inf, T: ArrayLike = HeatPort.reference) -> Any:
+        """The largest torque [N.m] at speeds w [rad/s], voltages v [V] of the bus and temperatures T [K]."""
+        return numbers(self._limit, w, v, T)
 
     @property
     def speed_range(self) -> tuple[float, float]:

@@ -5,6 +5,7 @@ D. Yu, N. Beachley, Mechanical efficiency of differential gearing, Gear Technolo
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal, overload
 
 from powertrain import ParameterError, Symbol
@@ -50,13 +51,17 @@ def relative_ratio(layout: str, R_o: Symbol) -> Symbol: ...
 def relative_ratio(layout: str, R_o: Any) -> Any:
     """R = (w_3 - w_2)/(w_1 - w_2) of a layout, from the basic speed ratio R_o = (w_a - w_h)/(w_b - w_h); eqs. (1), (2), (24).
 
-    Errors: ParameterError for an unknown layout, and for R_o = 0 or 1, at which members coincide.
+    Errors: ParameterError for an unknown layout, for R_o = 0 or 1, at which members coincide, and for R_o that is not finite.
 
     >>> [round(relative_ratio(layout, -1.7), 2) for layout in TYPES.values()]
     [-1.7, 2.7, 0.63, 0.37, 1.59, -0.59]
     """
-    if not isinstance(R_o, Symbol) and R_o in (0.0, 1.0):
-        raise ParameterError(f"R_o = {R_o:g}: no differential has this basic ratio; two of its members would coincide")
+    if not isinstance(R_o, Symbol):
+        _check_finite("R_o", R_o)
+        if R_o in (0.0, 1.0):
+            raise ParameterError(
+                f"R_o = {R_o:g}: no differential has this basic ratio; two of its members would coincide"
+            )
     speeds = {"a": R_o, "b": 1.0, "carrier": 0.0}
     one, two, three = (speeds[name] for name in members(layout))
     return (three - two) / (one - two)
@@ -87,8 +92,9 @@ def overall_ratio(layout: str, R_o: float, V: float, coupling: Coupling = "input
     Raises
     ------
     ParameterError
-        If no finite r belongs to V.
+        If no finite r belongs to V, or V is not finite.
     """
+    _check_finite("V", V)
     R = relative_ratio(layout, R_o)
     if checked(coupling) == "input":
         return R + (1 - R) * V
@@ -122,8 +128,9 @@ def unit_ratio(layout: str, R_o: float, r: float, coupling: Coupling = "input") 
     Raises
     ------
     ParameterError
-        If no finite V gives r.
+        If no finite V gives r, or r is not finite.
     """
+    _check_finite("r", r)
     R = relative_ratio(layout, R_o)
     if checked(coupling) == "input":
         return (r - R) / (1 - R)
@@ -133,6 +140,11 @@ def unit_ratio(layout: str, R_o: float, r: float, coupling: Coupling = "input") 
             "use the input-coupled layout"
         )
     return (1 - R / r) / (1 - R)
+
+
+def _check_finite(name: str, value: float) -> None:
+    if not math.isfinite(value):
+        raise ParameterError(f"{name} = {value:g} must be finite")
 
 
 def checked(coupling: str) -> str:

@@ -169,7 +169,7 @@ class Network:
     def freedom(self) -> int:
         """Degrees of freedom."""
         rows = self._rows(self.ratios)
-        return int(rows.shape[-1] - np.linalg.matrix_rank(rows))
+        return int(rows.shape[-1] - (np.linalg.matrix_rank(rows) if rows.size else 0))
 
     @property
     def motions(self) -> Array:

@@ -64,9 +64,10 @@ class UnitLoss:
 class Flow:
     """Operating points of a network; arrays over candidates and points. If a mesh is stuck, the values of both ends are stored.
 
-    ``efficiency``: power delivered over power supplied, (2, ...): least and greatest; the other values belong to the least. ``K``:
-    power into the unit over the input's power, positive if it enters at a and leaves at b. ``w``: speeds of the
-    unit's shafts a and b, ``tau``: torques on them (2, ...). ``latent``: latent powers of the levers. Speeds in rad/s, torques in N.m.
+    ``efficiency``: power delivered over power supplied, (2, ...): least and greatest, below 0 if input and output both supply power; the
+    other values belong to the least. ``K``: power into the unit over the input's power, positive if it enters at a and leaves at b.
+    ``w``: speeds of the unit's shafts a and b, ``tau``: torques on them (2, ...). ``latent``: latent powers of the levers. Speeds in
+    rad/s, torques in N.m.
     """
 
     efficiency: Array

@@ -17,7 +17,6 @@ from powertrain.language import htmltext
 from powertrain.language.arguments import of_kind
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
-from powertrain.signals import Samples
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -94,12 +93,11 @@ class EnergyAudit:
         self._parts, self._ports, self._own = terms.parts, terms.ports, terms.own
         self._sums = _integrate(terms, trajectory, p)
         self._jumps = jumps(terms, result.compiled.dae, trajectory, p)
-        self._samples = Samples(*trajectory.at(np.unique(result.time), with_events=True))
+        self._samples = trajectory.at(np.unique(result.time), with_events=True)
         self.time: Array = self._samples.t
         self._at = partial(terms.values, p=p)
         first, last = (
-            self._at(Samples(*trajectory.at([t], with_events=False))).energy[0]
-            for t in (trajectory.start, trajectory.end)
+            self._at(trajectory.at([t], with_events=False)).energy[0] for t in (trajectory.start, trajectory.end)
         )
         self._stored = last - first
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.source import Source
 from powertrain.compiler.texts import guarded
+from powertrain.engine.trajectory import Samples
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.component import Component
 from powertrain.language.connectors import Connector, Signal
@@ -23,7 +24,7 @@ from powertrain.language.symbols import Symbol, column, free_symbols, scalars
 from powertrain.numerics.batch import Lanes
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.tape import COMPARISONS, operations
-from powertrain.signals import Samples, Signals, signals_of
+from powertrain.signals import Signals, signals_of
 
 Matrix = NDArray[np.float64]
 _BLOCK = 2_000_000

@@ -15,10 +15,9 @@ import numpy as np
 
 from powertrain.analysis.energy_terms import EnergyTerms
 from powertrain.dae.hybrid import Contact, Friction, HybridDae
-from powertrain.engine.trajectory import Instant, Trajectory
+from powertrain.engine.trajectory import Instant, Samples, Trajectory
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Samples, of_instants
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ def jumps(terms: EnergyTerms, dae: HybridDae, trajectory: Trajectory, p: Array) 
     instants = [i for i in trajectory.instants if i.time > trajectory.start]
     if not instants:
         return ()
-    samples = of_instants(trajectory, instants)
+    samples = trajectory.limits(instants)
     energy, supplied = terms.values(samples, p).energy, _supplied(terms, dae, instants, samples, p)
     place = {part.path: k for k, part in enumerate(terms.parts)}
     found = []

@@ -11,10 +11,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.analysis.operating_point import Array, OperatingPoint, Point, operating_point
+from powertrain.analysis.operating_point import Array, Point, operating_point
 from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, spots, transfer
 from powertrain.analysis.reduction import Matrices, Quotient, free_motion, substitute_inputs, without_unseen
 from powertrain.compiler.assemble import Compiled
+from powertrain.dae.hybrid import OperatingPoint
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language.arguments import flag, listed
 from powertrain.language.component import Component

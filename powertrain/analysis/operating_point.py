@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, TypeAlias
-from weakref import WeakKeyDictionary
+from dataclasses import replace
+from typing import Any, TypeAlias
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.dae.friction import FORWARD, STUCK
+from powertrain.dae.hybrid import FrictionValues, OperatingPoint
 from powertrain.dae.tolerances import balance_tolerance
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name, number
@@ -21,16 +21,6 @@ Array = NDArray[np.float64]
 Point: TypeAlias = "Mapping[str, float] | tuple[Result[Any], float]"
 
 
-class OperatingPoint(NamedTuple):
-    """Time, states, algebraic unknowns, held values and parameters of a model."""
-
-    t: float
-    x: Array
-    z: Array
-    m: Array
-    p: Array
-
-
 def operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[str, float] | None) -> OperatingPoint:
     """The point that ``at`` describes: values by name, or (result, t). ParameterError for anything else.
 
@@ -39,24 +29,13 @@ def operating_point(plant: Plant[Any], at: Point | None, parameters: Mapping[str
     point, frictions = _described(plant, at, parameters), plant.compiled.dae.frictions
     if not frictions:
         return point
-    m, limits = point.m.copy(), np.abs(np.array(_limits(plant)(*point), float)).max(axis=1)
+    values = FrictionValues(*(found.full().ravel() for found in plant.compiled.dae.friction_values(*point)))
+    m, limits = point.m.copy(), np.maximum(np.abs(values.lower), np.abs(values.upper))
     least = balance_tolerance(np.max(limits, where=np.isfinite(limits), initial=0.0))
     for law, limit in zip(frictions, limits, strict=True):
         if m[law.index] == STUCK and limit <= least and not law.prescribed:
             m[law.index] = FORWARD
-    return point._replace(m=m)
-
-
-_kept: WeakKeyDictionary[Plant[Any], ca.Function] = WeakKeyDictionary()
-
-
-def _limits(plant: Plant[Any]) -> ca.Function:
-    """The lower and the upper limit of every friction law as a function of (t, x, z, m, p), built once for a plant."""
-    if plant not in _kept:
-        dae = plant.compiled.dae
-        rows = ca.densify(ca.vertcat(*[ca.horzcat(law.lower, law.upper) for law in dae.frictions]))
-        _kept[plant] = ca.Function("powertrain_limits", list(dae.arguments), [rows])
-    return _kept[plant]
+    return replace(point, m=m)
 
 
 def _described(plant: Plant[Any], at: Point | None, parameters: Mapping[str, float] | None) -> OperatingPoint:

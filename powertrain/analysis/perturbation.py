@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
-from powertrain.analysis.operating_point import Array, OperatingPoint
+from powertrain.analysis.operating_point import Array
 from powertrain.compiler.assemble import Compiled, compile_flat
 from powertrain.compiler.flatten import Equation, Flat, flatten
+from powertrain.dae.hybrid import OperatingPoint
 from powertrain.errors import ModelError
 from powertrain.language.component import Component
 from powertrain.language.connectors import Connector, Output, Signal
@@ -155,10 +156,10 @@ def transfer(original: Compiled, perturbed: Compiled) -> Callable[[OperatingPoin
 
     x = column([found(n) for n in perturbed.states])
     z = column([found(s.name()) for s in scalars(perturbed.dae.z)])
-    function = ca.Function("powertrain_transfer", dae.arguments, [ca.densify(x), ca.densify(z)])
+    function = dae.function("transfer", x, z)
 
     def at(point: OperatingPoint) -> tuple[Array, Array]:
-        x, z = function(point.t, point.x, point.z, point.m, point.p)
+        x, z = function(*point)
         return np.array(x, float).ravel(), np.array(z, float).ravel()
 
     return at

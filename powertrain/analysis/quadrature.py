@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.engine.trajectory import Trajectory
+from powertrain.engine.trajectory import Samples, Trajectory
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Samples, of_steps
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
 _OUTER = [0, 1, 3, 4]
@@ -68,7 +67,7 @@ class Pieces:
     def samples(self, trajectory: Trajectory) -> Samples:
         """The nodes in every piece, from the dense output of its step."""
         t = self.first[:, None] + self.length[:, None] * (NODES + 1) / 2
-        return of_steps(trajectory, t.ravel(), np.repeat(self.step, len(NODES)))
+        return trajectory.in_steps(t.ravel(), np.repeat(self.step, len(NODES)))
 
     @property
     def weights(self) -> Array:

@@ -63,11 +63,13 @@ class Reduced:
     aliases: dict[int, Affine] = field(default_factory=dict)
     symbols: dict[int, Symbol] = field(default_factory=dict)
 
+    def affine(self, base: int) -> Affine:
+        """A variable in terms of its root, which it may be itself."""
+        return self.aliases.get(base) or Affine(1.0, base, 0, 0.0)
+
     def expression(self, base: int, order: int) -> Symbol:
         """der^order of a variable in terms of its root."""
-        alias = self.aliases.get(base)
-        if alias is None:
-            return self.derivative(self.symbols[base], order)
+        alias = self.affine(base)
         offset = alias.offset if order == 0 else 0.0
         if alias.root is None:
             return Symbol(offset)
@@ -126,8 +128,7 @@ class Reduced:
         return came
 
     def _is_fixed(self, base: int) -> bool:
-        alias = self.aliases.get(base)
-        return alias is not None and alias.root is None
+        return self.affine(base).root is None
 
     def derivative(self, symbol: Symbol, order: int) -> Symbol:
         """The symbol of der^order(symbol)."""
@@ -199,7 +200,7 @@ class _Elimination:
         ):
             path.append(base)
             base = alias.root
-        result = self.reduced.aliases.get(base) or Affine(1.0, base, 0, 0.0)
+        result = self.reduced.affine(base)
         for b in reversed(path):
             result = self.reduced.aliases[b] = _compose(self.reduced.aliases[b], result)
         return result

@@ -7,7 +7,7 @@ from typing import Any
 
 import casadi as ca
 
-from powertrain.compiler.alias import Affine, Base, Reduced, eliminate_aliases
+from powertrain.compiler.alias import Base, Reduced, eliminate_aliases
 from powertrain.compiler.binding import Limits, bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
@@ -199,11 +199,12 @@ def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
     """The names nearest to the top of the model, those of quantities with a unit before those of the signals that measure them."""
     named: dict[Base, tuple[int, bool, str]] = {}
     for k, unknown in reduced.flat.unknowns.items():
-        alias = reduced.aliases.get(k)
-        base = (alias.root, alias.order) if alias is not None and alias.root is not None else (k, 0)
-        plain = alias is None or alias.plain
+        alias = reduced.affine(k)
+        if alias.root is None or not alias.plain:
+            continue
+        base = alias.root, alias.order
         rank = unknown.name.count("."), unknown.unit == "1", unknown.name
-        if plain and (base not in named or rank[:2] < named[base][:2]):
+        if base not in named or rank[:2] < named[base][:2]:
             named[base] = rank
     names = {base: name for base, (_, _, name) in named.items()}
     return [names.get(b) or _derivative_name(names.get((b[0], 0), reduced.symbols[b[0]].name()), b[1]) for b in states]
@@ -213,7 +214,7 @@ def _nominal(reduced: Reduced, bases: list[Base], values: dict[int, float]) -> t
     """Nominal sizes of variables, from those declared for them and for their multiples."""
     found: dict[Base, float] = {}
     for k, unknown in reduced.flat.unknowns.items():
-        alias = reduced.aliases.get(k, Affine(1.0, k, 0, 0.0))
+        alias = reduced.affine(k)
         if unknown.nominal is None or alias.root is None:
             continue
         inside = free_symbols(Symbol(alias.factor))

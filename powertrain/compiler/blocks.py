@@ -13,7 +13,8 @@ import numpy as np
 
 from powertrain.compiler import calls
 from powertrain.compiler.alias import Base
-from powertrain.compiler.index import Differentiated, generic
+from powertrain.compiler.generic import generic_values
+from powertrain.compiler.index import Differentiated
 from powertrain.compiler.matching import Matching, components
 from powertrain.errors import ModelError
 from powertrain.language.recorder import Place
@@ -76,9 +77,7 @@ def _square(system: Differentiated, states: list[Base], values: dict[int, float]
         jacobian = calls.jacobian(residuals, column(unknowns))
     else:
         jacobian = ca.jacobian(column(residuals), column(unknowns))
-    symbols = ca.symvar(jacobian)
-    point = ca.DM([values.get(key(s), generic(s)) for s in symbols]) if symbols else ca.DM(0, 1)
-    numbers = np.array(ca.Function("pt_entries", [column(symbols)], [jacobian])(point).nonzeros(), float)
+    numbers = np.array(generic_values(jacobian, values).nonzeros(), float)
     entries: list[dict[int, Symbol]] = [{} for _ in residuals]
     numeric: list[dict[int, float]] = [{} for _ in residuals]
     constant: list[set[int]] = [set() for _ in residuals]

@@ -46,9 +46,8 @@ def _names(reduced: Reduced, base: Base) -> tuple[str, str]:
     """The name of a variable in the model, and its unit."""
     named: list[tuple[str, str]] = []
     for k, unknown in reduced.flat.unknowns.items():
-        alias = reduced.aliases.get(k)
-        own = (k, 0) if alias is None or alias.root is None else (alias.root, alias.order)
-        if own == base and (alias is None or alias.plain):
+        alias = reduced.affine(k)
+        if (alias.root, alias.order) == base and alias.plain:
             named.append((unknown.name, unknown.unit))
     named.sort(key=lambda each: (each[1] == "1", each[0].count(".")))
     if not named:

@@ -13,6 +13,7 @@ import numpy as np
 
 from powertrain.compiler.alias import Base, Reduced, quote
 from powertrain.compiler.flatten import Equation
+from powertrain.compiler.generic import generic_values
 from powertrain.compiler.matching import Matching
 from powertrain.errors import ModelError
 from powertrain.language.recorder import Place
@@ -153,19 +154,17 @@ def _pivots(
     reduced = system.reduced
     tops = [reduced.derivative(reduced.symbols[b], system.top[b]) for b in columns]
     jacobian = ca.jacobian(ca.vertcat(*(system.chains[i][-1] for i in rows)), ca.vertcat(*tops))
-    symbols = ca.symvar(jacobian)
-    numbers = ca.DM([values.get(key(s), generic(s)) for s in symbols]) if symbols else ca.DM(0, 1)
-    dense = ca.Function("pt_pivots", [ca.vertcat(*symbols) if symbols else Symbol(0, 1)], [jacobian])(numbers)
+    numbers = generic_values(jacobian, values)
     table: list[dict[int, float]] = [{} for _ in rows]
     wanted = [10 * preference.get(b, 0) for b in columns]
-    for k, (i, j, a) in enumerate(zip(*jacobian.sparsity().get_triplet(), np.array(dense.nonzeros()), strict=True)):
+    for k, (i, j, a) in enumerate(zip(*jacobian.sparsity().get_triplet(), np.array(numbers.nonzeros()), strict=True)):
         if a != 0.0:
             table[i][j] = float(a)
         if any(key(s) not in reduced.flat.recorder.constants for s in free_symbols(jacobian.nz[k])):
             wanted[j] = max(wanted[j], VARYING + preference.get(columns[j], 0))
     chosen, free = _eliminate(table, wanted)
     if free:
-        raise ModelError(_repeated(reduced, [rows[i] for i in _involved(dense, free)]))
+        raise ModelError(_repeated(reduced, [rows[i] for i in _involved(numbers, free)]))
     return {columns[j] for j in chosen}
 
 
@@ -181,18 +180,6 @@ def _repeated(reduced: Reduced, equations: list[int]) -> str:
     said = [reduced.written(i) for i in equations]
     ties = reduced.tied_by([b for b in reduced.variables(said) if b in reduced.flat.unknowns])
     return f"these constraints repeat or contradict each other; remove one of them\n  {quote([*said, *ties])}"
-
-
-def generic(symbol: Symbol) -> float:
-    """A value without special meaning, always the same for the same name."""
-    return 0.3 + 0.4 * (_hash(symbol.name()) % 1000) / 1000
-
-
-def _hash(name: str) -> int:
-    value = 0
-    for character in name:
-        value = (value * 31 + ord(character)) & 0xFFFFFFFF
-    return value
 
 
 def _eliminate(table: list[dict[int, float]], preference: list[int]) -> tuple[list[int], list[int]]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.flatten import Flat
-from powertrain.compiler.index import generic
+from powertrain.compiler.generic import generic_values
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.torques import LawTorque, is_prescribed, limits_follow
 from powertrain.dae.hybrid import Contact, Friction, Guard, HybridDae, Opened, Reset, Switch, TimeSignal, When
@@ -150,9 +150,7 @@ def _turns(dae: HybridDae, signal: TimeSignal) -> bool:
     if not (motions.numel() and ca.depends_on(motions, slope)):
         return False
     at_corner = ca.substitute(ca.jacobian(motions, slope), dae.t, start)
-    symbols = ca.symvar(at_corner)
-    values = ca.Function("pt_turns", [column(symbols)], [at_corner])([generic(s) for s in symbols])
-    return not (np.abs(np.array(values)) < _NO_TURN).all()
+    return not (np.abs(generic_values(at_corner).full()) < _NO_TURN).all()
 
 
 def switch_records(entries: Sequence[SwitchEntry], resolver: Resolver, held: Held) -> tuple[Switch, ...]:

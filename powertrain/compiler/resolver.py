@@ -11,6 +11,7 @@ import casadi as ca
 from powertrain.compiler.alias import Reduced
 from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
+from powertrain.compiler.generic import generic_values
 from powertrain.compiler.torques import (
     COMPLIANCE,
     LawTorque,
@@ -18,7 +19,6 @@ from powertrain.compiler.torques import (
     cancels,
     compliance,
     contains,
-    generic_values,
     held_by_others,
     is_prescribed,
     mobility,
@@ -71,7 +71,7 @@ class Resolver:
             return laws
         residual = column(self.open_residuals())
         slopes = ca.jacobian(residual, z)
-        step = -factorize(slopes, match_rows(slopes.sparsity(), generic_values(slopes)))(residual)
+        step = -factorize(slopes, match_rows(slopes.sparsity(), generic_values(slopes).full()))(residual)
         for k in hidden:
             rate = laws[k].rate + ca.jacobian(laws[k].rate, z) @ step
             slope = ca.jacobian(rate, self.tau[k])

@@ -36,8 +36,8 @@ def _check_open_ends(reduced: Reduced) -> None:
         named = [part.__dict__[n] for n, spec in part._fields.items() if isinstance(spec, Port)]
         ports = [p for p in named if p.kind() is end.kind()]
         flows = [key(p._symbols[n]) for p in ports for n, q in p._fields.items() if isinstance(q, Variable) and q.flow]
-        others = {_root(reduced, k) for p in ports if p is not end for k in _potentials(p)}
-        rigid = any(_root(reduced, k) in others for k in _potentials(end))
+        others = {reduced.affine(k).root for p in ports if p is not end for k in _potentials(p)}
+        rigid = any(reduced.affine(k).root in others for k in _potentials(end))
         if len(ports) > 1 and flows and not rigid and all(_is_nothing(reduced, k) for k in flows):
             raise ModelError(
                 f"loose end: {end._path} is not connected, so that {part._path} ({type(part).__name__}) transmits nothing; "
@@ -49,14 +49,9 @@ def _potentials(port: Connector) -> list[int]:
     return [key(port._symbols[n]) for n, q in port._fields.items() if isinstance(q, Variable) and not q.flow]
 
 
-def _root(reduced: Reduced, k: int) -> int | None:
-    alias = reduced.aliases.get(k)
-    return k if alias is None else alias.root
-
-
 def _is_nothing(reduced: Reduced, k: int) -> bool:
-    alias = reduced.aliases.get(k)
-    return alias is not None and alias.root is None and isinstance(alias.offset, float) and alias.offset == 0.0
+    alias = reduced.affine(k)
+    return alias.root is None and isinstance(alias.offset, float) and alias.offset == 0.0
 
 
 def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torques: list[LawTorque]) -> str:

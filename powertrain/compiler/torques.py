@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, count
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import casadi as ca
 import numpy as np
@@ -28,7 +28,8 @@ from numpy.linalg import matrix_rank, svd
 from powertrain.compiler.alias import Reduced, quote
 from powertrain.compiler.cancellation import terms
 from powertrain.compiler.flatten import Equation
-from powertrain.compiler.index import Differentiated, generic
+from powertrain.compiler.generic import generic_values
+from powertrain.compiler.index import Differentiated
 from powertrain.dae.friction import least_torque, sliding_torque
 from powertrain.dae.tolerances import GIVEN
 from powertrain.errors import ModelError
@@ -202,7 +203,7 @@ def set_apart(laws: Sequence[LawTorque], tau: Sequence[Symbol], motion: Motion) 
 
 def _replaceable(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> set[int]:
     """The laws whose columns of G are combinations of the others, for parameters without special values; all if that is not known."""
-    slopes = generic_values(ca.jacobian(column([t.rate for t in laws]), column(list(tau))))
+    slopes = generic_values(ca.jacobian(column([t.rate for t in laws]), column(list(tau)))).full()
     if not np.isfinite(slopes).all():
         return set(range(len(laws)))
     sizes = np.sqrt(np.abs(np.diag(slopes)))
@@ -421,11 +422,4 @@ def _coefficients(rows: list[Symbol], tau: list[Symbol]) -> list[tuple[Row, Symb
 
 def cancels(slope: Symbol) -> bool:
     """Whether the terms of an expression cancel each other whatever the values."""
-    return bool(generic_values(ca.fabs(slope) <= _ROUND_OFF * terms(slope)).item())
-
-
-def generic_values(expression: Symbol) -> np.ndarray[Any, Any]:
-    """An expression for parameters and states without special values."""
-    inside = free_symbols(expression)
-    numbers = ca.DM([generic(s) for s in inside]) if inside else ca.DM(0, 1)
-    return np.asarray(ca.Function("powertrain_generic", [column(inside)], [ca.densify(expression)])(numbers).full())
+    return bool(generic_values(ca.fabs(slope) <= _ROUND_OFF * terms(slope)))

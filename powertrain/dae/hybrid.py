@@ -10,7 +10,10 @@ of these five symbols; linear systems are already eliminated, for any given mode
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -151,6 +154,10 @@ class When:
     initially: bool = False
 
 
+Law = Friction | Switch | Contact
+"""The laws whose modes are found together."""
+
+
 @dataclass(frozen=True)
 class TimeSignal:
     """A piecewise linear time signal; m[index:index+3] = (t0, y0, slope) of the current segment.
@@ -211,6 +218,30 @@ class Opened:
 
 
 @dataclass(frozen=True)
+class OperatingPoint:
+    """Time, states, implicit unknowns, held values (including the modes) and parameters: values of the arguments of every expression."""
+
+    t: float
+    x: NDArray[np.float64]
+    z: NDArray[np.float64]
+    m: NDArray[np.float64]
+    p: NDArray[np.float64]
+
+    def __iter__(self) -> Iterator[float | NDArray[np.float64]]:
+        return iter((self.t, self.x, self.z, self.m, self.p))
+
+
+class FrictionValues(NamedTuple):
+    """Speeds, torques and limits of all friction laws at one point; the limits of a stuck law are ``peak`` times these."""
+
+    w: NDArray[np.float64]
+    torque: NDArray[np.float64]
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    peak: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class HybridDae:
     """The symbols, the equations and the laws of one compiled model.
 
@@ -250,10 +281,25 @@ class HybridDae:
         """The arguments of every expression."""
         return self.t, self.x, self.z, self.m, self.p
 
+    def function(self, name: str, *outputs: ca.SX) -> ca.Function:
+        """Expressions as one function of the arguments; its results are dense matrices."""
+        return ca.Function(f"powertrain_{name}", self.arguments, [ca.densify(e) for e in outputs])
+
+    @cached_property
+    def friction_values(self) -> ca.Function:
+        """The fields of ``FrictionValues`` as a function of the arguments."""
+        fields = ([getattr(law, name) for law in self.frictions] for name in FrictionValues._fields)
+        return self.function("frictions", *(ca.vertcat(*values) for values in fields))
+
     @property
     def sizes(self) -> NDArray[np.float64]:
         """The nominal sizes of (x, z)."""
         return np.array(self.nominal or np.ones(self.x.numel() + self.z.numel()))
+
+    @property
+    def laws(self) -> tuple[Law, ...]:
+        """Friction laws, switches and contacts."""
+        return *self.frictions, *self.switches, *self.contacts
 
     @property
     def free_held(self) -> list[int]:

@@ -6,9 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from powertrain.dae.hybrid import Contact, Friction, Guard, HybridDae, Switch, When
-
-Law = Friction | Switch | Contact | When
+from powertrain.dae.hybrid import Guard, HybridDae, Law, When
 
 
 @dataclass(frozen=True)
@@ -22,7 +20,7 @@ class Catalogue:
 
     kinds: tuple[tuple[int, str, str], ...]
     quiet: frozenset[int]
-    chattering: Mapping[int, Law]
+    chattering: Mapping[int, Law | When]
     counted: tuple[str, ...]
     modes: tuple[int, ...]
     rests: Mapping[int, int]
@@ -31,21 +29,19 @@ class Catalogue:
 def catalogue(dae: HybridDae) -> Catalogue:
     """The catalogue of one model."""
     loud = tuple(switch for switch in dae.switches if not switch.continuous)
-    groups: list[tuple[str, tuple[Law, ...]]] = [
+    groups: list[tuple[str, tuple[Law | When, ...]]] = [
         ("friction", dae.frictions),
         ("switch", loud),
         ("contact", dae.contacts),
         ("when", dae.whens),
     ]
-    modes = [f.index for f in dae.frictions] + [s.index for s in dae.switches]
-    modes += [c.index for c in dae.contacts] + [w.index for w in dae.whens]
     entries = {schedule.index + k for schedule in dae.schedules for k in range(3)}
     return Catalogue(
         kinds=tuple((law.index, law.name, kind) for kind, laws in groups for law in laws),
         quiet=frozenset(entries | {s.index for s in (*dae.switches, *dae.relations) if s.continuous}),
         chattering={law.index: law for _, laws in groups for law in laws if getattr(law, "time", None) is None},
         counted=_told_apart([guard for guard in dae.guards if guard.action == "count"]),
-        modes=tuple(modes),
+        modes=tuple(law.index for law in (*dae.laws, *dae.whens)),
         rests={f.index: f.rests for f in dae.frictions if f.rests is not None},
     )
 

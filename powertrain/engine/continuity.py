@@ -23,10 +23,8 @@ class Continuity:
         self.dae, self.memory = dae, memory
         self._y, self._m, self._excess = np.zeros_like(memory.y[0]), np.zeros_like(memory.m), zeros(1)
         values = ca.densify(ca.vertcat(*[s.value for s in dae.smooth]))
-        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-        self._function = ca.Function("powertrain_smooth", inputs, [values])
-        relative = ca.densify(ca.jacobian(values, dae.x)[:, list(dae.relative)])
-        self._jacobian = ca.Function("powertrain_relative", inputs, [relative])
+        self._function = dae.function("smooth", values)
+        self._jacobian = dae.function("relative", ca.jacobian(values, dae.x)[:, list(dae.relative)])
         compared, left = self._compared(), [self._y, self._m]
         right = [[memory.time, *left, y, memory.m, memory.p] for y in memory.y]
         self._compare = [Bound(compared, arguments, [self._excess]) for arguments in right]

@@ -10,6 +10,9 @@ from powertrain.numerics.buffers import Array, Memory
 
 OUTSIDE = "A function of the model is evaluated outside its range there."
 
+_SINGULAR = 1e-4
+"""Smallest singular value, of rows of length one, below which equations count as singular where a run cannot go on."""
+
 
 def _first_not_finite(dae: HybridDae, slope: Array) -> str | None:
     n = dae.x.numel()
@@ -27,17 +30,40 @@ def not_finite(dae: HybridDae, memory: Memory, side: int, t: float) -> str:
     return f"at t = {t:.9g} s {reason}. {OUTSIDE}"
 
 
-def underflow(dae: HybridDae, memory: Memory, side: int, t: float, h: float) -> str:
-    """Look just ahead for a derivative that is not finite; otherwise name the state that requires the smallest step."""
-    n = dae.x.numel()
-    rates = ca.Function(
-        "powertrain_rates", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(dae.xdot, dae.residual))]
+def _undetermined(dae: HybridDae, t: float, y: Array, m: Array, p: Array) -> str | None:
+    """The algebraic equation whose slope in the unknowns vanishes, if there is one."""
+    n, nz = dae.x.numel(), dae.z.numel()
+    slopes = ca.jacobian(dae.residual, ca.vertcat(dae.x, dae.z))
+    matrix = ca.Function("powertrain_slopes", list(dae.arguments), [ca.densify(slopes)])
+    rows = np.array(matrix(t, y[:n], y[n : n + nz], m, p)).reshape(nz, n + nz) * dae.sizes
+    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+    if not nz or not np.isfinite(rows).all() or not lengths.all():
+        return None
+    left, values, right = np.linalg.svd((rows / lengths)[:, n:])
+    if values[-1] > _SINGULAR:
+        return None
+    unknown, equation = (
+        dae.z[int(np.argmax(np.abs(right[-1])))].name(),
+        dae.equation(int(np.argmax(np.abs(left[:, -1])))),
     )
+    return (
+        f"at t = {t:.9g} s the equations no longer determine {unknown} from the states ({', '.join(dae.state_names)}). States are "
+        f"selected once, for a whole run: describe the motion by a coordinate that stays valid, such as an angle in place of x and y.\n"
+        f"  {equation}"
+    )
+
+
+def underflow(dae: HybridDae, memory: Memory, side: int, t: float, h: float) -> str:
+    """Look for equations that are singular, then just ahead for a derivative that is not finite; else name the fastest state."""
+    n = dae.x.numel()
+    rates = dae.function("rates", ca.vertcat(dae.xdot, dae.residual))
     y, m, p = memory.y[side], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()]
     here = np.array(rates(t, y[:n], y[n : n + dae.z.numel()], m, p)).ravel()
     reason = _first_not_finite(dae, here)
     if reason:
         return f"at t = {t:.9g} s {reason}. {OUTSIDE}"
+    if reason := _undetermined(dae, t, y, m, p):
+        return reason
     for ahead in (h, 1e3 * h, 1e6 * h, 1e9 * h):
         there = np.array(rates(t + ahead, y[:n] + ahead * here[:n], y[n : n + dae.z.numel()], m, p)).ravel()
         reason = _first_not_finite(dae, there)

@@ -15,8 +15,8 @@ class Overlaps:
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self._memory, self._contacts = memory, dae.contacts
-        gaps = ca.densify(ca.vertcat(*[contact.gap for contact in dae.contacts]))
-        self._function = Evaluated(ca.Function("powertrain_gaps", [dae.t, dae.x, dae.z, dae.m, dae.p], [gaps]))
+        gaps = ca.vertcat(*[contact.gap for contact in dae.contacts])
+        self._function = Evaluated(dae.function("gaps", gaps))
         self._before = list[float]()
         resets = [r.index for w in dae.whens for r in w.resets if not r.discrete]
         self.may_jump: bool = ca.depends_on(gaps, ca.vertcat(dae.m, *(dae.x[i] for i in resets)))

@@ -81,7 +81,6 @@ class Prepared:
         self._general: dict[str, ca.Function] = {}
         self.special = SpecialSteps(self.catalogue.modes, self._special)
         self._ready = False
-        self._speeds: ca.Function | None = None
         self.continuity = Continuity(dae, self.memory) if dae.smooth else None
         self.overlaps = Overlaps(dae, self.memory) if dae.contacts else None
         self.zeno = Zeno(dae, self.memory) if resetting(dae) else None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -132,14 +131,7 @@ class Simulator(Prepared):
     def _guess_modes(self) -> None:
         """Let moving laws slide: with implicit unknowns, the equations may have no solution in other modes."""
         dae, memory = self.dae, self.memory
-        if self._speeds is None:
-            speeds = ca.densify(ca.vertcat(*[law.w for law in dae.frictions]))
-            self._speeds = ca.Function("powertrain_speeds", [dae.t, dae.x, dae.z, dae.m, dae.p], [speeds])
-        n, nz, y = dae.x.numel(), dae.z.numel(), memory.y[0]
-        values = self._speeds(
-            memory.time[0], y[:n], y[n : n + nz], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()]
-        )
-        for law, w in zip(dae.frictions, np.array(values, float).ravel().tolist(), strict=True):
+        for law, w in zip(dae.frictions, memory.frictions(0).w, strict=True):
             if not law.algebraic and memory.m[law.index] == 0.0 and abs(w) > ZONE:
                 memory.m[law.index] = 1.0 if w > 0.0 else -1.0
 

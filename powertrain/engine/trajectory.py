@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powertrain.dae.friction import FREE
 from powertrain.dae.tolerances import BEGINNING
 from powertrain.numerics.buffers import Array, Memory, view
 
@@ -22,9 +23,6 @@ class Event:
     kind: str
     old: float
     new: float
-
-
-_FREE = 2.0
 
 
 class Instant(NamedTuple):
@@ -46,7 +44,16 @@ class Instant(NamedTuple):
         if self.extra or self.time > start + BEGINNING * max(1.0, abs(self.time)):
             return False
         changed = np.flatnonzero(self.held_left != self.held_right).tolist()
-        return all(self.held_left[place] == _FREE for place in changed if place not in rests)
+        return all(self.held_left[place] == FREE for place in changed if place not in rests)
+
+
+class Samples(NamedTuple):
+    """Times, states, algebraic unknowns and held values, one row per sample."""
+
+    t: Array
+    x: NDArray[np.float64]
+    z: NDArray[np.float64]
+    m: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -95,10 +102,8 @@ class Trajectory:
         at_rest = index in self.rests and held[self.rests[index]] > 0.0
         return 0.0 if at_rest else float(held[index])
 
-    def at(
-        self, times: ArrayLike, with_events: bool = True
-    ) -> tuple[Array, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Times, states, algebraic unknowns and held values (one row per time).
+    def at(self, times: ArrayLike, with_events: bool = True) -> Samples:
+        """The run at some times.
 
         With events, the instants of all events are added twice: the left limit, then the right limit. Without, a requested time at which an
         event happens gives the right limit. Times after the end of the run are left out.
@@ -109,12 +114,26 @@ class Trajectory:
             asked = asked[(asked >= self.start) & (asked <= self.end)]
         if not (with_events and self.instants):
             y, held = self._evaluate(asked) if ordered else self._unordered(asked)
-            return asked, y[:, : self.states], y[:, self.states :], held
+            return Samples(asked, y[:, : self.states], y[:, self.states :], held)
         merged, places = self._merged(asked if ordered else np.sort(asked))
         y, held = self._evaluate(merged)
         y[places] = np.array([side for i in self.instants for side in (i.left, i.right)])[:, : y.shape[1]]
         held[places] = np.array([side for i in self.instants for side in (i.held_left, i.held_right)])
-        return merged, y[:, : self.states], y[:, self.states :], held
+        return Samples(merged, y[:, : self.states], y[:, self.states :], held)
+
+    def in_steps(self, times: Array, steps: NDArray[np.int_]) -> Samples:
+        """The dense output of given steps, one for each time."""
+        q, c = ((times - self.times[steps]) / self.sizes[steps])[:, None], self.dense[steps]
+        y = (((c[:, 4] * q + c[:, 3]) * q + c[:, 2]) * q + c[:, 1]) * q + c[:, 0]
+        return Samples(times, y[:, : self.states], y[:, self.states :], self.held[self.mode_of_step[steps]])
+
+    def limits(self, instants: Sequence[Instant]) -> Samples:
+        """The left and the right limit at each instant of events."""
+        n, size, count = self.states, self.dense.shape[2], 2 * len(instants)
+        y = np.array([limit[:size] for i in instants for limit in (i.left, i.right)], float).reshape(count, size)
+        held = np.array([limit for i in instants for limit in (i.held_left, i.held_right)], float)
+        held = held.reshape(count, self.held.shape[1])
+        return Samples(np.repeat(np.array([i.time for i in instants], float), 2), y[:, :n], y[:, n:], held)
 
     def _unordered(self, times: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         distinct, places = np.unique(times, return_inverse=True)

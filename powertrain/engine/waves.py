@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cached_property, reduce
+from operator import or_
 
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.calls import marks
 from powertrain.dae.hybrid import Contact, Friction, HybridDae
-from powertrain.language.symbols import column, free_symbols, key
+from powertrain.language.symbols import column, free_symbols, key, scalars
 from powertrain.modes.indicators import Indicator
 from powertrain.numerics.buffers import Array, Evaluated
+from powertrain.numerics.tape import applied, replayed
 
 PART = 1 / 8
 """Share of a period that a step may take: a parabola through a sine sampled at quarters of it is accurate to 5e-5 of the amplitude.
@@ -75,6 +77,14 @@ def _follows(law: object, t: ca.SX, m: ca.SX) -> ca.SX:
     return ca.SX(1)
 
 
+@dataclass(frozen=True)
+class _Wave:
+    """An expression, None if it depends on a state or a call, and the marks of the rates in it: a bit for each."""
+
+    value: ca.SX | None
+    marks: int
+
+
 class _Speeds:
     """The rates (rad/s) of angles that are functions of time alone and appear in a sine or cosine.
 
@@ -83,30 +93,38 @@ class _Speeds:
     """
 
     def __init__(self, dae: HybridDae, expressions: Sequence[ca.SX]) -> None:
-        self._time, self._states = dae.t, set(map(key, ca.vertsplit(ca.vertcat(dae.x, dae.z))))
-        self._symbols = free_symbols(column(list(expressions)))
-        self._values: dict[int, ca.SX] = {}  # of instructions that do not depend on states
-        self._speeds: list[ca.SX] = []
-        self._found = marks(expressions, self._mark)
+        self._time, self._speeds = dae.t, list[ca.SX]()
+        states, symbols = set(map(key, scalars(ca.vertcat(dae.x, dae.z)))), free_symbols(column(list(expressions)))
+
+        def argument(_: int, j: int) -> _Wave:
+            return _Wave(None if key(symbols[j]) in states else symbols[j], 0)
+
+        tape = ca.Function("powertrain_waves", [column(symbols)], list(expressions))
+        self._found = replayed(tape, expressions, argument, self)
 
     def of(self, i: int) -> list[ca.SX]:
         """The rates in the i-th expression, each once."""
-        mine = [speed for k, speed in enumerate(self._speeds) if self._found[i] >> k & 1]
+        mine = self._among(self._found[i].marks) if i in self._found else []
         return list({key(speed): speed for speed in mine}.values())
 
-    def _mark(self, tape: ca.Function, k: int, inner: list[int]) -> int:
-        """A separate bit for each sine of time, and for each product and power of them."""
-        code, operands = tape.instruction_id(k), self._operands(tape, k)
-        value = None if operands is None else _value(tape, k, operands)
-        for target in tape.instruction_output(k):
-            self._values.pop(target, None)
-            if value is not None:
-                self._values[target] = value
-        speed = ca.SX(0) if operands is None else self._speed(code, operands, inner)
-        if speed.is_zero():
-            return 0
-        self._speeds.append(speed)
-        return 1 << (len(self._speeds) - 1)
+    def constant(self, value: float) -> _Wave:
+        return _Wave(ca.SX(value), 0)
+
+    def call(self, function: ca.Function, operands: list[_Wave]) -> list[_Wave]:
+        marks = reduce(or_, (each.marks for each in operands), 0)
+        return [_Wave(None, marks)] * sum(function.nnz_out(i) for i in range(function.n_out()))
+
+    def operate(self, code: int, operands: list[_Wave]) -> _Wave:
+        """A separate mark for each sine of time, and for each product and power of them."""
+        values, inner = [each.value for each in operands if each.value is not None], [each.marks for each in operands]
+        marks = reduce(or_, inner)
+        if len(values) < len(operands):
+            return _Wave(None, marks)
+        speed = self._speed(code, values, inner)
+        if not speed.is_zero():
+            self._speeds.append(speed)
+            marks |= 1 << (len(self._speeds) - 1)
+        return _Wave(applied(code, values), marks)
 
     def _speed(self, code: int, operands: Sequence[ca.SX], inner: Sequence[int]) -> ca.SX:
         """The rate that an operation brings about, zero where its operands have none, or the same."""
@@ -120,27 +138,11 @@ class _Speeds:
             return float(np.sqrt(3 * n - 2)) * self._fastest(inner[0])
         return ca.SX(0)
 
-    def _fastest(self, bits: int) -> ca.SX:
+    def _fastest(self, marks: int) -> ca.SX:
         """The largest of the rates with these marks."""
-        rates = [ca.fabs(speed) for k, speed in enumerate(self._speeds) if bits >> k & 1]
+        rates = list(map(ca.fabs, self._among(marks)))
         return ca.SX(ca.mmax(ca.vertcat(*rates))) if rates else ca.SX(0)
 
-    def _operands(self, tape: ca.Function, k: int) -> list[ca.SX] | None:
-        """The operands of an operation (of a symbol: itself), or None if it depends on a state or a call."""
-        code, sources = tape.instruction_id(k), tape.instruction_input(k)
-        if code == ca.OP_INPUT:
-            symbol = self._symbols[sources[1]]
-            return None if key(symbol) in self._states else [symbol]
-        if code == ca.OP_CALL or not all(i in self._values for i in sources):
-            return None
-        return [self._values[i] for i in sources]
-
-
-def _value(tape: ca.Function, k: int, operands: Sequence[ca.SX]) -> ca.SX:
-    """The result of one operation."""
-    code = tape.instruction_id(k)
-    if code == ca.OP_CONST:
-        return ca.SX(tape.instruction_constant(k))
-    if code == ca.OP_INPUT:
-        return operands[0]
-    return ca.SX.unary(code, *operands) if len(operands) == 1 else ca.SX.binary(code, *operands)
+    def _among(self, marks: int) -> list[ca.SX]:
+        """The rates with these marks."""
+        return [speed for k, speed in enumerate(self._speeds) if marks >> k & 1]

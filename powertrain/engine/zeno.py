@@ -35,8 +35,7 @@ class Zeno:
         relations = {r.index: r.g for r in dae.relations}
         self._conditions = [(w, g) for w in resetting(dae) for g in [relations[i] for i in w.relations] or [w.g]]
         motions = ca.horzcat(*[_motion(dae, g) for _, g in self._conditions])
-        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-        self._motions = Evaluated(ca.Function("powertrain_zeno", inputs, [ca.densify(motions)]))
+        self._motions = Evaluated(dae.function("zeno", motions))
 
     def check(self, instant: Instant) -> list[str]:
         """Raise SimulationError if a reset at this instant reverses its condition for a swing too small to be detected.

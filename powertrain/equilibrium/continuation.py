@@ -22,12 +22,13 @@ import numpy as np
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.dae.contact import CLOSED
 from powertrain.dae.friction import FORWARD, STUCK
+from powertrain.dae.hybrid import OperatingPoint
 from powertrain.dae.tolerances import NO_WIDTH, REST, STILL
 from powertrain.equilibrium.beginnings import beginnings, euler_matrix, euler_step, mobilities
 from powertrain.equilibrium.corrector import corrected
 from powertrain.equilibrium.laws import LAST_STEP, Linearized, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Iterates, Mask, SolvedPoints
-from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws, Point
+from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import relative, solved
 
@@ -49,7 +50,7 @@ RELAXED_ROUNDS = 400
 
 
 @dataclass(frozen=True)
-class _Trial(Point):
+class _Trial(OperatingPoint):
     """The last iterate: x are the unknowns y, p the values of the grid, m the modes.
 
     ``step`` is h; ``lossless``: torques that depend on others are left out; ``open``: laws whose direction is unknown.
@@ -82,7 +83,7 @@ class _StepLaws:
         self.index, self.switches = laws.law_modes.tolist(), laws.switch_modes.tolist()
         self.may_free, self.linearized = laws.may_free, Linearized(laws)
 
-    def at(self, point: Point, tau: Array) -> _Step:
+    def at(self, point: OperatingPoint, tau: Array) -> _Step:
         """The laws near ``tau``; nan if an equation has no value there."""
         assert isinstance(point, _Trial)
         n, many = point.x.size, self.linearized(point.at(tau), point.lossless)
@@ -102,7 +103,7 @@ class _StepLaws:
         peak = np.ones(self.count)  # the point of breaking loose is not an operating point
         return _Step(v.speed, rate, lower, upper, peak, reach, yields, g, *slopes, move, along, given, v.zone)
 
-    def at_rest(self, point: Point, near: LinearLaws, zone: float) -> Mask:
+    def at_rest(self, point: OperatingPoint, near: LinearLaws, zone: float) -> Mask:
         """The laws whose direction is unknown."""
         assert isinstance(point, _Trial)
         assert isinstance(near, _Step)

@@ -11,13 +11,15 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from powertrain.compiler.index import generic
+from powertrain.compiler.generic import generic_values
 from powertrain.compiler.matching import Matching, components
+from powertrain.compiler.operations import operation
 from powertrain.equilibrium.placed import Placed, rest_of
 from powertrain.errors import ParameterError
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.batch import dependence
 from powertrain.numerics.sparse_lu import Numbers, Row, SingularBlock, solve
+from powertrain.numerics.tape import applied, graph_of, replayed
 
 
 @dataclass(frozen=True)
@@ -78,9 +80,7 @@ def solved_block(rows: list[Symbol], unknowns: list[Symbol], modes: list[Symbol]
     if dependence(slopes, unknowns).any():
         root = root_of_fraction(rows[0], unknowns[0]) if len(rows) == 1 else None
         return None if root is None or dependence([root], modes).any() else [root]
-    symbols = ca.symvar(jacobian)
-    point = [generic(s) for s in symbols]
-    numbers = np.array(ca.Function("powertrain_block", [column(symbols)], [jacobian])(point).nonzeros(), float)
+    numbers = np.array(generic_values(jacobian).nonzeros(), float)
     right = ca.vertsplit(-ca.substitute(column(rows), column(unknowns), ca.DM.zeros(len(unknowns))))
     entries: list[Row] = [{} for _ in rows]
     sizes: list[Numbers] = [{} for _ in rows]
@@ -136,9 +136,9 @@ def root_of_fraction(residual: Symbol, x: Symbol) -> Symbol | None:
 
 def _by_cross_ratio(residual: Symbol, x: Symbol, others: list[Symbol]) -> Symbol | None:
     """(f_4 - f_1)(f_3 - f_2)/((f_4 - f_2)(f_3 - f_1)) of the values of a fraction equals the same expression of its arguments."""
-    function = ca.Function("powertrain_values", [x, ca.vertcat(Symbol(0, 1), *others)], [ca.densify(residual)])
-    if not _rational(function):
+    if not _rational(residual, x):
         return None
+    function = ca.Function("powertrain_values", [x, column(others)], [ca.densify(residual)])
     rng = np.random.default_rng(0)
     for _ in range(_CHECKS):
         point, at = rng.uniform(0.3, 2.0, len(others)), (*_KNOTS, float(rng.uniform(-3.0, 3.0)))
@@ -152,22 +152,14 @@ def _by_cross_ratio(residual: Symbol, x: Symbol, others: list[Symbol]) -> Symbol
     return (a - k * b) / (1 - k)
 
 
-def _rational(function: ca.Function) -> bool:
-    """Whether the result is a polynomial or a rational function of the first argument: without kinks, roots and the like."""
+def _rational(residual: Symbol, x: Symbol) -> bool:
+    """Whether an expression is a polynomial or a rational function of x: without kinks, roots and the like."""
     moved: dict[int, bool] = {}
-    for k in range(function.n_instructions()):
-        operation, inputs, outputs = (
-            function.instruction_id(k),
-            function.instruction_input(k),
-            function.instruction_output(k),
-        )
-        if operation in (ca.OP_CONST, ca.OP_INPUT):
-            moved[outputs[0]] = operation == ca.OP_INPUT and inputs[0] == 0
-        elif operation != ca.OP_OUTPUT:
-            through = any(moved[i] for i in inputs)
-            if through and operation not in _RATIONAL:
-                return False
-            moved.update(dict.fromkeys(outputs, through))
+    for place, (node, operands) in graph_of(residual).items():
+        through = any(moved[key(operand)] for operand in operands)
+        if through and operation(node) not in _RATIONAL:
+            return False
+        moved[place] = through or place == key(x)
     return True
 
 
@@ -177,49 +169,47 @@ def _cross_ratio(a: float, b: float, c: float, d: float) -> float:
 
 def _written(residual: Symbol, x: Symbol, others: list[Symbol]) -> Symbol | None:
     """The root by the operations in the expression."""
-    tape = ca.Function("powertrain_fraction", [x, ca.vertcat(Symbol(0, 1), *others)], [ca.densify(residual)])
-    work: dict[int, _Fraction] = {}
-    found = _Fraction()
+    tape = ca.Function("powertrain_fraction", [x, column(others)], [ca.densify(residual)])
+
+    def argument(i: int, j: int) -> _Fraction:
+        return _Fraction(others[j]) if i else _Fraction(n1=Symbol(1))
+
     try:
-        for k in range(tape.n_instructions()):
-            operation, inputs, outputs = tape.instruction_id(k), tape.instruction_input(k), tape.instruction_output(k)
-            if operation == ca.OP_CONST:
-                value = tape.instruction_constant(k)
-                work[outputs[0]] = _Fraction(Symbol(value) if value else None)
-            elif operation == ca.OP_INPUT:
-                work[outputs[0]] = _Fraction(n1=Symbol(1)) if inputs[0] == 0 else _Fraction(others[inputs[1]])
-            elif operation == ca.OP_OUTPUT:
-                found = work[inputs[0]]
-            else:
-                work[outputs[0]] = _operate(operation, [work[i] for i in inputs])
+        found = replayed(tape, [residual], argument, _Fractions()).get(0, _Fraction())
     except _NoFraction:
         return None
     return None if found.n1 is None else -(Symbol(0) if found.n0 is None else found.n0) / found.n1
 
 
-def _operate(operation: int, f: list[_Fraction]) -> _Fraction:
-    first, last = f[0], f[-1]
-    if operation == ca.OP_CALL:
+class _Fractions:
+    """Operations on fractions whose results are fractions of affine expressions again."""
+
+    def constant(self, value: float) -> _Fraction:
+        return _Fraction(Symbol(value) if value else None)
+
+    def call(self, function: ca.Function, operands: list[_Fraction]) -> list[_Fraction]:
         raise _NoFraction
-    if all(each.constant for each in f):
-        values = [Symbol(0) if each.n0 is None else each.n0 for each in f]
-        return _Fraction(ca.SX.unary(operation, values[0]) if len(f) == 1 else ca.SX.binary(operation, *values))
-    if operation == ca.OP_NEG:
-        return _times(first, Symbol(-1))
-    if operation == ca.OP_TWICE:
-        return _times(first, Symbol(2))
-    if operation == ca.OP_ADD:
-        return _add(first, last)
-    if operation == ca.OP_SUB:
-        return _add(first, _times(last, Symbol(-1)))
-    if operation == ca.OP_MUL and (first.constant or last.constant):
-        factor, other = (first, last) if first.constant else (last, first)
-        return _times(other, factor.n0)
-    if operation == ca.OP_INV:
-        return _divide(_Fraction(Symbol(1)), first)
-    if operation == ca.OP_DIV:
-        return _divide(first, last)
-    raise _NoFraction
+
+    def operate(self, code: int, operands: list[_Fraction]) -> _Fraction:
+        first, last = operands[0], operands[-1]
+        if all(each.constant for each in operands):
+            return _Fraction(applied(code, [Symbol(0) if each.n0 is None else each.n0 for each in operands]))
+        if code == ca.OP_NEG:
+            return _times(first, Symbol(-1))
+        if code == ca.OP_TWICE:
+            return _times(first, Symbol(2))
+        if code == ca.OP_ADD:
+            return _add(first, last)
+        if code == ca.OP_SUB:
+            return _add(first, _times(last, Symbol(-1)))
+        if code == ca.OP_MUL and (first.constant or last.constant):
+            factor, other = (first, last) if first.constant else (last, first)
+            return _times(other, factor.n0)
+        if code == ca.OP_INV:
+            return _divide(_Fraction(Symbol(1)), first)
+        if code == ca.OP_DIV:
+            return _divide(first, last)
+        raise _NoFraction
 
 
 def _add(f: _Fraction, g: _Fraction) -> _Fraction:

@@ -13,15 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.index import generic
+from powertrain.compiler.generic import generic_values
 from powertrain.dae.friction import held_at_rest
-from powertrain.dae.hybrid import Contact, Friction, Switch, TimeSignal
+from powertrain.dae.hybrid import Contact, Friction, Law, TimeSignal
 from powertrain.errors import ParameterError
 from powertrain.language.symbols import Symbol, column, key, scalars
 from powertrain.numerics.batch import dependence
 from powertrain.numerics.buffers import Array
 
-Law = Friction | Switch | Contact
 Turning = dict[int, dict[int, float]]
 """States of which only differences matter: {omitted state: {other state: ratio at which they turn together}}."""
 _NOTHING = 1e-9
@@ -188,8 +187,6 @@ def lost_outputs(placed: Placed, cyclic: Sequence[int], turning: Turning) -> lis
         for j, share in (shares | {i: 1.0}).items():
             direction[j] = share
         change = ca.jtimes(column(wanted), x, direction)
-        symbols = ca.symvar(change)
-        point = [values.get(key(s), generic(s)) for s in symbols]  # angles turn together at ratios of the parameters
-        number = ca.Function("powertrain_lost", [column(symbols)], [change])(point)
-        lost = np.asarray(lost | (np.abs(np.array(number).ravel()) > _NOTHING))
+        number = generic_values(change, values).full().ravel()  # angles turn together at ratios of the parameters
+        lost = np.asarray(lost | (np.abs(number) > _NOTHING))
     return [bool(lost[i]) for i in range(len(wanted))]

@@ -17,9 +17,8 @@ import numpy as np
 from powertrain.compiler.matching import components
 from powertrain.dae import contact, friction, switch
 from powertrain.dae.friction import FREE
-from powertrain.dae.hybrid import Contact, Friction, Switch
+from powertrain.dae.hybrid import Contact, Friction, Law, Switch
 from powertrain.dae.tolerances import SAME
-from powertrain.equilibrium.placed import Law
 from powertrain.equilibrium.points import NONE, OK, SEVERAL, Index, Mask, Points
 from powertrain.equilibrium.system import Equilibrium, moved_by_unknowns
 from powertrain.language.symbols import Symbol

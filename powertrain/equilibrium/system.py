@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 from powertrain.compiler.assemble import Compiled
 from powertrain.dae.contact import CLOSED
 from powertrain.dae.friction import STUCK
-from powertrain.dae.hybrid import Friction, Guard, HybridDae, Opened
+from powertrain.dae.hybrid import Friction, Guard, HybridDae, Law, Opened
 from powertrain.equilibrium.elimination import Condition, Unknown, blocks_of, solved_block
 from powertrain.equilibrium.placed import (
-    Law,
     Placed,
     Request,
     Turning,

@@ -132,8 +132,7 @@ def declared_conditions(compiled: Compiled) -> list[StartEquation]:
 def unsettled(compiled: Compiled, conditions: Sequence[StartEquation]) -> str:
     """The message for modes that change the start at every iteration: what depends on them, and what to give instead."""
     dae = compiled.dae
-    laws = [f.name for f in dae.frictions] + [s.name for s in dae.switches] + [c.name for c in dae.contacts]
-    said = f"{', '.join(laws[:8])}: the modes of these laws at the start do not settle"
+    said = f"{', '.join([law.name for law in dae.laws[:8]])}: the modes of these laws at the start do not settle"
     depending = [c.label for c in conditions if ca.depends_on(c.expression, dae.m)]
     speeds = [name for f in dae.frictions if (name := _name(compiled, f.w))]
     if not depending:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.hybrid import HybridDae, OperatingPoint
 from powertrain.dae.tolerances import MISSED, ROUND_OFF, STARTED
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import InitializationError, ParameterError, suggestion
@@ -32,7 +32,7 @@ from powertrain.initialization.outdated import outdated
 from powertrain.initialization.report import InitialReport
 from powertrain.initialization.uniqueness import is_default, not_unique
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
-from powertrain.modes.complementarity import Laws, Point
+from powertrain.modes.complementarity import Laws
 from powertrain.modes.tied import tied_notes
 from powertrain.numerics.buffers import Bound, zeros
 from powertrain.numerics.newton import HALVINGS, newton
@@ -277,9 +277,13 @@ class _Plan:
 
     def _notes(self, t: float, y: Array, m: Array, p: Array, choice: Choice) -> tuple[str, ...]:
         """What is not unique in the start, speeds and torques at rest; values of the run that tables of the model do not have."""
-        opened, point = self.compiled.dae.opened, Point(t, y[: self.n], y[self.n :], m, p)
+        opened, point = self.compiled.dae.opened, OperatingPoint(t, y[: self.n], y[self.n :], m, p)
         tied = () if opened is None else tied_notes(self._laws, point)
-        return (*self._unasked(t, y, m, p, choice), *tied, *outdated(self.compiled, p))
+        return (
+            *self._unasked(t, y, m, p, choice),
+            *tied,
+            *outdated(self.compiled, dict(zip(self.compiled.parameters, p.tolist(), strict=True))),
+        )
 
     @cached_property
     def _laws(self) -> Laws:

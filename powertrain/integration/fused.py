@@ -76,7 +76,7 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX)
             known[name], prepare = hoisted(PREFIX + name, [dae.t, dae.x, dae.z], [dae.m, dae.p], outputs())
             constants[name] = kind.sym(f"{name}_constants", prepare.numel_out(0)), prepare(m, p)
         elif name not in known:
-            known[name] = ca.Function(PREFIX + name, [dae.t, dae.x, dae.z, dae.m, dae.p], outputs())
+            known[name] = ca.Function(PREFIX + name, dae.arguments, outputs())
         more = [constants[name][0]] if called else []
         return list(known[name].call([t, unknowns[:n, :], unknowns[n:, :], m, p, *more]))
 
@@ -150,7 +150,7 @@ def closing(dae: HybridDae) -> ca.Function | None:
     states = closed(dae)
     if states is None:
         return None
-    return ca.Function(PREFIX + "closed", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(states)])
+    return dae.function("closed", states)
 
 
 def error_norm(model: Common, taken: StepResult, defect: ca.SX | None) -> ca.SX:
@@ -206,7 +206,7 @@ def rest(model: Common) -> ca.Function:
 def _at_rest(model: Common, y: ca.SX) -> ca.SX:
     """Unknowns with stuck speeds set to zero."""
     dae, n = model.dae, model.dae.x.numel()
-    found = ca.Function(PREFIX + "at_rest", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(at_rest(dae))])
+    found = dae.function("at_rest", at_rest(dae))
     return ca.vertcat(found.call([model.time[0], y[:n, :], y[n:, :], dae.m, dae.p])[0], y[n:, :])
 
 
@@ -268,7 +268,7 @@ def _corrected(model: Common, t: ca.SX, y: ca.SX, n: int) -> ca.SX:
 
 def _algebra(dae: HybridDae) -> ca.Function:
     outputs = [dae.residual, ca.jacobian(dae.residual, dae.z)]
-    return ca.Function(PREFIX + "algebra", [dae.t, dae.x, dae.z, dae.m, dae.p], outputs)
+    return ca.Function(PREFIX + "algebra", dae.arguments, outputs)
 
 
 def newton(model: Common) -> ca.Function:
@@ -311,7 +311,7 @@ def _rules(model: Common, y: ca.SX, fire: ca.SX, jumped: ca.SX) -> list[ca.SX]:
     a, b = ca.SX.sym("fire", fire.numel()), ca.SX.sym("jumped", 2)
     taken = mode_pass(dae, a, b[0], b[1])
     results = [ca.densify(e) for e in (taken.held, taken.flags, taken.edges, taken.closing)]
-    rules = ca.Function(PREFIX + "rules", [dae.t, dae.x, dae.z, dae.m, dae.p, a, b], results)
+    rules = ca.Function(PREFIX + "rules", [*dae.arguments, a, b], results)
     return list(rules.call([model.time[0], y[:n, :], y[n:, :], dae.m, dae.p, fire, jumped]))
 
 

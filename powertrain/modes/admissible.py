@@ -14,7 +14,7 @@ from powertrain.dae.friction import rest_margin
 from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.dae.tolerances import INTEGRATED, LEAST_TORQUE, NO_WIDTH, ZONE
 from powertrain.errors import SimulationError
-from powertrain.modes.jam import law_values, resting_note
+from powertrain.modes.jam import resting_note
 from powertrain.modes.selflocking import SelfLocking
 from powertrain.numerics.buffers import Evaluated, Memory
 
@@ -72,8 +72,9 @@ class Admissible:
         """
         if not self._given:
             return
-        (found,) = self._limits(*self.memory.instant(side))
-        for law, (lower, upper) in zip(self._given, found.tolist(), strict=True):
+        values = self.memory.frictions(side)
+        for k, law in self._given:
+            lower, upper = values.lower[k], values.upper[k]
             if lower - upper > LEAST_TORQUE:
                 raise SimulationError(
                     f"{law.name} ({law.where}) has a lower limit of {lower:.6g} {law.unit} above its upper limit of {upper:.6g} "
@@ -82,33 +83,26 @@ class Admissible:
                 )
 
     @cached_property
-    def _given(self) -> list[Friction]:
-        """The laws whose limits depend on no torque or mode."""
-        found = ca.vertcat(self.dae.z, self.dae.m)
-        return [law for law in self.dae.frictions if not ca.depends_on(ca.vertcat(law.lower, law.upper), found)]
-
-    @cached_property
-    def _limits(self) -> Evaluated:
-        dae = self.dae
-        rows = ca.densify(ca.vertcat(*[ca.horzcat(law.lower, law.upper) for law in self._given]))
-        return Evaluated(ca.Function("powertrain_limits", [dae.t, dae.x, dae.z, dae.m, dae.p], [rows]))
+    def _given(self) -> list[tuple[int, Friction]]:
+        """The laws whose limits depend on no torque or mode, with their places."""
+        found, laws = ca.vertcat(self.dae.z, self.dae.m), enumerate(self.dae.frictions)
+        return [(k, law) for k, law in laws if not ca.depends_on(ca.vertcat(law.lower, law.upper), found)]
 
     @cached_property
     def _rest(self) -> Evaluated:
-        dae = self.dae
-        rows = ca.densify(ca.vertcat(*[ca.horzcat(rest_margin(dae, law), law.w) for law in self._limitless]))
-        return Evaluated(ca.Function("powertrain_rest_margins", [dae.t, dae.x, dae.z, dae.m, dae.p], [rows]))
+        rows = ca.vertcat(*[ca.horzcat(rest_margin(self.dae, law), law.w) for law in self._limitless])
+        return Evaluated(self.dae.function("rest_margins", rows))
 
     def check_speeds(self, side: int) -> None:
         """Reject speeds that no mode allows."""
-        speeds = law_values(self.dae, self.memory, side)[:, 0] if self._one_way else ()
+        speeds = self.memory.frictions(side).w if self._one_way else ()
         for k, law, mode in self._one_way:
             if mode * speeds[k] > ZONE:
                 self._refuse(law, mode)
 
     def barely_beyond(self, side: int) -> list[int]:
         """The places of the modes of one-way laws that move against their unlimited torque by no more than an integration leaves."""
-        speeds = law_values(self.dae, self.memory, side)[:, 0] if self._one_way else ()
+        speeds = self.memory.frictions(side).w if self._one_way else ()
         return [law.index for k, law, mode in self._one_way if ZONE < mode * speeds[k] <= INTEGRATED]
 
     def _refuse(self, law: Friction, mode: float) -> NoReturn:
@@ -123,7 +117,7 @@ class Admissible:
             self._noted.clear()
         if not refused and k in self._noted:
             return
-        _, torque, lower, upper, _, _ = law_values(self.dae, self.memory, side)[k].tolist()
+        _, torque, lower, upper, _ = (values[k] for values in self.memory.frictions(side))
         room = upper - lower > NO_WIDTH
         unit, t = law.unit, self.memory.time[0]
         if refused and room:

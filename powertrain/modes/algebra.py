@@ -28,11 +28,9 @@ class AlgebraicSolver:
         self._nearer, self._unsettled = zeros(self.nz), zeros(1)
         self._residual, self._jacobian = zeros(self.nz), zeros(self.nz * self.nz)
         time, y = ca.SX.sym("time", 2), ca.SX.sym("y", self.n + self.nz)
-        inner = ca.Function(
-            PREFIX + "algebra", [dae.t, dae.x, dae.z, dae.m, dae.p], [dae.residual, ca.jacobian(dae.residual, dae.z)]
-        )
+        inner = dae.function("algebra", dae.residual, ca.jacobian(dae.residual, dae.z))
         residual, jacobian = inner.call([time[0], y[: self.n], y[self.n :], dae.m, dae.p])
-        outputs = ca.cse([ca.densify(residual), ca.densify(jacobian)])
+        outputs = ca.cse([residual, jacobian])
         self.function = ca.Function(PREFIX + "newton", [time, y, dae.m, dae.p], outputs)
         results = [self._residual, self._jacobian]
         self._bound = [Bound(self.function, [memory.time, side, memory.m, memory.p], results) for side in memory.y]

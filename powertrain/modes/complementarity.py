@@ -25,24 +25,13 @@ from numpy.typing import NDArray
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.dae.contact import CLOSED, OPEN
 from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
-from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.hybrid import HybridDae, OperatingPoint
 from powertrain.dae.tolerances import ALONE, LEAST_TORQUE, NO_WIDTH
 from powertrain.modes.lemke import Long, lemke
 from powertrain.numerics.buffers import Evaluated
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class Point:
-    """Where modes are sought: time, states, implicit unknowns, held values (including the present modes), parameters."""
-
-    t: float
-    x: Array
-    z: Array
-    m: Array
-    p: Array
 
 
 @dataclass(frozen=True)
@@ -84,11 +73,11 @@ class TorqueLaws(Protocol):
     switches: list[int]
     may_free: Mask
 
-    def at(self, point: Point, tau: Array) -> LinearLaws:
+    def at(self, point: OperatingPoint, tau: Array) -> LinearLaws:
         """The laws near ``tau`` (``-force`` for contacts)."""
         ...
 
-    def at_rest(self, point: Point, near: LinearLaws, zone: float) -> Mask:
+    def at_rest(self, point: OperatingPoint, near: LinearLaws, zone: float) -> Mask:
         """The laws whose direction of motion is unknown; the others slide in the direction of their speed."""
         ...
 
@@ -117,7 +106,7 @@ class Laws:
         outputs = [*map(ca.densify, values), *slopes, *map(ca.densify, single)]
         self._values = Evaluated(ca.Function("powertrain_laws_opened", inputs, outputs))
 
-    def at(self, point: Point, tau: Array) -> LinearLaws:
+    def at(self, point: OperatingPoint, tau: Array) -> LinearLaws:
         """The laws near ``tau`` (``-force`` for contacts); nan where an equation has no value there."""
         z = point.z[: self._model_unknowns]
         sign = np.where(np.arange(self.count) < self.frictions, 1.0, -1.0)
@@ -147,7 +136,7 @@ class Laws:
         kept |= m[self.index] == STUCK
         return kept
 
-    def at_rest(self, point: Point, near: LinearLaws, zone: float) -> Mask:
+    def at_rest(self, point: OperatingPoint, near: LinearLaws, zone: float) -> Mask:
         """Friction laws whose speed does not decide their mode; contacts that are closed or close without an impact."""
         rest: Mask = (np.abs(near.speed) <= zone) | self.algebraic
         for k, contact in enumerate(self.dae.contacts, self.frictions):
@@ -174,14 +163,13 @@ class Complementarity:
         self.switches = self.laws.switches
         self.continuous = np.array([s.continuous for s in dae.switches], bool)
         known = ca.vertcat(*[f.hysteresis for f in dae.frictions], *[c.hysteresis for c in dae.contacts])
-        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-        self._known = Evaluated(ca.Function("powertrain_known", inputs, [ca.densify(known)]))
+        self._known = Evaluated(dae.function("known", known))
 
-    def known(self, point: Point) -> Array:
+    def known(self, point: OperatingPoint) -> Array:
         """Uncertainty of the torques of all laws in the present modes [N.m, N]."""
-        return self._known(point.t, point.x, point.z, point.m, point.p)[0].ravel()
+        return self._known(*point)[0].ravel()
 
-    def solve(self, point: Point, tau: Array, zone: float, bends: bool, known: Array | float = 0.0) -> Answer:
+    def solve(self, point: OperatingPoint, tau: Array, zone: float, bends: bool, known: Array | float = 0.0) -> Answer:
         """The modes for laws that are linear near ``tau``.
 
         ``bends``: kinks of the bounds are part of the problem; otherwise conditions keep their sides. ``known``: how far a law at rest may
@@ -210,7 +198,7 @@ class Complementarity:
         moving = np.flatnonzero(np.abs(near.g_slope).max(axis=1, initial=0.0) > 0.0)
         return [int(k) for k in moving if self.continuous[k]]
 
-    def _bends(self, point: Point, tau: Array, base: LinearLaws, places: list[int]) -> _Bends:
+    def _bends(self, point: OperatingPoint, tau: Array, base: LinearLaws, places: list[int]) -> _Bends:
         """Slope changes at the kinks: the slopes of a bound on both sides differ by a multiple of the slope of the condition."""
         found = [np.zeros((self.laws.count, len(places))) for _ in range(3)]
         for j, k in enumerate(places):

@@ -12,13 +12,17 @@ from powertrain.dae.tolerances import INTEGRATED, JUMP, REST_SPEED, STRUCK, ZONE
 from powertrain.errors import SimulationError
 from powertrain.language.units import with_unit
 from powertrain.modes.lemke import lemke
-from powertrain.numerics.buffers import PREFIX, Array, Evaluated, Memory
+from powertrain.numerics.buffers import Array, Evaluated, Memory
+
+_SLACK = 1e-5
+"""Barriers may close by this share of the speed that counts as zero: round-off. Otherwise dependent ones (two walls, and bodies that touch
+between them) could contradict each other."""
 
 
 def reset_values(dae: HybridDae) -> ca.Function:
     """The right-hand sides of all resets of all laws in order: (t, x, z, m, p) -> values."""
     values = ca.vertcat(*[reset.value for when in dae.whens for reset in when.resets])
-    return ca.Function(PREFIX + "resets", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(values)])
+    return dae.function("resets", values)
 
 
 class Discontinuities:
@@ -27,13 +31,11 @@ class Discontinuities:
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.memory, self.barriers = dae, memory, dae.barriers
         self.impulses = np.zeros(len(self.barriers))
-        inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
         barriers = [
             ca.vertcat(*[getattr(b, part) for b in self.barriers]) for part in ("speed", "restitution", "rests")
         ]
         self._resets = Evaluated(reset_values(dae))
-        outputs = [ca.densify(e) for e in (*barriers, dae.impact_x, dae.impact_a)]
-        self._impact = Evaluated(ca.Function(PREFIX + "impact", inputs, outputs))
+        self._impact = Evaluated(dae.function("impact", *barriers, dae.impact_x, dae.impact_a))
         self._first = {}
         count = 0
         for when in dae.whens:
@@ -77,11 +79,11 @@ class Discontinuities:
         touching = [*struck, *(k for k in np.flatnonzero(rests.ravel()).tolist() if k not in struck)]
         speed, restitution = speed.ravel()[touching], restitution.ravel()[touching]
         rebound = np.where(-restitution * speed < REST_SPEED, 0.0, restitution)
-        effect = on_a[np.ix_(touching, touching)]
-        impulse = self._impulses(effect, speed + rebound * speed, [barriers[k] for k in touching])
+        effect, nothing = on_a[np.ix_(touching, touching)], ZONE + STRUCK * np.abs(speed).max()
+        impulse = self._impulses(effect, speed + rebound * speed + _SLACK * nothing, [barriers[k] for k in touching])
         self.memory.y[side][: self.dae.x.numel()] += on_x[:, touching] @ impulse
         self.impulses[touching] += impulse
-        after, nothing = speed + effect @ impulse, ZONE + STRUCK * np.abs(speed).max()
+        after = speed + effect @ impulse
         felt = np.diag(effect) * impulse > INTEGRATED
         for k, away, some in zip(touching, after > nothing, felt, strict=True):
             if away or some or k in struck:

@@ -49,8 +49,7 @@ def guard_message(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: fl
 def _guard_values(
     dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float
 ) -> tuple[float, float, float, float]:
-    outputs = [ca.SX(guard.value), ca.SX(guard.low), ca.SX(guard.high), guard_margin(guard)]
-    function = ca.Function("powertrain_guard", [dae.t, dae.x, dae.z, dae.m, dae.p], outputs)
+    function = dae.function("guard", ca.SX(guard.value), ca.SX(guard.low), ca.SX(guard.high), guard_margin(guard))
     n, y = dae.x.numel(), memory.y[side]
     values = function(t, y[:n], y[n : n + dae.z.numel()], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()])
     value, low, high, margin = (float(v) for v in values)

@@ -5,29 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import casadi as ca
-import numpy as np
-from numpy.typing import NDArray
 
-from powertrain.dae.hybrid import Contact, Friction, HybridDae, Switch
-from powertrain.numerics.buffers import Array, Evaluated, Memory
+from powertrain.dae.hybrid import Friction, HybridDae
+from powertrain.numerics.buffers import Array, Memory
 
 _MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
 
 
-def law_values(dae: HybridDae, memory: Memory, side: int) -> NDArray[np.float64]:
-    """One row (w, torque, lower, upper, rate, peak) per friction law at the current point."""
-    fields = ("w", "torque", "lower", "upper", "rate", "peak")
-    if memory.laws is None:
-        columns = [ca.vertcat(*[getattr(friction, field) for friction in dae.frictions]) for field in fields]
-        outputs = [ca.densify(ca.horzcat(*columns))]
-        memory.laws = Evaluated(ca.Function("powertrain_laws", [dae.t, dae.x, dae.z, dae.m, dae.p], outputs))
-    return memory.laws(*memory.instant(side))[0].reshape(len(dae.frictions), len(fields))
-
-
 def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], pieces: int) -> str:
     """The error if no modes of these laws (indices in m) are consistent in any of the ``pieces`` of their bounds."""
-    known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
-    parts = ", ".join(law.name for law in known if law.index in laws)
+    parts = ", ".join(law.name for law in dae.laws if law.index in laws)
     lines = _quoted(dae, memory, side, laws)
     if lines or any(contact.index in laws for contact in dae.contacts):
         where = f"in none of the {pieces} pieces of the bounds are modes" if pieces > 1 else "no modes are"
@@ -41,8 +28,7 @@ def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], 
 
 def several_message(dae: HybridDae, memory: Memory, side: int, modes: Sequence[Array], laws: Sequence[int]) -> str:
     """The error if several modes of these laws (indices in m) are consistent, with different torques."""
-    known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
-    names = {law.index: law.name for law in known}
+    names = {law.index: law.name for law in dae.laws}
     sliding = {law.index for law in dae.frictions}
     options = " or ".join("(" + ", ".join(_mode(names[i], m[i], i in sliding) for i in laws) + ")" for m in modes[:3])
     return "\n".join(
@@ -57,8 +43,7 @@ def several_message(dae: HybridDae, memory: Memory, side: int, modes: Sequence[A
 
 def not_found_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> str:
     """The error if no modes were found, although nothing proves that there are none."""
-    known: list[Friction | Switch | Contact] = [*dae.frictions, *dae.switches, *dae.contacts]
-    parts = ", ".join(law.name for law in known if law.index in laws)
+    parts = ", ".join(law.name for law in dae.laws if law.index in laws)
     return "\n".join(
         [
             f"at t = {memory.time[0]:.9g} s no consistent modes were found, though there may be some. Involved: {parts}",
@@ -73,8 +58,8 @@ def _quoted(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> l
     if not dae.frictions:
         return []
     return [
-        f"  {law.name} ({law.where}): torque {row[1]:.6g} {law.unit}, bounds {row[2]:.6g} .. {row[3]:.6g} {law.unit}, speed {row[0]:.3g}"
-        for law, row in zip(dae.frictions, law_values(dae, memory, side), strict=True)
+        f"  {law.name} ({law.where}): torque {torque:.6g} {law.unit}, bounds {lower:.6g} .. {upper:.6g} {law.unit}, speed {w:.3g}"
+        for law, w, torque, lower, upper, _ in zip(dae.frictions, *memory.frictions(side), strict=True)
         if law.index in laws or any(ca.depends_on(ca.vertcat(law.lower, law.upper), dae.m[i]) for i in laws)
     ]
 

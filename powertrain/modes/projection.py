@@ -75,8 +75,7 @@ def _moved(dae: HybridDae) -> list[ca.SX]:
 def _projected(dae: HybridDae, x: ca.SX, free: ca.SX, laws: list[tuple[ca.SX, ca.SX]]) -> ca.SX:
     """The states with the speeds (or gaps) of the laws that hold among these set to zero; states that are not ``free`` stay."""
     stuck, speeds = column([held for held, _ in laws]), column([w for _, w in laws])
-    inputs = [dae.t, dae.x, dae.z, dae.m, dae.p]
-    values = ca.Function("speeds", inputs, [speeds, ca.jacobian(speeds, dae.x)])
+    values = ca.Function("speeds", dae.arguments, [speeds, ca.jacobian(speeds, dae.x)])
 
     def at(x: ca.SX) -> tuple[ca.SX, ca.SX]:
         w, W = values.call([dae.t, x, dae.z, dae.m, dae.p])

@@ -12,13 +12,13 @@ import numpy as np
 
 from powertrain.dae.contact import CLOSED, OPEN
 from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
-from powertrain.dae.hybrid import JUMPED, START, HybridDae
+from powertrain.dae.hybrid import JUMPED, START, HybridDae, OperatingPoint
 from powertrain.dae.tolerances import ZONE
 from powertrain.errors import SimulationError
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
-from powertrain.modes.complementarity import Complementarity, Point
+from powertrain.modes.complementarity import Complementarity
 from powertrain.modes.discontinuities import Discontinuities
-from powertrain.modes.jam import jam_message, law_values, not_found_message, several_message
+from powertrain.modes.jam import jam_message, not_found_message, several_message
 from powertrain.modes.resting import resting
 from powertrain.modes.uniqueness import Uniqueness
 from powertrain.numerics.buffers import Array, Bound, Memory, view
@@ -232,7 +232,7 @@ class ModeResolver:
             if law.rests is None:
                 found.append(([law.index], [(STUCK,), (FORWARD,), (BACKWARD,)]))
                 continue
-            has_peak = law_values(self.dae, self.memory, side)[k, 5] > 1.0
+            has_peak = self.memory.frictions(side).peak[k] > 1.0
             kept = [(FORWARD, 1.0), (BACKWARD, 1.0)] if has_peak else []
             found.append(([law.index, law.rests], [(STUCK, 0.0), *kept, (FORWARD, 0.0), (BACKWARD, 0.0)]))
         return found + [([c.index], [(OPEN,), (CLOSED,)]) for c in self.dae.contacts if c.index in varied]
@@ -278,9 +278,9 @@ class ModeResolver:
         against = np.flatnonzero(self.memory.m != self.memory.held).tolist()
         raise SimulationError(jam_message(self.dae, self.memory, side, sorted({*laws, *against}), pieces))
 
-    def _point(self, side: int) -> Point:
+    def _point(self, side: int) -> OperatingPoint:
         t, *values = self.memory.instant(side)
-        return Point(t, *(value.copy() for value in values))
+        return OperatingPoint(t, *(value.copy() for value in values))
 
     def check_unique(self, side: int) -> None:
         """Reject modes if other modes with other torques are also consistent."""

@@ -17,9 +17,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.dae.hybrid import Friction, HybridDae, Opened
+from powertrain.dae.hybrid import Friction, HybridDae, Opened, OperatingPoint
 from powertrain.dae.tolerances import INTEGRATED
-from powertrain.modes.complementarity import Complementarity, Point
+from powertrain.modes.complementarity import Complementarity
 from powertrain.numerics.buffers import PREFIX
 
 SINGULAR = 1e-10
@@ -28,7 +28,7 @@ NOTHING = 1e-8
 """Rates are the same combination if they differ by less than this share of their terms."""
 
 
-def resting(dae: HybridDae, problem: Complementarity, point: Point) -> list[int]:
+def resting(dae: HybridDae, problem: Complementarity, point: OperatingPoint) -> list[int]:
     """The places in the held values that mark the friction laws at a limit that others hold at rest at ``point``."""
     modes, count = point.m[problem.laws.index], problem.laws.frictions
     holds = np.concatenate([modes[:count] == 0.0, modes[count:] == 1.0])

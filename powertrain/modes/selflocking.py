@@ -14,7 +14,6 @@ from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.dae.tolerances import CROSSED, LEAST_TORQUE, ZONE
 from powertrain.errors import SimulationError
 from powertrain.modes.guards import first_violation
-from powertrain.modes.jam import law_values
 from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
 
 
@@ -33,8 +32,7 @@ class SelfLocking:
         """
         if self._memory.flags[5] <= 0.0:
             return
-        for law, row in zip(self._dae.frictions, law_values(self._dae, self._memory, side).tolist(), strict=True):
-            w, _, low, high, _, _ = row
+        for law, w, _, low, high, _ in zip(self._dae.frictions, *self._memory.frictions(side), strict=True):
             if abs(w) > ZONE and self._memory.m[law.index] != 0.0 and low > high:
                 t = float(self._memory.time[0])
                 raise SimulationError(
@@ -57,7 +55,7 @@ class SelfLocking:
         """A function of these rows, bound to either side of the buffers."""
         dae, memory, n = self._dae, self._memory, self._dae.x.numel()
         time, y = ca.SX.sym("time", 2), ca.SX.sym("y", n + dae.z.numel())
-        inner = ca.Function(PREFIX + "limits", [dae.t, dae.x, dae.z, dae.m, dae.p], [ca.densify(ca.vertcat(*rows))])
+        inner = dae.function("limits", ca.vertcat(*rows))
         found = inner.call([time[0], y[:n], y[n:], dae.m, dae.p])
         function = ca.Function(PREFIX + "self_locking", [time, y, dae.m, dae.p], found)
         return [Bound(function, [memory.time, side, memory.m, memory.p], [results]) for side in memory.y]

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from powertrain.modes.complementarity import Laws, Point
+from powertrain.dae.hybrid import OperatingPoint
+from powertrain.modes.complementarity import Laws
 from powertrain.modes.resting import SINGULAR
 
 
-def tied_notes(laws: Laws, point: Point) -> tuple[str, ...]:
+def tied_notes(laws: Laws, point: OperatingPoint) -> tuple[str, ...]:
     """A note on each such law at this point."""
     near = laws.at(point, np.zeros(laws.count))
     still = np.abs(np.diag(near.rate_slope)) <= SINGULAR * near.reach

@@ -13,7 +13,6 @@ import numpy as np
 
 from powertrain.dae.hybrid import HybridDae
 from powertrain.dae.tolerances import SAME
-from powertrain.modes.jam import law_values
 from powertrain.numerics.buffers import Array, Memory
 
 _MOST = 6
@@ -48,4 +47,4 @@ class Uniqueness:
         return modes
 
     def _values(self, side: int) -> Array:
-        return law_values(self.dae, self.memory, side)[:, 1]
+        return self.memory.frictions(side).torque

@@ -49,7 +49,7 @@ def write(
     folder.mkdir(parents=True, exist_ok=True)
     files = {
         "functions.c": code_of(functions),
-        "model.h": _header(engine, functions, schedules, inputs),
+        "model.h": _header(engine, functions, inputs),
         "model.c": _tables(engine, start, schedules, inputs, parameters),
     }
     files |= {"powertrain_limits.h": limits()} | {name: (SOURCES / name).read_text(encoding="utf-8") for name in FIXED}
@@ -62,9 +62,7 @@ def _laws(dae: HybridDae) -> list[int]:
     return [*(f.index for f in dae.frictions if not f.prescribed), *(s.index for s in dae.switches)]
 
 
-def _header(
-    engine: Prepared, functions: dict[str, ca.Function], schedules: Sequence[TimeSignal], inputs: Sequence[str]
-) -> str:
+def _header(engine: Prepared, functions: dict[str, ca.Function], inputs: Sequence[str]) -> str:
     dae, (n, nz, nm, np_) = engine.dae, engine.sizes
     called, resets = functions.values(), sum(len(w.resets) for w in dae.whens)
     sizes = {
@@ -72,7 +70,7 @@ def _header(
         "G": max(len(engine.indicators), 1),
         "INDICATORS": len(engine.indicators), "W": max(len(dae.whens), 1), "WHENS": len(dae.whens), "R": max(resets, 1),
         "T": max(len(engine.timed), 1), "TIMED": len(engine.timed), "O": max(len(dae.guards), 1), "INPUTS": len(inputs),
-        "S": max(len(schedules), 1),
+        "S": max(len(dae.schedules), 1),
         "RESTS": sum(f.rests is not None for f in dae.frictions), "LAWS": len(_laws(dae)),
         "FRICTIONS": len(dae.frictions), "F": max(len(dae.frictions), 1), "B": max(len(dae.barriers), 1),
         "ARG": max(f.sz_arg() for f in called), "RES": max(f.sz_res() for f in called),

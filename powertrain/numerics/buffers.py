@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, cast
 
@@ -10,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.hybrid import FrictionValues, HybridDae
 
 Array = NDArray[np.float64]
 PREFIX = "powertrain_"
@@ -90,14 +91,12 @@ class Memory:
     """The arrays shared by all functions of one engine. ``y`` and ``slope`` are double-buffered: a step reads one side, writes the other.
 
     ``record`` is what is stored of a step: the index of its held values, its time and size, and its dense output.
-    ``laws`` (the values of all friction laws) and ``loaded`` (switches that depend on torques) are built at their first use.
     """
 
     def __init__(self, dae: HybridDae, indicators: int, timed: int) -> None:
         unknowns, held = dae.x.numel() + dae.z.numel(), dae.m.numel()
         self._sizes = dae.x.numel(), unknowns, held, dae.p.numel()
-        self.laws: Evaluated | None = None
-        self.loaded: frozenset[int] | None = None
+        self._dae = dae
         self.record = zeros(3 + 5 * max(unknowns, 1))
         self.time, self.dense = self.record[1:3], self.record[3:]
         self.y = (zeros(unknowns), zeros(unknowns))
@@ -128,3 +127,11 @@ class Memory:
         n, unknowns, held, parameters = self._sizes
         y = self.y[side]
         return float(self.time[0]), y[:n], y[n:unknowns], self.m[:held], self.p[:parameters]
+
+    def frictions(self, side: int) -> FrictionValues:
+        """The values of all friction laws on one side."""
+        return FrictionValues(*(values.ravel() for values in self._frictions(*self.instant(side))))
+
+    @cached_property
+    def _frictions(self) -> Evaluated:
+        return Evaluated(self._dae.friction_values)

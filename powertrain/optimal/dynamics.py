@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.dae.friction import FREE
 from powertrain.dae.hybrid import Contact, Friction, HybridDae
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import by_name, count, listed, number
@@ -21,10 +22,6 @@ from powertrain.signals import signals_of
 
 Selector = str | Callable[[Any], Any]
 Modes = Mapping[str, float] | tuple[Result[Any], float]
-
-
-FREE = 2.0
-"""The mode of friction with equal limits."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +155,7 @@ def dynamics(
     return Dynamics(
         function, tuple(compiled.states), tuple(dae.z[k].name() for k in range(dae.z.numel())), tuple(driven),
         tuple(compiled.parameters), tuple(q.label for q in picked), tuple(margins), tuple(stills), units,
-        {law.name: float(held[law.index]) for law in _laws(dae)}, x, z, np.array(values, float), p,
+        {law.name: float(held[law.index]) for law in (*dae.laws, *dae.whens)}, x, z, np.array(values, float), p,
     )  # fmt: skip
 
 
@@ -173,17 +170,13 @@ def _checked(plant: _Source, inputs: str | Sequence[str]) -> list[str]:
     return driven
 
 
-def _laws(dae: HybridDae) -> list[Any]:
-    return [*dae.frictions, *dae.switches, *dae.contacts, *dae.whens]
-
-
 def _point(plant: _Source, modes: Modes | None) -> tuple[Array, Array, Array, Array]:
     """States, algebraic unknowns, held values with the modes, and parameters."""
     if isinstance(modes, tuple):
         at = instant_of_run(plant.compiled, modes, "modes")
         return at.x[0], at.z[0], at.m[0].copy(), modes[0].p
     dae = plant.compiled.dae
-    laws: dict[str, Any] = {law.name: law for group in (dae.frictions, dae.switches, dae.contacts) for law in group}
+    laws: dict[str, Any] = {law.name: law for law in dae.laws}
     given = by_name("modes", modes)
     unknown = [n for n in given if n not in laws]
     if unknown:

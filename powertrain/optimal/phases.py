@@ -54,7 +54,7 @@ def guess(run: Result[Any], model: Dynamics, start: float, end: float, intervals
     at_points = run.trajectory.at(np.clip(points, start + inside, end - inside), with_events=False)
     known = run.at(np.clip(nodes, start + inside, end - inside), [n for n in model.inputs if n in run.names()])
     u = np.array([known[n] if n in known else np.full(len(nodes), run.parameters[n]) for n in model.inputs], float)
-    return Guess(start, end - start, at[1].T, at_points[1].T, at_points[2].T, u.reshape(len(model.inputs), -1))
+    return Guess(start, end - start, at.x.T, at_points.x.T, at_points.z.T, u.reshape(len(model.inputs), -1))
 
 
 class Phase:

@@ -18,7 +18,7 @@ from powertrain.plant import Plant, plant_of
 from powertrain.power.powergraph import PowerGraph, power_graph
 from powertrain.power.variator import named_port, pair, port_motion
 from powertrain.result import Result, within_run
-from powertrain.signals import Picked, Samples, signals_of
+from powertrain.signals import Picked, signals_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,7 +69,7 @@ def from_result(
     compiled, trajectory = result.compiled, result.trajectory
     terms = EnergyTerms(compiled)
     times = np.unique(result.time) if at is None else within_run(result, "t = ", array("at", at))
-    samples = Samples(*trajectory.at(times.ravel(), with_events=at is None))
+    samples = trajectory.at(times.ravel(), with_events=at is None)
     signals, p = signals_of(compiled), result.p
     samples = signals.corrected(samples, p)
     values = terms.values(samples, p)

@@ -66,7 +66,7 @@ def place(component: pt.Component, path: str) -> Adjustable:
                 f"{type(component).__name__}.{path} is a variable, not a parameter; its value at the start of a run is given by "
                 f"powertrain run --start {path}=VALUE, and by drive_cycle(..., starts={{{path!r}: VALUE}}) in Python"
             )
-        near = (_near(component, path, known) or _beside(path, known)) + _makers(path, known)
+        near = (_near(path, known) or _beside(path, known)) + _makers(path, known)
         raise pt.ParameterError(f"{type(component).__name__} has no parameter or component {path!r}{near}")
     return known[path]
 
@@ -78,7 +78,7 @@ def _is_variable(component: pt.Component, path: str, known: Mapping[str, Adjusta
     return isinstance(owner, pt.Component) and isinstance(owner._fields.get(name), pt.Variable | pt.Discrete)
 
 
-def _near(component: pt.Component, path: str, known: Mapping[str, Adjustable]) -> str:
+def _near(path: str, known: Mapping[str, Adjustable]) -> str:
     """What an unknown path may mean: near misses within the part that it leads into, or fields of that name elsewhere."""
     inside, _, name = path.rpartition(".")
     if inside and inside not in known:

@@ -277,7 +277,7 @@ PAPER = Paper(
         ),
         Picture(
             "figure-5-26",
-            f"Figs. 5.26, 5.27: the C-pair on the lever, axes of the cage; {LOAD}.",
+            f"Figs. 5.26, 5.27: the C-pair on the lever, axes of the cage (on the cage: opposite); {LOAD}.",
             lambda: drawn(LINKS, "rod_forces"),
         ),
         Picture(

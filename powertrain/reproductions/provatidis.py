@@ -27,6 +27,7 @@ from powertrain.components.rotational import Fixed, Inertia, Torque
 from powertrain.reproductions.drawing import drawn, panels
 from powertrain.reproductions.free_bodies import roller_and_cam
 from powertrain.reproductions.papers import Paper, Picture
+from powertrain.reproductions.provatidis_rolling import rolling_contact
 from powertrain.reproductions.table import Row, Table
 
 if TYPE_CHECKING:
@@ -339,7 +340,7 @@ PAPER = Paper(
         "Rollers between two cam disks with tracks of circular arcs make a differential without gears. Its rollers wedge the cams apart, "
         "and the friction of the disks behind them holds the half shafts against each other, in proportion to the torque of the cage."
     ),
-    tables=(data, inclination, stresses, real_pressures, phases, experiments),
+    tables=(data, rolling_contact, inclination, stresses, real_pressures, phases, experiments),
     pictures=(
         Picture(
             "figure-9",

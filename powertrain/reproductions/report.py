@@ -91,7 +91,8 @@ def file_name(about: Paper, picture: Picture) -> str:
 
 def _remark(row: Row) -> str:
     right = f"should be {row.right}" if row.right is not None else ""
-    return "; ".join(part for part in (right, row.remark, row.differs) if part)
+    why = row.differs if row.verdict == "differs" else ""
+    return "; ".join(part for part in (right, row.remark, why) if part)
 
 
 def _save(picture: Picture, path: Path, dpi: int) -> None:

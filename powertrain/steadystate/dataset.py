@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
+from powertrain.initialization.outdated import outdated
+from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant
 from powertrain.steadystate.axes import Grid, GridAxis
 from powertrain.steadystate.results import MOST_LAWS, MapResults
@@ -38,7 +40,9 @@ _PROBLEMS = {
 }
 
 
-def dataset(plant: Plant[Any], grid: Grid, map_: SteadyMap, ordered: Grid, results: MapResults) -> xr.Dataset:
+def dataset(
+    plant: Plant[Any], grid: Grid, common: Array, map_: SteadyMap, ordered: Grid, results: MapResults
+) -> xr.Dataset:
     """Variables over the dimensions of ``grid``; ``results`` holds them in the order of ``ordered``."""
     import xarray as xr
 
@@ -66,7 +70,7 @@ def dataset(plant: Plant[Any], grid: Grid, map_: SteadyMap, ordered: Grid, resul
     named = [(law.name, law.where) for law in (*problem.laws, *problem.guards)]
     if results.involved is not None:
         data["status_laws"] = (grid.dims, shaped(results.involved), _law_flags([n for n, _ in named]))
-    said = {"problems": _problems(results, grid.size, named)}
+    said = {"problems": _problems(results, grid.size, named), "notes": "\n".join(_notes(compiled, grid, common))}
     said |= {"model": type(plant.model).__name__, "powertrain_version": __version__}
     return xr.Dataset(data, coords=coords, attrs=said)
 
@@ -102,6 +106,12 @@ def _problems(results: MapResults, size: int, named: list[tuple[str, str]]) -> s
             said += f": {', '.join(laws[:6])}" if laws else ""
         lines.append(said)
     return "\n".join(lines)
+
+
+def _notes(compiled: Compiled, grid: Grid, common: Array) -> tuple[str, ...]:
+    """Where tables of the model have other values than the points."""
+    values = dict(zip(compiled.parameters, common[: len(compiled.parameters)].tolist(), strict=True))
+    return outdated(compiled, values | {a.name: a.values for a in grid.axes if a.name in values})
 
 
 def _flags() -> dict[str, Any]:

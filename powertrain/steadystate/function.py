@@ -121,7 +121,7 @@ def steady_function(
     v = np.array([float(point[name]) for name in q.asked.axes])
     solved = map_.solver.solve(v[:, None])
     if solved.status[0] != OK or solved.rest.any():
-        problems = dataset(plant, q.grid, map_, *map_.run(q.grid, Look(), None)).attrs["problems"]
+        problems = dataset(plant, q.grid, q.common, map_, *map_.run(q.grid, Look(), None)).attrs["problems"]
         raise ParameterError(
             f"at: the operating point is not unique or does not exist: {problems or 'friction at rest'}"
         )

@@ -16,7 +16,7 @@ from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as texts
 from powertrain.language.component import Component
 from powertrain.language.symbols import column
-from powertrain.numerics.batch import LANES, Rows, Tape
+from powertrain.numerics.batch import Columns, Rows
 from powertrain.plant import Plant, plant_of
 from powertrain.steadystate.dataset import dataset
 from powertrain.steadystate.results import Look
@@ -76,7 +76,7 @@ def steady_gradient(
             raise ParameterError(f"wrt: {name} is not on the grid{suggestion(name, asked.axes)}")
     map_ = steady_map(plant, q)
     ordered, results = map_.run(spanned, Look(), None, keep=True)
-    found = dataset(plant, q.grid, map_, ordered, results)
+    found = dataset(plant, q.grid, q.common, map_, ordered, results)
     slopes = _slopes(plant, q, map_, names)
     status = found.status.values.ravel()
     points = spanned.at(np.arange(spanned.size))
@@ -112,7 +112,7 @@ def _slopes(plant: Plant[Any], q: Question, map_: SteadyMap, names: list[str]) -
         lambda slopes: slopes.map is map_,
         lambda: _Slopes(map_, [q.asked.axes.index(n) for n in names]),
     )  # fmt: skip
-    found.tape.set_common(q.common)
+    found.columns.set_common(q.common)
     return found
 
 
@@ -130,13 +130,13 @@ class _Slopes:
         parts = [y, ca.jacobian(y, axes), ca.jacobian(y, u), ca.jacobian(rows, axes), ca.jacobian(rows, u)]
         flat = [e for p in parts for e in ca.vertsplit(ca.vec(ca.densify(p).T)) if p.numel()]
         varying = [*problem.grid, *problem.u, *problem.modes]
-        self.tape = Tape("steady_slopes", varying, problem.common, flat, LANES)
+        self.columns = Columns("steady_slopes", varying, problem.common, flat)
 
     def at(self, grid: Rows, unknowns: Rows, modes: Rows) -> tuple[Rows, NDArray[np.float64]]:
         """Outputs, and their derivatives (output, axis, point)."""
         n, a, u, r = self.shape
         with np.errstate(all="ignore"):
-            found = self.tape(np.vstack([grid, unknowns, modes]))
+            found = self.columns(np.vstack([grid, unknowns, modes]))
         sizes = np.cumsum([n, n * a, n * u, r * a])
         y, y_a, y_u, r_a, r_u = np.split(found, sizes)
         slopes = y_a.reshape(n, a, -1)

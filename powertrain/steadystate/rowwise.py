@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.batch import Rows, Tape, lifted
+from powertrain.numerics.batch import LANES, Rows, Tape, lifted
 from powertrain.numerics.buffers import Array, Bound, zeros
 from powertrain.numerics.replay import Form, RowForms, row_forms
 from powertrain.steadystate.neighbours import Key, Walker
@@ -24,7 +24,6 @@ from powertrain.steadystate.neighbours import Key, Walker
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-LANES = 256
 BLOCK = 16
 _CACHED = 1 << 16
 """Numbers that fit into the processor's cache."""

@@ -62,7 +62,8 @@ def steady(
     is at rest under a prescribed motion, and equilibrium does not determine its torque: ``<name>_low`` and ``<name>_high`` are then the
     least and the greatest value for all torques between the law's bounds, infinite where the signal has a pole between them. Values at
     all other points that are not ``ok`` are nan; ``undefined_value`` refers to signals that are nan only there, such as an efficiency
-    at zero power. ``status_laws`` are the laws that the status refers to; the attribute ``problems`` explains it in words.
+    at zero power. ``status_laws`` are the laws that the status refers to; the attribute ``problems`` explains it in words, and
+    ``notes`` says where tables of the model have other values than the points.
 
     Parameters
     ----------
@@ -117,7 +118,7 @@ def steady(
     q = question(plant, grid, outputs, parameters, inputs, free, guesses, held, t)
     map_ = steady_map(plant, q, flag("compile", compile))
     ordered, results = map_.run(q.grid, look, None if progress is None else flag("progress", progress))
-    return dataset(plant, q.grid, map_, ordered, results)
+    return dataset(plant, q.grid, q.common, map_, ordered, results)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import powertrain as pt
 from powertrain.components.body import Axle, RoadProfile, RollingRoad, TransferCase
 from powertrain.components.control import AlwaysOn, EngineSwitch, SetPedals
 from powertrain.components.cvu import Actuator, IdealActuator
-from powertrain.components.electric import BatteryCooling
+from powertrain.components.electric import Cooling
 from powertrain.components.engines import EngineCooling, WarmEngine
 from powertrain.language.component import children
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
@@ -72,7 +72,7 @@ def _steady(part: Any) -> Any:
         return RoadProfile()
     if isinstance(part, EngineCooling):
         return WarmEngine()
-    if isinstance(part, BatteryCooling):
+    if isinstance(part, Cooling):
         return part.steady()
     return AlwaysOn() if isinstance(part, EngineSwitch) else part
 

@@ -24,10 +24,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.engine.trajectory import Samples
 from powertrain.language.symbols import column
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
-from powertrain.signals import Samples
 from powertrain.variational.curvature import Curvature, tangents
 from powertrain.variational.instants import NotDifferentiable, Shift
 from powertrain.variational.partials import Partials, Slopes

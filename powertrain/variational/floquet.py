@@ -9,11 +9,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.engine.trajectory import Samples
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import number
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result, complete
-from powertrain.signals import Samples
 from powertrain.variational.corners import Corners
 from powertrain.variational.partials import System
 from powertrain.variational.record import Steps, record
@@ -89,7 +89,7 @@ def floquet(result: Result[Any], start: float, period: float) -> Floquet:
             matrix = phi[i] @ matrix
     values, vectors = np.linalg.eig(matrix)
     order = np.argsort(-np.abs(values))
-    ends = trajectory.at([start, end], with_events=False)[1]
+    ends = trajectory.at([start, end], with_events=False).x
     closure = dict(zip(result.compiled.states, (ends[1] - ends[0]).tolist(), strict=True))
     names = (*result.compiled.states, *result.compiled.discretes)
     return Floquet(names, matrix, values[order].astype(complex), vectors[:, order].astype(complex), closure, period)

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from powertrain.engine.trajectory import Samples
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result, within_run
-from powertrain.signals import Picked, Samples, of_instants, signals_of
+from powertrain.signals import Picked, signals_of
 from powertrain.variational.objectives import Objective, Reading, Term, weights_of
 
 _INSIDE = 9
@@ -92,7 +93,7 @@ def _extremum(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[
     times = np.append(inside.ravel(), trajectory.end)
     best, where = -np.inf, Reading(trajectory.end, k, term.factor)
     if instants:
-        limits = of_instants(trajectory, instants)
+        limits = trajectory.limits(instants)
         t, corrected = limits.t, signals_of(result.compiled).corrected(limits, result.p)
         values = sign * _values(result, picked, corrected)
         j = int(values.argmax())

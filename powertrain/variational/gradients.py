@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.errors import ParameterError
+from powertrain.initialization.outdated import constant_in_tables
 from powertrain.language.arguments import listed, row
 from powertrain.language.symbols import column
 from powertrain.numerics.buffers import Array
@@ -39,13 +40,15 @@ class Gradient(Mapping[str, float]):
     ``value``: the result itself; ``of``: its description; ``unit``: its unit; ``array``: the derivatives in the order of the names;
     ``units``: their units; ``elasticity``: the change of the result in percent per percent of change of each unknown. ``spread``: the
     uncertainty of the derivatives if laws switch together and their order matters; otherwise 0. The table shows it if it exceeds 1 % of
-    the derivative.
+    the derivative. ``notes``: the unknowns whose effect on tables and limits, computed when the model was compiled, is not contained.
     """
 
-    def __init__(self, of: str, unit: str, value: float, wanted: Unknowns, found: Parts) -> None:
+    def __init__(
+        self, of: str, unit: str, value: float, wanted: Unknowns, found: Parts, notes: tuple[str, ...] = ()
+    ) -> None:
         self.of, self.unit, self.value, self.array, self.spread = of, unit, value, found[0], np.abs(found[1])
         self.names, self.at = wanted.names, dict(zip(wanted.names, wanted.values, strict=True))
-        self._units = wanted.units
+        self._units, self.notes = wanted.units, notes
 
     def __getitem__(self, name: str) -> float:
         if name not in self.names:
@@ -103,7 +106,7 @@ class Gradient(Mapping[str, float]):
         lines = [f"{self.of} = {self.value:.8g} {self.unit}"]
         lines += ["  ".join(f"{cell:<{width}}" for cell, width in zip(r, widths, strict=True)).rstrip() for r in rows]
         without = len(self) + 1 - len(rows)
-        return "\n".join([*lines, f"without effect: {without}"] if without else lines)
+        return "\n".join([*lines, *([f"without effect: {without}"] if without else []), *self.notes])
 
     __repr__ = __str__
 
@@ -150,7 +153,8 @@ def gradient(
     found = adjoint(model, wanted, way) if many else forward(model, wanted, way, keep=False)[0]
     value = number.value + integral_value(model, way.run)
     refuse_apart(wanted, way, found, value)
-    return Gradient(number.label, number.unit, value, wanted, found)
+    notes = constant_in_tables(result.compiled, wanted.names)
+    return Gradient(number.label, number.unit, value, wanted, found, notes)
 
 
 def number_of(result: Result[Any], of: Objective) -> float:

@@ -103,5 +103,5 @@ def _calls(model: Model) -> bool:
     dae = model.system.dae
     integrand = Symbol(0) if model.of.integrand is None else model.of.integrand
     asked = column([dae.xdot, dae.residual, model.saltation.asked, model.of.expressions, integrand])
-    tape = ca.Function("powertrain_called", dae.arguments, [asked])
+    tape = dae.function("called", asked)
     return any(tape.instruction_id(k) == ca.OP_CALL for k in range(tape.n_instructions()))

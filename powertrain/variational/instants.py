@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from powertrain.dae.hybrid import Contact, Friction, Guard, Switch, When
+from powertrain.dae.hybrid import Friction, Guard, Law, Switch, When
 from powertrain.dae.tolerances import EPS
 from powertrain.errors import SimulationError
 from powertrain.modes.indicators import Indicator
@@ -20,7 +20,6 @@ from powertrain.numerics.buffers import Array
 from powertrain.variational.partials import Slopes, System
 from powertrain.variational.record import Record
 
-Law = Friction | Switch | Contact | When
 _SAME_TIME = 1e-9
 _AT_ZERO = 5e-11
 """Indicators below this have fallen through zero; they are located to a few 1e-11."""
@@ -117,7 +116,7 @@ class EventLaws:
             found[first + self.system.segments.index(index) // 3] = 1.0
         return found
 
-    def _sticks(self, law: Law, left: Array, right: Array) -> bool:
+    def _sticks(self, law: Law | When, left: Array, right: Array) -> bool:
         """Whether a sliding law comes to rest: then the jump of the rates is proportional to the slope, however small."""
         return any(law is s for s in self.sticking) and left[law.index] != 0.0 and right[law.index] == 0.0
 
@@ -128,7 +127,7 @@ class EventLaws:
         noise = {j: -2.0 * EPS / float(falls[j]) for j in laws}
         return [j for j in laws if since[first] - since[j] <= noise[first] + noise[j] + _ROUNDING * t]
 
-    def _grazing(self, law: Law, t: float, slope: float, fallen: float, h: float) -> NotDifferentiable | None:
+    def _grazing(self, law: Law | When, t: float, slope: float, fallen: float, h: float) -> NotDifferentiable | None:
         """An indicator that arrives at zero with zero slope moves its instant without bound.
 
         It is approximated by a parabola over the step before; ``depth`` is how far that would fall below zero.
@@ -148,8 +147,7 @@ class EventLaws:
         """The laws that switch at event k."""
         left, right = run.instants.left.m[k], run.instants.right.m[k]
         dae = self.system.dae
-        laws: list[Law] = [*dae.frictions, *dae.switches, *dae.contacts, *dae.whens]
-        names = [law.name for law in laws if left[law.index] != right[law.index]]
+        names = [law.name for law in (*dae.laws, *dae.whens) if left[law.index] != right[law.index]]
         return ", ".join(dict.fromkeys([*names, *(name for name, _ in run.instants.extra[k])])) or "without a law"
 
 

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from powertrain.dae.hybrid import When
 from powertrain.dae.tolerances import REST_SPEED
+from powertrain.engine.trajectory import Samples
 from powertrain.language.symbols import column
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Samples
 from powertrain.variational.curvature import Curvature, Tangents
 from powertrain.variational.partials import Block, Partials, System
 from powertrain.variational.record import Record
@@ -83,9 +83,8 @@ class Mapping:
         self.resets = Partials(system, self.values) if dae.whens else None
         self.barrier_values = self._barriers() if dae.barriers else None
         combined = [w for w in dae.whens if w.relations]
-        conditions = ca.densify(column([w.g for w in combined]))
         self.combined = [w.index for w in combined]
-        self.conditions = ca.Function("powertrain_combined", system.dae.arguments, [conditions])
+        self.conditions = dae.function("combined", column([w.g for w in combined]))
         reset = {*system.discretes, *(w.index for w in dae.whens)}
         self.given = [i for i in dae.free_held if i not in reset]
         self._curvatures: dict[object, Curvature] = {}

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.dae.hybrid import HybridDae
+from powertrain.engine.trajectory import Samples
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
-from powertrain.signals import Samples
 
 Block = NDArray[np.float64]
 """One matrix per sample."""

@@ -12,10 +12,10 @@ from typing import Any, Literal
 import numpy as np
 from scipy.special import roots_jacobi
 
-from powertrain.engine.trajectory import Instant, Trajectory
+from powertrain.engine.trajectory import Instant, Samples, Trajectory
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
-from powertrain.signals import Samples, of_instants, of_steps, signals_of
+from powertrain.signals import signals_of
 
 STAGES = 4
 """One more than the fifth order of the run's methods requires: the forcing of the variational equations may be faster than the states."""
@@ -84,7 +84,7 @@ def record(result: Result[Any], cuts: Array) -> Record:
     starts, durations = nodes[:-1], np.diff(nodes)
     owner = trajectory.times.searchsorted(starts, side="right") - 1
     times = starts[:, None] + durations[:, None] * POINTS
-    samples = corrected(of_steps(trajectory, times.ravel(), owner.repeat(len(POINTS))))
+    samples = corrected(trajectory.in_steps(times.ravel(), owner.repeat(len(POINTS))))
     return Record(
         result.p,
         trajectory.start,
@@ -98,7 +98,7 @@ def record(result: Result[Any], cuts: Array) -> Record:
 def _instants(trajectory: Trajectory, corrected: Any, switches: list[int]) -> Instants:
     told = [i for i in trajectory.instants if i.time > trajectory.start]
     found = sorted([*told, *_quiet(trajectory, told, switches)], key=lambda i: i.time)
-    seen, right = (Samples(*(values[k::2] for values in of_instants(trajectory, found))) for k in (0, 1))
+    seen, right = (Samples(*(values[k::2] for values in trajectory.limits(found))) for k in (0, 1))
     times, right = seen.t, shifted(right, 1)
     span = spans(trajectory, times, before=True)
     before, early = (_inside(trajectory, times - share * span) if found else seen for share in (1.0, _EARLY))
@@ -121,9 +121,8 @@ def _quiet(trajectory: Trajectory, told: Sequence[Instant], switches: list[int])
         t, old, new = float(trajectory.times[i]), trajectory.held[rows[i - 1]], trajectory.held[rows[i]]
         if (old[switches] == new[switches]).all() or (np.abs(known - t) <= _BESIDE * (1.0 + abs(t))).any():
             continue
-        q, c = (t - trajectory.times[i - 1]) / trajectory.sizes[i - 1], trajectory.dense[i - 1]
-        left = (((c[4] * q + c[3]) * q + c[2]) * q + c[1]) * q + c[0]
-        yield Instant(t, left, trajectory.dense[i][0], old, new)
+        left = trajectory.in_steps(np.array([t]), np.array([i - 1]))
+        yield Instant(t, np.concatenate([left.x[0], left.z[0]]), trajectory.dense[i][0], old, new)
 
 
 def shifted(limits: Samples, side: int) -> Samples:
@@ -139,7 +138,7 @@ def edge(result: Result[Any], times: Array, before: bool, share: float = 0.0) ->
         apart = share * spans(trajectory, times, before)
         times, side = (times - apart if before else times + apart), "right"
     owner = np.maximum(trajectory.times.searchsorted(times, side=side) - 1, 0)
-    return signals_of(result.compiled).corrected(of_steps(trajectory, times, owner), result.p)
+    return signals_of(result.compiled).corrected(trajectory.in_steps(times, owner), result.p)
 
 
 def spans(trajectory: Trajectory, times: Array, before: bool) -> Array:
@@ -165,4 +164,4 @@ def nearest(instants: Array, times: Array) -> Array:
 
 def _inside(trajectory: Trajectory, times: Array) -> Samples:
     """Right limits at arbitrary times of the run."""
-    return Samples(*trajectory.at(times, with_events=False))
+    return trajectory.at(times, with_events=False)

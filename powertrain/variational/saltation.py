@@ -21,11 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.dae.hybrid import Switch, When
+from powertrain.engine.trajectory import Samples
 from powertrain.language.symbols import column
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
-from powertrain.signals import Samples, signals_of
+from powertrain.signals import signals_of
 from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, duration, without_effect
 from powertrain.variational.mapping import Mapping, Round, Step, differ
 from powertrain.variational.partials import Block, Partials, Slopes

@@ -11,9 +11,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.engine.trajectory import Samples
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result
-from powertrain.signals import Samples
 from powertrain.variational.begin import Start
 from powertrain.variational.corners import Corner, Corners
 from powertrain.variational.functional import Functional

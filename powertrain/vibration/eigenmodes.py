@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.linearization import Selector, linear_at
-from powertrain.analysis.operating_point import OperatingPoint, Point, operating_point
+from powertrain.analysis.operating_point import Point, operating_point
+from powertrain.dae.hybrid import OperatingPoint
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import listed
 from powertrain.language.component import Component

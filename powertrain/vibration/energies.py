@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.energy_terms import written_terms
-from powertrain.analysis.operating_point import OperatingPoint
 from powertrain.compiler.assemble import Compiled
+from powertrain.dae.hybrid import OperatingPoint
 from powertrain.language.symbols import Symbol
 from powertrain.plant import Plant
 
@@ -38,8 +38,7 @@ class Energies:
         hessians = [ca.hessian(energy, y)[0] for energy in relative]
         kept = [k for k, hessian in enumerate(hessians) if hessian.nnz()]
         self.components = [terms.parts[k].path or terms.parts[k].kind for k in kept]
-        slopes = [ca.jacobian(dae.residual, v) for v in (dae.z, dae.x)]
-        self._slopes = ca.Function("powertrain_slopes", dae.arguments, slopes)
+        self._slopes = dae.function("slopes", *(ca.jacobian(dae.residual, v) for v in (dae.z, dae.x)))
         self._hessians = ca.Function("powertrain_energies", [*dae.arguments, speeds], [hessians[k] for k in kept])
         units = [compiled.signals[name].unit if name in compiled.signals else "" for name in compiled.states]
         self._speeds = np.isin(units, SPEEDS)

@@ -9,7 +9,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.analysis.operating_point import OperatingPoint, Point, operating_point
+from powertrain.analysis.operating_point import Point, operating_point
+from powertrain.dae.hybrid import OperatingPoint
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name, row
 from powertrain.plant import Plant

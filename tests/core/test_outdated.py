@@ -63,10 +63,16 @@ def test_the_operating_line_of_another_engine_is_noted() -> None:
     (note,) = plant.simulate(0.1, parameters={"engine.tau_max": 200.0, "engine.w_idle": 95.0, "body.m": 1500.0}).notes
     assert note == (
         "tables and limits that were computed when the model was compiled are those for engine.w_idle = 85 rad/s and "
-        "engine.tau_max = 150 N.m, not for the values of this run; pt.replace makes a model that has the new values everywhere"
+        "engine.tau_max = 150 N.m, not for the given values; pt.replace makes a model that has the new values everywhere"
     )
     assert plant.simulate(0.1, parameters={"engine.J": 0.2}).notes == ()
     assert plant.simulate(0.1, parameters={"engine.tau_max": 150.0}).notes == ()
+    found = pt.gradient(plant.simulate(0.1), "engine.w", wrt=["engine.w_idle", "body.m"])
+    assert found.notes == (
+        "without the change of tables and limits that were computed when the model was compiled, for engine.w_idle = 85 rad/s",
+    )
+    assert str(found).endswith(found.notes[0])
+    assert pt.gradient(plant.simulate(0.1), "engine.w", wrt=["engine.J", "body.m"]).notes == ()
     other = pt.replace(plant.model, {"engine.tau_max": 200.0})
     assert pt.simulate(other, 0.1).notes == ()
 
@@ -103,3 +109,24 @@ class Bound(pt.Component):
 def test_the_number_of_a_parameter_that_the_model_sets_is_refused() -> None:
     with pytest.raises(pt.ModelError, match=r"number that body\.m has in its part.*\n.*self\.body\.m == self\.mass"):
         pt.compile(Bound())
+
+
+class Doubled(pt.Component):
+    """Twice the mass of a part that a run may give another one."""
+
+    body: VehicleBody = VehicleBody()
+    force: pt.Input = pt.signal_input("N", "Force on it")
+    a: pt.Output = pt.signal_output("m/s2", "Acceleration of twice its mass")
+
+    def equations(self) -> pt.Equations:
+        yield self.a.value == self.force.value / (2 * float(pt.replace(self.body).m))
+
+
+@pytest.mark.parametrize("spanned", [True, False])
+def test_operating_points_with_values_that_tables_do_not_have_are_noted(spanned: bool) -> None:
+    plant, grid = pt.compile(Doubled()), {"force": [1.0, 2.0], "body.v": 1.0}
+    mass = {"body.m": np.array([1500.0, 1600.0])} if spanned else {}
+    others = None if spanned else {"body.m": 1600.0}
+    found = pt.steady(plant, grid | mass, outputs=["a"], parameters=others, held=["body.v"])
+    assert "those for body.m = 1500 kg, not for the given values" in found.attrs["notes"]
+    assert pt.steady(plant, grid, outputs=["a"], held=["body.v"]).attrs["notes"] == ""

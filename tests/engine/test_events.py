@@ -160,6 +160,16 @@ def test_a_singularity_names_the_state() -> None:
         Simulator(dae(t, x, m, p, x**2, ["a"])).run([1.0], [], stop=2.0)
 
 
+def test_a_coordinate_that_its_states_no_longer_determine_is_named() -> None:
+    """A point on the unit circle with y as its state, at the lowest point: x has no slope in y there."""
+    t, x, m, p = symbols(1, 0)
+    horizontal = ca.SX.sym("horizontal")
+    circle = horizontal**2 + x**2 - 1
+    model = dae(t, x, m, p, -horizontal, ["y"], z=horizontal, residual=circle, residual_places=("the circle",))
+    with pytest.raises(SimulationError, match=r"(?s)no longer determine horizontal from the states \(y\).*the circle"):
+        Simulator(model).run([-0.8], [], z0=[0.6], stop=2.0)
+
+
 def test_times_with_both_limits_and_without() -> None:
     trajectory = Simulator(coupled_clutches()).run(COUPLED_START, COUPLED_PARAMETERS, stop=1.5)
     grid = np.linspace(0, 1.5, 16)

@@ -10,8 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from powertrain.dae.hybrid import Contact, Friction, HybridDae, Opened, Switch
-from powertrain.modes.complementarity import Point
+from powertrain.dae.hybrid import Contact, Friction, HybridDae, Opened, OperatingPoint, Switch
 
 Matrix = np.ndarray[Any, Any]
 NONE = ca.SX(0)
@@ -62,7 +61,7 @@ class Piecewise:
         return np.where(np.arange(self.n) < self.frictions, 1.0, -1.0)
 
 
-def dae_of(given: Piecewise) -> tuple[HybridDae, Point]:
+def dae_of(given: Piecewise) -> tuple[HybridDae, OperatingPoint]:
     """The model, of which only ``opened`` and the laws' places count, and its point; contacts are closed where they do not move."""
     one = given.filled()
     n, s = one.n, len(one.c)
@@ -100,7 +99,7 @@ def dae_of(given: Piecewise) -> tuple[HybridDae, Point]:
     )  # fmt: skip
     held = np.zeros(n + s)
     held[one.frictions : n] = one.speed[one.frictions :] == 0.0
-    return dae, Point(0.0, one.speed.copy(), np.zeros(0), held, np.zeros(0))
+    return dae, OperatingPoint(0.0, one.speed.copy(), np.zeros(0), held, np.zeros(0))
 
 
 @dataclass(frozen=True)

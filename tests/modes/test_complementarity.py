@@ -11,9 +11,9 @@ import pytest
 from opened import Fit, Piecewise, compared, dae_of, finite_slopes, fits
 
 from powertrain.compiler.torques import COMPLIANCE
-from powertrain.dae.hybrid import Friction, HybridDae, Opened
+from powertrain.dae.hybrid import Friction, HybridDae, Opened, OperatingPoint
 from powertrain.dae.tolerances import ZONE
-from powertrain.modes.complementarity import Answer, Complementarity, Laws, Point, _inverse
+from powertrain.modes.complementarity import Answer, Complementarity, Laws, _inverse
 
 Matrix = np.ndarray[Any, Any]
 
@@ -195,7 +195,7 @@ def test_two_brakes_on_one_shaft(
     assert [answer.modes[0], answer.modes[1]] == list(modes)
 
 
-def with_unknowns(free: bool = False) -> tuple[HybridDae, Point, Matrix]:
+def with_unknowns(free: bool = False) -> tuple[HybridDae, OperatingPoint, Matrix]:
     """Two friction laws and two implicit unknowns that are not linear in the torques: z0^3 + z0 = tau0 + x0, z1 + 0.3 z0 z1 = tau1 + t."""
     t, x, z, p = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("z", 3), ca.SX.sym("p", 1)
     m, tau = ca.SX.sym("m", 3), ca.SX.sym("tau", 2)
@@ -212,21 +212,21 @@ def with_unknowns(free: bool = False) -> tuple[HybridDae, Point, Matrix]:
     dae = HybridDae(
         t, x, z, m, p, x, ca.vertcat(residual, z[2] - 1), ("a", "b"), np.zeros(3), frictions=frictions, opened=opened
     )
-    point = Point(0.7, np.array([0.4, -0.2]), np.array([0.8, 0.6, 1.0]), np.zeros(3), np.array([1.3]))
+    point = OperatingPoint(0.7, np.array([0.4, -0.2]), np.array([0.8, 0.6, 1.0]), np.zeros(3), np.array([1.3]))
     return dae, point, np.array([0.9, -0.4])
 
 
 NONE = ca.SX(0)
 
 
-def moved(point: Point, tau: Matrix) -> Matrix:
+def moved(point: OperatingPoint, tau: Matrix) -> Matrix:
     """The implicit unknowns for these torques, in closed form or from the roots of the cubic."""
     roots = np.roots([1.0, 0.0, 1.0, -tau[0] - point.x[0]])
     z0 = float(roots[np.abs(roots.imag).argmin()].real)  # the only real one
     return np.array([z0, (tau[1] + point.t) / (1 + 0.3 * z0)])
 
 
-def values(point: Point, tau: Matrix) -> dict[str, Matrix]:
+def values(point: OperatingPoint, tau: Matrix) -> dict[str, Matrix]:
     z0, z1 = moved(point, tau)
     return {
         "rate": np.array([1.3 - tau[0] - np.sin(z1), 0.5 - z0 * z1 - 2 * tau[1]]),

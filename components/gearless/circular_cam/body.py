@@ -15,26 +15,26 @@ def cam_solids(cams: CircularCams, thickness: float = 0.008, points: int = 361) 
     """The outer and the inner ring of the lower cam as triangles (n, 3, 3) [m], with the axis along z, for ``gearless.solids.write_stl``.
 
     ``thickness``: of the disk below the deepest point of the tracks [m]. Both cams are equal; the upper one is the lower one turned
-    over and rotated by one arc. The rings meet halfway between the tracks and extend equally inward and outward from them. The
-    shallow transverse hollow of the tracks is not modelled.
+    over and rotated by one arc. The rings meet halfway between the tracks and extend equally inward and outward from them, but no further
+    than the roller's radius. The shallow transverse hollow of the tracks is not modelled.
     """
-    half = (cams.outer.D - cams.inner.D) / 4
+    middle, apart = (cams.outer.D + cams.inner.D) / 4, (cams.outer.D - cams.inner.D) / 4
     back = (
         min(float(track.surface(_around(track, points), -1)[1].min()) for track in (cams.outer, cams.inner)) - thickness
     )
-    outer, inner = (_ring(track, half, back, points) for track in (cams.outer, cams.inner))
-    return outer, inner
+    rim = cams.outer.D / 2 + min(apart, cams.outer.r)
+    hole = cams.inner.D / 2 - min(apart, cams.inner.r)
+    return _ring(cams.outer, middle, rim, back, points), _ring(cams.inner, hole, middle, back, points)
 
 
 def _around(track: Track, points: int) -> Array:
     return np.linspace(0.0, math.pi * track.D, points, endpoint=False)
 
 
-def _ring(track: Track, half: float, back: float, points: int) -> Array:
-    """Between two cylinders, from the flat back to the track."""
+def _ring(track: Track, low: float, high: float, back: float, points: int) -> Array:
+    """Between two cylinders of radius ``low`` and ``high``, from the flat back to the track."""
     x, y = track.surface(_around(track, points), -1)
     azimuth = 2 * x / track.D
-    low, high = track.D / 2 - half, track.D / 2 + half
 
     def line(radius: float, height: Array) -> Array:
         return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), height], -1)

@@ -87,10 +87,10 @@ class CircularCamDifferential(Differential, Lossy):
     free shaft itself releases them: (kappa - 1)/2 times the cage's torque if the other shaft is held (bench experiment 1), or (kappa
     - 1)/(kappa + 1) times that of the first shaft, in the opposite direction, if the cage is held (experiment 2). While it slides with
     kappa > 1 the faster shaft is decelerated, T_L < 0 for w_rel > 0. With only inertias J at the three shafts, the outer torques determine
-    T_C (4/J_crown + (1 - kappa)/J_fast + (1 + kappa)/J_slow). If the bracket is negative (a light fast side, a heavy cage),
-    there is no sliding motion, or there are two: the halves seize at once. From rest a simulation remains stuck if that is possible. It
-    ends with an error if rotating halves would have to seize instantaneously: put a compliant shaft between the crown and the heavy
-    inertia behind it.
+    T_C (4/J_crown + (1 - kappa)/J_fast + (1 + kappa)/J_slow) for T_C > 0; for T_C < 0 fast and slow change places. If the bracket is
+    negative (a light fast side, a heavy cage), there is no sliding motion, or there are two: the halves seize at once. From rest a
+    simulation remains stuck if that is possible. It ends with an error if rotating halves would have to seize instantaneously: put a
+    compliant shaft between the crown and the heavy inertia behind it.
 
     ``masses``: the inertia of the rollers. A roller climbs at D/2 tan(alpha) theta' and turns at D/(2 r cos(alpha)) theta', so the
     relative motion has the kinetic energy I(theta) theta'^2/2,  I = n sum of (D/2)^2 (m tan(alpha)^2 + J/(r cos(alpha))^2), and

@@ -55,11 +55,13 @@ def check_wear(uniform: str) -> None:
 def friction_diameter(d_out: Any, d_in: Any, uniform: Wear = "pressure") -> Any:
     """Effective friction diameter of a ring: eq. (35) for uniform pressure, the mean diameter for uniform wear.
 
-    Uniform pressure weights each radius by its area; uniform wear (constant pressure times radius) weights all radii equally.
+    Uniform pressure weights each radius by its area; uniform wear (constant pressure times radius) weights all radii equally. Errors:
+    ParameterError for an unknown ``uniform``.
 
     >>> round(1000 * friction_diameter(0.095, 0.045), 4), round(1000 * friction_diameter(0.095, 0.045, "wear"), 4)
     (72.9762, 70.0)
     """
+    check_wear(uniform)
     if uniform == "wear":
         return (d_out + d_in) / 2
-    return 2 / 3 * (d_out**3 - d_in**3) / (d_out**2 - d_in**2)
+    return 2 / 3 * (d_out + d_in - d_out * d_in / (d_out + d_in))  # (35) without its 0/0 for a thin ring

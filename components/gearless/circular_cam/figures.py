@@ -25,7 +25,7 @@ from powertrain.components.gearless.circular_cam.locking import (
     single_track_limit,
 )
 from powertrain.components.gearless.circular_cam.locking_law import Sharing
-from powertrain.components.gearless.circular_cam.track import Array, Track
+from powertrain.components.gearless.circular_cam.track import Array, Track, steepest_angle
 from powertrain.components.gearless.solids import shaded
 
 MM = 1e3
@@ -110,7 +110,9 @@ def locking_limits(cams: CircularCams = TABLE_1, ax: Axes | None = None, *, shar
     The marks are the data of ``cams``: its friction with the maximum angle of either track.
     """
     ax = _axes(ax)
-    alpha, mu = np.radians(np.linspace(0.5, 30, 60)), np.linspace(0.01, 0.4, 80)
+    steepest = min(steepest_angle(track.D, track.r, track.n) for _, track in _named(cams))
+    top = min(30.0, 0.999 * math.degrees(steepest))  # steeper tracks cannot be built
+    alpha, mu = np.radians(np.linspace(0.5 * top / 30, top, 60)), np.linspace(0.01, 0.4, 80)
     least = locking_map(cams, alpha, mu, sharing)
     levels = [0.1, 0.2, 0.5, 1, 2, 5, 10]
     lines = ax.contour(mu, np.degrees(alpha), least, levels=levels, colors="0.6", linewidths=0.8)
@@ -130,7 +132,7 @@ def locking_limits(cams: CircularCams = TABLE_1, ax: Axes | None = None, *, shar
         ax.plot(
             cams.disk.mu, math.degrees(track.alpha_max), "o", color=TRACKS[name], label=f"{name} track, greatest angle"
         )
-    ax.set(xlabel=r"$\mu$ of the disks [1]", ylabel=r"$\alpha_m$ [°]", ylim=(0, 30), xlim=(mu[0], mu[-1]))
+    ax.set(xlabel=r"$\mu$ of the disks [1]", ylabel=r"$\alpha_m$ [°]", ylim=(0, top), xlim=(mu[0], mu[-1]))
     ax.set_title(f"locking map, similar tracks, {sharing} sharing", fontsize=10)
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, fontsize=8, frameon=False)
     return ax
@@ -199,9 +201,8 @@ def disks(cams: CircularCams = TABLE_1, theta: float = 0.0, ax: Axes | None = No
     for solid, color in zip(cam_solids(cams), ("tab:blue", "tab:orange"), strict=True):
         parts.append((_spun(solid, -theta) - off, color))
         parts.append((_spun(solid * over, theta + 2 * math.pi / cams.outer.n) + off, color))
-    width = 0.9 * (cams.outer.D - cams.inner.D) / 2
     for track, color in ((cams.outer, "tab:blue"), (cams.inner, "tab:orange")):
-        roller = roller_solid(track, width)
+        roller = roller_solid(track, 0.9 * min((cams.outer.D - cams.inner.D) / 2, 2 * track.r))
         for k in range(track.n):
             height = np.array([0.0, 0.0, float(track.axis(theta, k))])
             parts.append((_spun(roller, 2 * math.pi * k / track.n) + height, color))

@@ -79,13 +79,15 @@ def forces_at(
     Raises
     ------
     ParameterError
-        For an angle outside its range, or both zero: no torque could be transmitted.
+        For an angle outside its range, or both zero: no torque could be transmitted; for a torque that is not finite.
     """
     check_sharing(sharing, stiffness)
     a_out, a_in, T = np.broadcast_arrays(*(np.asarray(v, float) for v in (alpha_out, alpha_in, np.abs(torque))))
     for name, angle in (("alpha_out", a_out), ("alpha_in", a_in)):
-        if np.any((angle < 0) | (angle >= np.pi / 2)):
+        if not np.all((angle >= 0) & (angle < np.pi / 2)):
             raise ParameterError(f"{name} = {np.degrees(angle).tolist()} degrees must lie in [0, 90)")
+    if not np.isfinite(T).all():
+        raise ParameterError("forces: the torque of the cage must be finite")
     if np.any((a_out == 0) & (a_in == 0)):
         raise ParameterError("alpha_out and alpha_in are both 0: tracks without inclination transmit no torque")
     n, D_out, D_in = cams.outer.n, cams.outer.D, cams.inner.D

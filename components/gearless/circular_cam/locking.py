@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
+from powertrain import ParameterError
 from powertrain.components.gearless.circular_cam.design import CircularCams
 from powertrain.components.gearless.circular_cam.locking_law import Sharing
 from powertrain.components.gearless.circular_cam.track import Array, steepest_angle
@@ -17,22 +18,37 @@ _SAMPLES = 721
 
 
 def bias_ratio(kappa: ArrayLike) -> Array:
-    """Torque of the slower half shaft over that of the faster one during relative motion: (1 + kappa)/(1 - kappa).
+    """Larger over smaller torque of the half shafts during relative motion: (1 + kappa)/(1 - kappa).
 
-    Infinite for kappa >= 1, where the faster side may receive no torque at all.
+    The slower shaft has the larger one if the cage drives, the faster one in overrun. Infinite for kappa >= 1, where the faster side may
+    receive no torque at all. Errors: ParameterError for kappa < 0.
     """
-    k = np.asarray(kappa, float)
+    k = _coefficient(kappa)
     return np.asarray(np.where(k < 1, (1 + k) / np.where(k < 1, 1 - k, 1.0), np.inf))
 
 
 def latent_efficiency(kappa: ArrayLike) -> Array:
-    """eta_0 = (1 - kappa)/(1 + kappa): efficiency from one half to the other with the cage fixed; 0 if they lock."""
+    """eta_0 = (1 - kappa)/(1 + kappa): efficiency from one half to the other with the cage fixed; 0 if they lock.
+
+    Errors: ParameterError for kappa < 0.
+    """
+    k = np.minimum(_coefficient(kappa), 1.0)
+    return np.asarray((1 - k) / (1 + k))
+
+
+def _coefficient(kappa: ArrayLike) -> Array:
     k = np.asarray(kappa, float)
-    return np.asarray(np.maximum(0.0, (1 - k) / (1 + k)))
+    if not (k >= 0).all():
+        raise ParameterError("kappa must be zero or positive: friction takes power")
+    return k
 
 
 def optimal_outer_angle(alpha_m: float, xi: float) -> float:
-    """Eq. (41): the contact angle of the outer track that minimises the force on the disks for small angles with the sum alpha_m [rad]."""
+    """Eq. (41): the contact angle of the outer track that minimises the force on the disks for small angles with the sum alpha_m [rad].
+
+    ``xi``: inner over outer diameter [1]. Errors: ParameterError unless both are positive and finite.
+    """
+    _check("optimal_outer_angle", ("alpha_m", alpha_m, " rad"), ("xi", xi, ""))
     return alpha_m / (1 + math.sqrt(xi))
 
 
@@ -58,13 +74,31 @@ def critical_angle(D_R: float, D_out: float, xi: float, mu: float) -> float:
     -------
     float
         The sum of the angles [rad].
+
+    Raises
+    ------
+    ParameterError
+        Unless diameters and ratio are positive and finite, and mu at least 0.
     """
+    _check("critical_angle", ("D_R", D_R, " m"), ("D_out", D_out, " m"), ("xi", xi, ""), mu=mu)
     return D_R / D_out * (1 + math.sqrt(xi)) ** 2 / (1 + xi**2) * mu
 
 
 def single_track_limit(D_R: float, D: float, mu: float) -> float:
-    """Contact angle up to which a track of diameter D locks by itself: tan(alpha) = mu D_R/D [rad]; eq. (A5) where D_R = D."""
+    """Contact angle up to which a track of diameter D locks by itself: tan(alpha) = mu D_R/D [rad]; eq. (A5) where D_R = D.
+
+    Errors: ParameterError unless the diameters are positive and finite, and mu at least 0.
+    """
+    _check("single_track_limit", ("D_R", D_R, " m"), ("D", D, " m"), mu=mu)
     return math.atan(mu * D_R / D)
+
+
+def _check(function: str, *positive: tuple[str, float, str], mu: float = 0.0) -> None:
+    for name, value, unit in positive:
+        if not 0 < value < math.inf:
+            raise ParameterError(f"{function}: {name} = {value:g}{unit} must be positive and finite")
+    if not 0 <= mu < math.inf:
+        raise ParameterError(f"{function}: mu = {mu:g} must be zero or positive, and finite")
 
 
 @dataclass(frozen=True)
@@ -170,7 +204,10 @@ def all_phase_limit(cams: CircularCams, sharing: Sharing = "elastic", *, interio
     steepest = (1 - 1e-9) * min(steepest_angle(track.D, track.r, track.n) for track in (cams.outer, cams.inner))
     if excess(steepest) >= 0:
         return steepest
-    return float(brentq(excess, 1e-6, steepest, xtol=1e-12))
+    lower = (
+        single_track_limit(cams.disk.D_R, cams.outer.D, cams.disk.mu) / 2
+    )  # even the outer track alone locks below twice that
+    return float(brentq(excess, lower, steepest, xtol=1e-9 * lower))
 
 
 def locking_map(
@@ -195,7 +232,15 @@ def locking_map(
     -------
     numpy.ndarray
         One row per ``alpha_m``, one column per ``mu`` [1].
+
+    Raises
+    ------
+    ParameterError
+        For tracks that cannot be built, and for a negative coefficient of friction.
     """
+    frictions = np.atleast_1d(np.asarray(mu, float))
+    for each in frictions.ravel():
+        _check("locking_map", mu=each)
     found = [locking(with_friction(similar(cams, float(a)), 1.0), sharing) for a in np.atleast_1d(alpha_m)]
     per_mu = np.array([each.interior if interior else each.least for each in found])
-    return np.outer(per_mu, np.atleast_1d(np.asarray(mu, float)))
+    return np.outer(per_mu, frictions)

@@ -75,7 +75,8 @@ def groove_coefficient(
     The cage presses an active roller with F_u against a side of the groove that slides along it at omega r + V_b = V (1 +
     sin(alpha))/cos(alpha): spin and climb add up at a wedged roller in either direction. The power mu_g F_u (1 + sin(alpha))/cos(alpha) V
     of all active rollers equals the difference of the half shafts' torques times their speed. Tractions at the roller's two contacts
-    balance the friction; if they are equal and opposite, the sum of the axial forces is unchanged.
+    balance the friction; if they are equal and opposite, the sum of the axial forces is unchanged. The two disks are then pressed
+    unequally, and their friction turns the cage: T_C is larger by mu mu_g D_R (lambda/D_out + (1 - lambda)/D_in), which is neglected.
     """
     share = outer_share(sharing, sin_out, sin_in, xi, stiffness)
     cos_out, cos_in = (1 - sin_out**2) ** 0.5, (1 - sin_in**2) ** 0.5

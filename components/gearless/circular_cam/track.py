@@ -80,8 +80,14 @@ class Track:
         return 2 * self.R_m * (1 - math.cos(self.alpha_max))
 
     def arc(self, theta: ArrayLike) -> tuple[Array, Array]:
-        """The arc of the upper cam at roller 0, counted backwards as theta grows, and the position u from -1 to 1 along it."""
-        turned = (np.asarray(theta, float) + self.phase) * self.n / (2 * np.pi)
+        """The arc of the upper cam at roller 0, counted backwards as theta grows, and the position u from -1 to 1 along it.
+
+        Errors: ParameterError for an angle that is not finite; so in all that follows from it.
+        """
+        angle = np.asarray(theta, float)
+        if not np.isfinite(angle).all():
+            raise ParameterError("Track: the angle theta must be finite")
+        turned = (angle + self.phase) * self.n / (2 * np.pi)
         k = np.round(turned)
         return k, 2 * (turned - k)
 

@@ -29,6 +29,8 @@ def in_bend(w_cage: float, radius: float, track: float) -> WheelSpeeds:
     the track.
     """
     _checked(radius, track)
+    if not np.isfinite(w_cage):
+        raise ParameterError(f"w_cage = {w_cage:g} rad/s must be finite")
     difference = w_cage * track / (2 * radius)
     return WheelSpeeds(w_cage + difference, w_cage - difference, difference)
 
@@ -46,13 +48,15 @@ def wheel_velocities(yaw_rate: float, radius: float, track: float) -> dict[str, 
 
 def cage_turns(radius: ArrayLike, track: float) -> Array:
     """Turns of the cage in one internal cycle (alpha from 0 to 2 pi): w_cage/w_diff = 2 R/x (5.11)."""
+    _checked(radius, track)
     return 2 * np.asarray(radius, float) / track
 
 
-def _checked(radius: float, track: float) -> None:
-    if not track > 0:
-        raise ParameterError(f"track = {track:g} m must be positive")
-    if not radius > track / 2:
+def _checked(radius: ArrayLike, track: float) -> None:
+    if not 0 < track < np.inf:
+        raise ParameterError(f"track = {track:g} m must be positive and finite")
+    given = np.ravel(np.asarray(radius, float))
+    if (bad := given[~(given > track / 2)]).size:
         raise ParameterError(
-            f"radius = {radius:g} m must be greater than half the track, {track / 2:g} m: the centre of the bend lies outside the axle"
+            f"radius = {bad[0]:g} m must be greater than half the track, {track / 2:g} m: the centre of the bend lies outside the axle"
         )

@@ -36,6 +36,14 @@ class DifferentialDuty:
     torque: float = 200.0
     dw: float = 0.0
 
+    def __post_init__(self) -> None:
+        """Checks the values; ``in_bend`` checks the bend."""
+        for name, unit in ("w", "rad/s"), ("torque", "N.m"), ("dw", "rad/s2"):
+            value = getattr(self, name)
+            if not np.isfinite(value):
+                raise ParameterError(f"DifferentialDuty: {name} = {value:g} {unit} must be finite")
+        in_bend(self.w, self.radius, self.track)
+
     @classmethod
     @arguments_checked
     def cruising(cls, power: float, w: float, radius: float = 7.0, track: float = 1.4) -> DifferentialDuty:
@@ -46,6 +54,10 @@ class DifferentialDuty:
 
     def accelerating(self, acceleration: float, mass: float, wheel_radius: float) -> DifferentialDuty:
         """The same while the vehicle accelerates [m/s2]: torque + mass r acceleration, dw = acceleration/r. 7.2 leaves this case open."""
+        if not (mass >= 0 and wheel_radius > 0):
+            raise ParameterError(
+                f"mass = {mass:g} kg must be zero or positive, wheel_radius = {wheel_radius:g} m must be positive"
+            )
         return replace(self, torque=self.torque + mass * wheel_radius * acceleration, dw=acceleration / wheel_radius)
 
     def drive(self, alpha: ArrayLike) -> Drive:
@@ -87,13 +99,27 @@ def peaks(
 
 
 def ball_force(linkage: Linkage, torque: float) -> float:
-    """Maximum static force in the S-pairs for ``torque`` on each output [N]: torque/(a cos beta) at the maximum |beta| (7.1)."""
-    return torque / (linkage.a * float(np.cos(np.abs(linkage.beta_range).max())))
+    """Maximum static force in the S-pairs for ``torque`` on each output [N]: |torque|/(a cos beta) at the maximum |beta| (7.1)."""
+    return _load(torque) / (linkage.a * float(np.cos(np.abs(linkage.beta_range).max())))
 
 
 def rod_force(linkage: Linkage, torque: float) -> float:
-    """Maximum static force in the C-pair for ``torque`` on each output [N]: 2 torque |cos alpha|/(a cos beta), at alpha = 0."""
-    return 2 * torque / (linkage.a * float(np.cos(linkage.beta_range[0])))
+    """Maximum static force in the C-pair for ``torque`` on each output [N]: that of 2 |torque cos alpha|/(a cos beta) over alpha.
+
+    It is at alpha = 0, or where y = cos(alpha)^2 is a root of a^2 y^2 - (a^2 + d^2 - b^2) y + 3 d^2/4, d = b - offset: there the derivative
+    vanishes. Without offset this needs a/b > sqrt(3).
+    """
+    a, b, d = linkage.a, linkage.b, linkage.d
+    roots = np.roots([a**2, b**2 - a**2 - d**2, 0.75 * d**2])
+    inside = roots.real[(roots.imag == 0) & (roots.real > 0) & (roots.real < 1)]
+    loop = linkage.loop(np.arccos(np.sqrt([1.0, *inside])))
+    return 2 * _load(torque) / a * float((loop.c / loop.cos_beta).max())
+
+
+def _load(torque: float) -> float:
+    if not np.isfinite(torque):
+        raise ParameterError(f"torque = {torque:g} N.m must be finite")
+    return abs(torque)
 
 
 def guided(theta_max: float = np.pi / 6, a_max: float = 0.03) -> Linkage:

@@ -67,15 +67,20 @@ def cylinder(mass: float, radius: float, length: float, *, inner: float = 0.0, t
     ParameterError
         For impossible lengths, or an unknown formula.
     """
-    if not (0 <= inner < radius and length > 0):
-        raise ParameterError(
-            f"cylinder: radius = {radius:g} m, inner = {inner:g} m, length = {length:g} m: 0 <= inner < radius and length > 0 are needed"
-        )
+    _check_lengths("cylinder", radius, length, inner)
     if transverse not in {"rod", "exact"}:
         raise ParameterError(f'cylinder: transverse = {transverse!r} must be "rod" or "exact"')
     squares = radius**2 + inner**2
     thick = squares / 4 if transverse == "exact" else 0.0
     return LinkBody(mass, mass * squares / 2, mass * (length**2 / 12 + thick))
+
+
+def _check_lengths(what: str, radius: float, length: float, inner: float) -> None:
+    if not (0 <= inner < radius < np.inf and 0 < length < np.inf):
+        raise ParameterError(
+            f"{what}: radius = {radius:g} m, inner = {inner:g} m, length = {length:g} m: 0 <= inner < radius and length > 0 are needed, "
+            "all finite"
+        )
 
 
 def cylinder_mass(radius: float, length: float, *, inner: float = 0.0, density: float = STEEL) -> float:
@@ -94,7 +99,15 @@ def cylinder_mass(radius: float, length: float, *, inner: float = 0.0, density: 
     -------
     float
         Mass [kg].
+
+    Raises
+    ------
+    ParameterError
+        For impossible lengths, or a density that is not positive.
     """
+    _check_lengths("cylinder_mass", radius, length, inner)
+    if not 0 < density < np.inf:
+        raise ParameterError(f"cylinder_mass: density = {density:g} kg/m3 must be positive and finite")
     return density * float(np.pi) * (radius**2 - inner**2) * length
 
 

@@ -138,6 +138,8 @@ class Cycle:
         return np.asarray(-self.cam.lever_arms(s - self.cam.half)[0])
 
     def _rollers(self, s: Array) -> Rollers:
+        if not np.isfinite(s).all():
+            raise ParameterError("Cycle: the cam angle s must be finite")
         return rollers(self.cam, self.sharing, self.handover, s)
 
     def mesh(self, s: ArrayLike, *, cam_drives: bool) -> CamMesh:
@@ -164,7 +166,7 @@ class Cycle:
         s : array_like
             Angles of the first roller on the cam [rad].
         torque : float
-            Torque of one side wheel [N.m].
+            Torque of one side wheel, in the direction that loads the rollers ahead of the middle of their stroke, at least 0 [N.m].
         radius : float
             Distance of the contacts from the centre [m].
         cams : int
@@ -178,12 +180,19 @@ class Cycle:
         Raises
         ------
         ParameterError
-            Unless the radius is positive and there is at least one pair of cams.
+            Unless the radius is positive and there is at least one pair of cams; for a negative torque, which loads the mirrored flanks
+            (-s); for angles that are not finite.
         """
-        if radius <= 0 or cams < 1:
+        if not (0 < radius < math.inf and cams >= 1):
             raise ParameterError(
                 f"radius = {radius:g} m must be positive and cams = {cams} at least 1: they carry the torque"
             )
+        if not 0 <= torque < math.inf:
+            raise ParameterError(
+                f"torque = {torque:g} N.m must be zero or positive, and finite: rollers only push; a negative one loads those at -s"
+            )
+        if not np.isfinite(s).all():
+            raise ParameterError("Cycle: the cam angle s must be finite")
         phase: Array = np.mod(np.asarray(s, float), self.cam.half)
         first, second = self.weights(phase)
         factor = torque / radius / cams / (first * self._arm(phase) + second * self._arm(phase + self.cam.half))

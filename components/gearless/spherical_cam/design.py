@@ -23,9 +23,9 @@ COMBINATIONS = tuple((M, N) for M in (3, 4) for N in range(M, 9) if (M, N) != (3
 def pressure_angle_range(cam: CamGeometry) -> tuple[float, float]:
     """(smallest mu_n, mu_n at which two conjugate cams half a stroke apart are equal) [rad]; nan if no such angle is reached.
 
-    The minimum is that of Table 1 for alpha_3 = 44 and alpha_4 = 19 degrees, which the paper does not state, to about 0.01 rad ((4, 7):
-    0.92, not the printed 1.01; 0 for M = N). The maxima of Table 1 are not reproducible, neither as this intersection nor as that with the
-    next stroke of the same cam; "16.62" is not an angle in radians. The values here are what the equations give.
+    The minimum is that of Table 1 for alpha_3 = 44 and alpha_4 = 19 degrees, which the paper does not state, to 0.01 rad ((3, 7): 1.12,
+    printed 1.1; (4, 7): 0.92, printed 1.01; 0 for M = N). The maxima of Table 1 are not reproducible, neither as this intersection nor as
+    that with the next stroke of the same cam; "16.62" is not an angle in radians. The values here are what the equations give.
     """
     s = np.linspace(0.0, 3 * cam.half, FINE)[1:-1]
 

@@ -80,8 +80,8 @@ class SphericalCamDifferential(Differential, Lossy):
     has none: connect inertias to its flanges. The geometry is structural. Friction consists of
     parameters: ``friction`` = CamFriction(...) at construction sets all eight. The default cam is the paper's choice {M = 4, N = 5};
     its friction is assumed. Source: M. Chaudhary, J. Angeles, A. Morozov, Design of a spherical cam mechanism for an automotive
-    differential, Trans. CSME (2014). Errors: ParameterError for a cam that cannot be built, axes not at right angles, or an unknown rule of
-    sharing.
+    differential, McGill University, 2014. Errors: ParameterError for a cam that cannot be built, axes not at right angles, or an unknown
+    rule of sharing.
     """
 
     cam: SphericalCam = SphericalCam(4, 5)

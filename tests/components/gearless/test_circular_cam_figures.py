@@ -12,7 +12,7 @@ from matplotlib.animation import FuncAnimation
 from matplotlib.colors import to_rgb
 from matplotlib.patches import Circle
 
-from powertrain.components.gearless.circular_cam import TABLE_1, TORQUE, forces, track_contacts
+from powertrain.components.gearless.circular_cam import TABLE_1, TORQUE, CircularCams, forces, track_contacts
 from powertrain.components.gearless.circular_cam import figures as drawn
 
 
@@ -92,6 +92,14 @@ def test_map_and_centrodes() -> None:
         (pole[:, 1] / 1e3 - TABLE_1.outer.R_m * np.cos(TABLE_1.outer.alpha_max)) / TABLE_1.outer.R_m
     ) ** 2
     np.testing.assert_allclose(ellipse, 1, rtol=1e-9)
+
+
+def test_map_of_tracks_that_cannot_be_steep() -> None:
+    """Small rollers: cams steeper than 20.4 degrees would collide; the map ends there."""
+    small = CircularCams.build(
+        D_out=0.085, D_in=0.05, r_out=0.006, r_in=0.004, alpha_out=0.2, alpha_in=0.2, disk=TABLE_1.disk
+    )
+    assert drawn.locking_limits(small).get_ylim()[1] == pytest.approx(20.4, abs=0.1)
 
 
 def test_disks_in_space() -> None:

@@ -346,6 +346,24 @@ def test_bias_and_latent_efficiency() -> None:
     np.testing.assert_allclose(latent_efficiency(kappa), [1, 0.601 / 1.399, 1 / 199, 0, 0], atol=1e-12)
 
 
+def test_rigid_rule_at_a_level_track_is_locked() -> None:
+    """kappa is infinite there: no efficiency, not NaN."""
+    kappa = TABLE_1.kappa(0.0, "rigid")
+    assert math.isinf(kappa)
+    assert latent_efficiency(kappa) == 0
+    assert bias_ratio(kappa) == math.inf
+
+
+def test_friction_diameter_of_a_thin_ring() -> None:
+    assert friction_diameter(0.08, 0.08) == pytest.approx(0.08)
+    assert friction_diameter(0.09, 0.0) == pytest.approx(0.06)
+
+
+@pytest.mark.parametrize("mu", [1e-8, 1e-5])
+def test_limit_of_slippery_disks(mu: float) -> None:
+    assert all_phase_limit(with_friction(TABLE_1, mu)) == pytest.approx(single_track_limit(DISK.D_R, OUTER.D, mu))
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -359,6 +377,21 @@ def test_bias_and_latent_efficiency() -> None:
         (lambda: RollerContact(0.015, 0.1, 0.02, nu=0.6), "no material has E = 2e.11 Pa .* and nu = 0.6"),
         (lambda: track_contacts(OUTER, R_concave=0.02), "R_m = 0.005 m must be greater than the roller's radius"),
         (lambda: similar(TABLE_1, 0.0), "alpha_max = 0 degrees"),
+        (lambda: bias_ratio([0.2, -0.5]), "kappa must be zero or positive"),
+        (lambda: bias_ratio(math.nan), "kappa must be zero or positive"),
+        (lambda: latent_efficiency(-0.5), "kappa must be zero or positive"),
+        (lambda: optimal_outer_angle(0.1, -0.5), "optimal_outer_angle: xi = -0.5 must be positive"),
+        (lambda: critical_angle(0.07, 0.085, -0.5, 0.1), "critical_angle: xi = -0.5 must be positive"),
+        (lambda: critical_angle(0.07, 0.0, 0.5, 0.1), "critical_angle: D_out = 0 m must be positive"),
+        (lambda: critical_angle(0.07, 0.085, 0.5, -0.1), "critical_angle: mu = -0.1 must be zero or positive"),
+        (lambda: single_track_limit(0.07, 0.0, 0.1), "single_track_limit: D = 0 m must be positive"),
+        (lambda: single_track_limit(0.07, 0.085, math.nan), "single_track_limit: mu = nan must be"),
+        (lambda: locking_map(TABLE_1, 0.1, [0.1, -0.1]), "locking_map: mu = -0.1 must be zero or positive"),
+        (lambda: friction_diameter(0.08, 0.04, "run-in"), "uniform = 'run-in' is not one of"),  # type: ignore[arg-type]
+        (lambda: forces(TABLE_1, math.nan, 260.0), "theta must be finite"),
+        (lambda: TABLE_1.kappa([0.1, math.inf]), "theta must be finite"),
+        (lambda: forces_at(TABLE_1, math.nan, 0.1, 260.0), r"alpha_out = nan degrees must lie in \[0, 90\)"),
+        (lambda: forces(TABLE_1, 0.1, math.nan), "torque of the cage must be finite"),
         (lambda: replace(TABLE_1, inner=replace(INNER, phase=0.1)), "must be half an arc"),
     ],
 )

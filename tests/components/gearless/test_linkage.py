@@ -190,6 +190,10 @@ def test_velocities_in_a_bend() -> None:
         in_bend(88, 0.5, 1.4)
     with pytest.raises(pt.ParameterError, match="track"):
         in_bend(88, 7, 0)
+    with pytest.raises(pt.ParameterError, match="w_cage = nan rad/s must be finite"):
+        in_bend(np.nan, 7, 1.4)
+    with pytest.raises(pt.ParameterError, match="radius = -7 m must be greater than half the track"):
+        cage_turns([7.0, -7.0], 1.4)
 
 
 def test_table_5_1() -> None:
@@ -219,6 +223,10 @@ def test_cylinders() -> None:
     for bad in (0.03, 0.1, 0.03), (0.03, 0.0, 0.0), (0.0, 0.1, 0.0):
         with pytest.raises(pt.ParameterError, match="inner < radius"):
             cylinder(1.0, bad[0], bad[1], inner=bad[2])
+        with pytest.raises(pt.ParameterError, match=r"cylinder_mass: .*inner < radius"):
+            cylinder_mass(bad[0], bad[1], inner=bad[2])
+    with pytest.raises(pt.ParameterError, match="density = -7900 kg/m3 must be positive"):
+        cylinder_mass(0.01, 0.1, density=-7900.0)
     with pytest.raises(pt.ParameterError, match="transverse"):
         cylinder(1.0, 1.0, 1.0, transverse="thin")
     with pytest.raises(pt.ParameterError, match="m = -1"):

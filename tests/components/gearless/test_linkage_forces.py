@@ -181,6 +181,34 @@ def test_forces_over_length() -> None:
     np.testing.assert_allclose(np.linalg.norm(static().C_force, axis=-1).max(), rod_force(THESIS, 100))
 
 
+@pytest.mark.parametrize(
+    ("a", "offset"),
+    [(1.9, 0.0), (1.3, -0.3), (1.7, -0.6), (2.3, -1.2), (1.6, -1.4), (1.2, 0.3), (0.5, 0.0), (0.3, -0.25)],
+)
+def test_greatest_static_forces_of_any_linkage(a: float, offset: float) -> None:
+    """Long couplers and an axis that is moved away: the C-pair carries most between alpha = 0 and 90 degrees."""
+    linkage = Linkage(0.05 * a, 0.05, 0.05 * offset)
+    found = reactions(linkage, Drive.at(np.linspace(0, np.pi / 2, 200_001)), MASSLESS, crown=200.0)
+    for exact, force in (rod_force, found.C_force), (ball_force, found.S_left):
+        greatest = np.linalg.norm(force, axis=-1).max()
+        assert exact(linkage, 100.0) == pytest.approx(greatest, rel=1e-6)
+        assert exact(linkage, -100.0) == exact(linkage, 100.0)
+
+
+def test_impossible_duties_are_refused() -> None:
+    for make, said in (
+        (lambda: DifferentialDuty(torque=np.nan), r"DifferentialDuty: torque = nan N\.m must be finite"),
+        (lambda: DifferentialDuty(w=np.inf), "DifferentialDuty: w = inf rad/s must be finite"),
+        (lambda: DifferentialDuty(radius=0.5), r"radius = 0\.5 m must be greater than half the track"),
+        (lambda: DifferentialDuty.cruising(np.nan, 88.0), r"torque = nan N\.m must be finite"),
+        (lambda: DifferentialDuty().accelerating(2.0, 1000.0, -0.3), r"wheel_radius = -0\.3 m must be positive"),
+        (lambda: rod_force(THESIS, np.nan), r"torque = nan N\.m must be finite"),
+        (lambda: ball_force(THESIS, np.inf), r"torque = inf N\.m must be finite"),
+    ):
+        with pytest.raises(pt.ParameterError, match=said):
+            make()
+
+
 def test_alternate_design() -> None:
     """Table 7.1 with an even swing; S-pair force 2.3 % lower, C-pair force higher."""
     other = alternate(THESIS)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.components.gearless.circular_cam import TABLE_1
+from powertrain.components.gearless.circular_cam import TABLE_1, CircularCams
 from powertrain.components.gearless.circular_cam.body import cam_solids, roller_solid
 from powertrain.components.gearless.circular_cam.track import developed
 from powertrain.components.gearless.solids import open_edges, volume, write_dxf, write_stl
@@ -51,6 +51,24 @@ def test_circular_cams_touch_their_rollers(theta: float) -> None:
                 x = np.remainder(arc - np.pi * track.D * (k / n - 0.5), np.pi * track.D) - np.pi * track.D / 2
                 apart = np.hypot(x, points[:, 2] - track.axis(theta, k)).min()
                 assert apart == pytest.approx(track.r, abs=2e-5)
+
+
+def test_small_inner_tracks_have_a_hole() -> None:
+    """Far from the outer track, the disk ends a roller's radius inside of the inner one, not beyond the axis."""
+    cams = CircularCams.build(
+        D_out=0.085, D_in=0.02, r_out=0.015, r_in=0.005, alpha_out=0.26, alpha_in=0.3, disk=TABLE_1.disk
+    )
+    outer, inner = cam_solids(cams, points=1441)
+    for solid, low, high in ((outer, 0.02625, 0.0575), (inner, 0.005, 0.02625)):
+        assert open_edges(solid) == 0
+        radius = np.hypot(solid[..., 0], solid[..., 1])
+        assert (radius.min(), radius.max()) == pytest.approx((low, high))
+        middle = solid.mean(axis=1)[:, :2]
+        normal = np.cross(solid[:, 1] - solid[:, 0], solid[:, 2] - solid[:, 0])
+        inside = np.isclose(radius, low).all(axis=1)
+        assert (
+            np.einsum("ij,ij->i", normal[inside, :2], middle[inside]) <= 1e-15
+        ).all()  # the bore's walls face the axis
 
 
 def test_rollers_have_their_mass() -> None:

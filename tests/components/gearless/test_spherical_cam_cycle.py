@@ -204,6 +204,20 @@ def test_impossible_cycles_are_refused() -> None:
         Cycle(SphericalCam(4, 5, alpha_1=math.radians(75), alpha_3=math.radians(36), alpha_4=math.radians(15)))
 
 
+def test_impossible_states_are_refused() -> None:
+    """A state that is no state is not "locked", and no roller pulls."""
+    cycle = Cycle(CAMS[0])
+    for at in math.nan, [0.1, math.inf]:
+        for ask in (cycle.kappa, cycle.eta_0, lambda s: cycle.contact_force(s, 1.0, 1.0)):
+            with pytest.raises(pt.ParameterError, match="cam angle s must be finite"):
+                ask(at)
+    for torque in -100.0, math.nan:
+        with pytest.raises(pt.ParameterError, match="must be zero or positive, and finite: rollers only push"):
+            cycle.contact_force(0.1, torque, 0.036)
+    with pytest.raises(pt.ParameterError, match="radius = nan m must be positive"):
+        cycle.contact_force(0.1, 100.0, math.nan)
+
+
 TABLE_2 = """3 3 1 3.05 3.29 3.73 4.1 4.56
 3 4 0.75 2.28 2.46 2.79 3.07 3.42
 3 5 0.6 1.83 1.97 2.23 2.46 2.73

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -17,7 +18,7 @@ from powertrain.components.transmissions import (
     relative_ratio,
     unit_ratio,
 )
-from powertrain.components.transmissions.layout import switched
+from powertrain.components.transmissions.layout import Coupling, switched
 
 
 def test_six_printed_ratios() -> None:
@@ -56,6 +57,17 @@ def test_ratios_that_no_layout_has() -> None:
             overall_ratio("baH", R_o, 0.5)
     with pytest.raises(pt.ParameterError, match=r"bHa holds its input at V = 0.5: r would be infinite"):
         overall_ratio("bHa", -1.0, 0.5, "output")
+
+
+@pytest.mark.parametrize("coupling", ["input", "output"])
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_ratios_that_are_no_numbers(bad: float, coupling: Coupling) -> None:
+    with pytest.raises(pt.ParameterError, match=f"R_o = {bad:g} must be finite"):
+        unit_ratio("bHa", bad, 0.5, coupling)
+    with pytest.raises(pt.ParameterError, match=f"r = {bad:g} must be finite"):
+        unit_ratio("bHa", -1.7, bad, coupling)
+    with pytest.raises(pt.ParameterError, match=f"V = {bad:g} must be finite"):
+        overall_ratio("bHa", -1.7, bad, coupling)
 
 
 @pytest.mark.parametrize("r", [0.0, ([0.0, 1.0], [0.5, -0.5])])
