@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, cast
 
@@ -20,6 +21,8 @@ except ImportError as error:
 
 Array = NDArray[np.float64]
 Range = tuple[float, float]
+_ROUNDING = 1e-9
+"""Part of a period by which a duration may exceed whole periods through round-off."""
 
 
 class Environment(gymnasium.Env[Array, Array]):
@@ -120,7 +123,7 @@ class Environment(gymnasium.Env[Array, Array]):
             both = isinstance(value, Mapping) and isinstance(given.get(name), Mapping)
             given[name] = {**given[name], **value} if both else value
         self._run = self.plant.start(**given)
-        self._end = self._run.time + self.duration
+        self._left = math.ceil(self.duration / self.dt - _ROUNDING)
         return self._observe(self._run), {}
 
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
@@ -136,8 +139,8 @@ class Environment(gymnasium.Env[Array, Array]):
         except SimulationError as error:
             return self._observe(run), 0.0, True, False, {"error": str(error)}
         ended = self._terminated is not None and bool(self._terminated(run))
-        late = run.time >= self._end - 1e-9 * self.dt
-        return self._observe(run), float(self._reward(before, run)), ended, late, {"time": run.time}
+        self._left -= 1
+        return self._observe(run), float(self._reward(before, run)), ended, self._left <= 0, {"time": run.time}
 
     def _observe(self, run: Running[Any]) -> Array:
         return np.array([run[name] for name in self._observed])

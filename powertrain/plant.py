@@ -325,10 +325,10 @@ class Plant(Generic[M]):
         positive("max_step", max_step)
         given = by_name("inputs", inputs)
         x, z, m, report = self.initialize(number("t", t, "s"), parameters, starts, guesses, given)
+        signals = tuple(s for s in self._schedules(given) if s.name in given or s.name not in self.compiled.inputs)
         options = {"rtol": rtol, "atol": atol, "max_step": max_step, "record": record}
-        state, p = State(float(t), x, z, m), self.parameter_vector(parameters)
-        timed = self._schedules(given)
-        return Running(self.compiled, lambda: self._engine(method, compile), state, p, report, options, timed, given)
+        state, p = State(float(t), x, z, m, signals), self.parameter_vector(parameters)
+        return Running(self.compiled, lambda: self._engine(method, compile), state, p, report, options)
 
     def export_c(
         self,

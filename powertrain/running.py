@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.dae.hybrid import TimeSignal
-from powertrain.engine.schedules import Schedules
+from powertrain.engine.options import run_times
+from powertrain.engine.schedules import Schedules, just_after
 from powertrain.engine.simulator import Simulator
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError, SimulationError, suggestion
@@ -30,14 +31,14 @@ M = TypeVar("M", bound=Component)
 class State:
     """What decides how a run goes on: time in s, states, algebraic unknowns, held values (modes, discrete variables, inputs).
 
-    ``set``: the inputs that steps have set; they no longer follow the signals with which the run was started.
+    ``signals`` are the signals of time that still run: those of the model, and inputs that were given over time and not set since.
     """
 
     t: float
     x: Array
     z: Array
     m: Array
-    set: frozenset[str] = frozenset()
+    signals: tuple[TimeSignal, ...]
 
     def __post_init__(self) -> None:
         for values in (self.x, self.z, self.m):
@@ -60,23 +61,18 @@ class Running(Generic[M]):
         p: Array,
         report: Any,
         options: Mapping[str, Any],
-        timed: Sequence[TimeSignal],
-        given: Collection[str],
     ) -> None:
         self._compiled, self._engine, self._p, self._report, self._options = compiled, engine, p, report, options
         self._signals = signals_of(compiled)
         self._places = {s.name: s.index for s in compiled.dae.schedules if s.name in compiled.inputs}
-        self._timed, self._given = timed, given
-        """The signals of time, and the names of the inputs that were given among them."""
-        self._schedules = {state.set: Schedules(timed)}
-        """Those that still run, by the inputs that have been set."""
         self._begin(state)
 
     def _begin(self, state: State) -> None:
-        self._state, self._first = state, state
+        self._state, self._first, self._schedules = state, state, Schedules(state.signals)
         self._pieces: list[Trajectory] = []
-        self._set = {name: {state.t: float(state.m[self._places[name] + 1])} for name in state.set}
-        """The values of the inputs that have been set, by time."""
+        followed = {s.name for s in state.signals}
+        self._set = {n: {state.t: float(state.m[k + 1])} for n, k in self._places.items() if n not in followed}
+        """The values of the inputs that follow no signal, by the times from which they hold."""
 
     @property
     def time(self) -> float:
@@ -109,11 +105,10 @@ class Running(Generic[M]):
             if name not in self._places:
                 raise ParameterError(f"the model has no input {name}{suggestion(name, self._places)}")
             m[self._places[name] : self._places[name] + 3] = state.t, number(f"input {name}", value), 0.0
-        done = state.set.union(inputs)
-        if done not in self._schedules:
-            self._schedules[done] = Schedules([s for s in self._timed if s.name not in done])
+        signals = tuple(s for s in state.signals if s.name not in inputs)
+        schedules = self._schedules if len(signals) == len(state.signals) else Schedules(signals)
         engine = self._engine()
-        kept, engine.schedules = engine.schedules, self._schedules[done]
+        kept, engine.schedules = engine.schedules, schedules
         try:
             options = {name: self._options[name] for name in ("rtol", "atol", "max_step")}
             found = engine.resume(
@@ -133,7 +128,8 @@ class Running(Generic[M]):
             engine.schedules = kept
         n = found.states
         held = found.final_held[: state.m.size]
-        self._state = State(state.t + dt, found.final[:n].copy(), found.final[n:].copy(), held.copy(), done)
+        self._state = State(state.t + dt, found.final[:n].copy(), found.final[n:].copy(), held.copy(), signals)
+        self._schedules = schedules
         for name, value in inputs.items():
             self._set.setdefault(name, {})[state.t] = float(value)
         if self._options["record"]:
@@ -151,20 +147,29 @@ class Running(Generic[M]):
             raise ParameterError("the run was started with record=False, which keeps only the present state")
         if not self._pieces:
             raise ParameterError("the run has not advanced yet: call step(dt) first")
-        grid = np.array([p.start for p in self._pieces] + [self._state.t]) if times is None else row("times", times)
-        inputs = {s.name: self._knots(s) for s in self._timed if s.name in self._set or s.name in self._given}
+        grid = np.array([p.start for p in self._pieces] + [self._state.t]) if times is None else self._within(times)
+        inputs = {name: self._knots(name) for name in self._places}
         return Result(self._compiled, joined(self._first, self._pieces), grid, self._p, self._report, inputs=inputs)
 
-    def _knots(self, signal: TimeSignal) -> tuple[Array, Array]:
+    def _knots(self, name: str) -> tuple[Array, Array]:
         """Times and values of an input: its signal until it is set, then jumps."""
-        if signal.name not in self._set:
-            return signal.times, signal.values
-        times, values = (np.array(list(each)).repeat(2) for each in zip(*self._set[signal.name].items(), strict=True))
-        if times[0] == self._first.t:
+        followed = [s for s in self._first.signals if s.name == name]
+        if name not in self._set:
+            return followed[0].times, followed[0].values
+        times, values = (np.array(list(each)).repeat(2) for each in zip(*self._set[name].items(), strict=True))
+        if not followed or times[0] == self._first.t:
             return times[1:], values[:-1]
+        signal = followed[0]
         before = int(signal.times.searchsorted(times[0]))
         left = np.interp(times[0], signal.times[: before + 1], signal.values[: before + 1])
         return np.append(signal.times[:before], times), np.concatenate([signal.values[:before], [left], values[:-1]])
+
+    def _within(self, times: ArrayLike) -> Array:
+        """Output times; those within rounding of the start or the end, which is a sum of steps, are the start or the end."""
+        grid, first, last = row("times", times), self._first.t, self._state.t
+        for end in (first, last):
+            grid = np.where(abs(grid - end) <= just_after(end) - end, end, grid)
+        return run_times(first, last, grid, 1)
 
     def __repr__(self) -> str:
         return f"Running({type(self._signals.model).__name__} at t = {self.time:g} s)"

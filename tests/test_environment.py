@@ -114,6 +114,15 @@ def test_ends(plant: pt.Plant[Braked]) -> None:
     assert ended == [True, True]  # 4 rad/s after one period
 
 
+@pytest.mark.parametrize(("t", "dt"), [(1e6, 0.1), (1e5, 0.01), (1e6, 0.02)])
+def test_episodes_have_as_many_periods_as_they_last(plant: pt.Plant[Braked], t: float, dt: float) -> None:
+    """The sum of the periods may differ from their duration of 1 s by round-off."""
+    env = made(plant, dt=dt, begin=lambda _: {"t": t})
+    env.reset()
+    ends = [env.step([0.0, 0.0])[3] for _ in range(round(1.0 / dt))]
+    assert ends.index(True) == len(ends) - 1
+
+
 def test_a_failed_simulation_ends_the_episode() -> None:
     env = made(pt.compile(Braked(fastest=1.0)), begin=None)
     env.reset()

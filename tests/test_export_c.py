@@ -237,6 +237,39 @@ def test_the_program_in_c_prints_the_run(tmp_path: Path) -> None:
         assert [float(r[k]) for r in rows[1:]] == pytest.approx(wanted[name], rel=1e-6, abs=1e-8), name
 
 
+def test_an_input_that_c_sets_keeps_its_value(tmp_path: Path) -> None:
+    """Although the export gave it over time: speeds of a belt after its corners at 0.2 s and 1 s, from a run in hand."""
+    import ctypes
+
+    given: dict[str, Any] = {"inputs": {"u": ([0.0, 0.2, 1.0], [0.0, 1.0, -3.0])}}
+    plant = pt.compile(Belt())
+    library = plant.export_c(tmp_path, **given).library
+    memory = np.zeros(library.pt_size() // 8 + 1)
+    one = ctypes.c_void_p(memory.ctypes.data)
+    for taken in (True, False):  # a new start gives the inputs back
+        library.pt_start(one)
+        if taken:
+            library.pt_set_input(one, 0, ctypes.c_double(0.5))
+        assert library.pt_run(one, ctypes.c_double(1.2)) == 0
+        run = plant.start(**given)
+        run.step(1.2, **({"u": 0.5} if taken else {}))
+        assert library.pt_unknowns(one)[0] == pytest.approx(run.state.x[0], rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.skipif(shutil.which("g++") is None, reason="no C++ compiler")
+def test_a_program_in_cpp_links_the_model(tmp_path: Path) -> None:
+    pt.compile(Belt()).export_c(tmp_path, inputs={"u": 1.0})
+    program = (
+        '#include "powertrain_run.h"\nint main() { pt_start(pt_instance()); return pt_run(pt_instance(), 0.1); }\n'
+    )
+    (tmp_path / "program.cpp").write_text(program)
+    sources = ["functions.c", "model.c", "powertrain_run.c", "powertrain_loop.c"]
+    subprocess.run(["cc", "-c", *sources], cwd=tmp_path, check=True)
+    objects = [source.replace(".c", ".o") for source in sources]
+    subprocess.run(["g++", "program.cpp", *objects, "-o", "program", "-lm"], cwd=tmp_path, check=True)
+    subprocess.run(["./program"], cwd=tmp_path, check=True)
+
+
 @pytest.mark.slow
 def test_inputs_set_from_c_are_those_of_a_run_in_hand(tmp_path: Path) -> None:
     import ctypes

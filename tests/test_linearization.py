@@ -87,6 +87,34 @@ def test_linear_models_pickle_and_connect() -> None:
     assert np.allclose(response(closed)[0, 0], 1 / (1 + 1 / response(system)[0, 0]))
 
 
+class Regulated(pt.Component):
+    """A speed under a sampled controller, whose measured value comes first and has no unit."""
+
+    reference: pt.Input = pt.signal_input("1", "Set point")
+    controller: blocks.SampledPI = blocks.SampledPI(yMax=10.0, yMin=-10.0)
+    torque: rot.Torque = rot.Torque()
+    rotor: rot.Inertia = rot.Inertia(J=2.0)
+
+    def equations(self) -> Equations:
+        yield connect(self.reference, self.controller.u_s)
+        yield self.controller.u_m.value == self.rotor.w
+        yield connect(self.controller.y, self.torque.tau)
+        yield connect(self.torque.flange, self.rotor.flange_a)
+
+
+def test_a_measured_speed_keeps_its_name_and_unit() -> None:
+    system = linearize(Regulated(), ["reference", "torque.tau"], ["rotor.w"])
+    assert system.linearization.units["rotor.w"] == "rad/s"
+    assert "rotor.w" in system.linearization.states
+    assert "controller.u_m" not in system.linearization.states
+
+
+def test_a_sampled_controller_is_held() -> None:
+    """Between samples its output does not depend on its inputs: the speed is torque/(J s)."""
+    system = linearize(Regulated(), ["reference", "torque.tau"], ["rotor.w"])
+    assert np.allclose(response(system)[0], [np.zeros(len(FREQUENCIES)), 1 / (2j * FREQUENCIES)])
+
+
 def test_an_input_shows_in_its_own_signal() -> None:
     system = linearize(Oscillator(), ["torque.tau"], ["torque.tau", "sine.y"])
     assert system.D.ravel().tolist() == [1.0, 0.0]
@@ -410,6 +438,8 @@ def test_refusals_name_what_is_known() -> None:
     plant = pt.compile(Oscillator())
     with pytest.raises(pt.ParameterError, match=r"no inputs; name what drives"):
         linearize(plant)
+    with pytest.raises(pt.ParameterError, match=r"inputs is empty; name what drives"):
+        linearize(plant, [])
     with pytest.raises(pt.ParameterError, match=r"torque\.tua; did you mean torque\.tau"):
         linearize(plant, ["torque.tua"])
     with pytest.raises(pt.ParameterError, match=r"J1\.ww; did you mean J1\.w"):

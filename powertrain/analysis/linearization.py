@@ -43,8 +43,9 @@ def linearize(
 
     The modes are those of the operating point: stuck friction and closed contacts remove states. Friction without a limit there holds
     nothing, such as that of an unloaded gear at rest, in proportion to its torque: it slides forward, and the model has the loss of that
-    direction. Sources that change with time are not part of the linear model. If derivatives of an input occur, the states are shifted by a
-    multiple of the input (see ``Linearization``).
+    direction. Sources that change with time are not part of the linear model; discrete variables, such as the output of a sampled
+    controller, keep their values in it. If derivatives of an input occur, the states are shifted by a multiple of the input (see
+    ``Linearization``).
 
     Parameters
     ----------
@@ -89,8 +90,9 @@ def linearize(
     )
     shown = _default_outputs(plant.compiled) if outputs is None else listed("outputs", outputs)
     if not driven:
+        lacking = "the model has no inputs" if inputs is None else "inputs is empty"
         raise ParameterError(
-            'the model has no inputs; name what drives the linear model, e.g. inputs=["source.y"] (a signal port) '
+            f'{lacking}; name what drives the linear model, e.g. inputs=["source.y"] (a signal port) '
             'or inputs=["shaft.flange_a.tau"] (an external torque)'
         )
     return _linearizer(plant, tuple(driven), shown).at(point, flag("reduced", reduced))

@@ -196,15 +196,18 @@ def _assemble(
 
 
 def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
-    named: dict[Base, str] = {}
+    """The names nearest to the top of the model, those of quantities with a unit before those of the signals that measure them."""
+    named: dict[Base, tuple[int, bool, str]] = {}
     for k, unknown in reduced.flat.unknowns.items():
         alias = reduced.affine(k)
         if alias.root is None or not alias.plain:
             continue
         base = alias.root, alias.order
-        if base not in named or unknown.name.count(".") < named[base].count("."):
-            named[base] = unknown.name
-    return [named.get(b) or _derivative_name(named.get((b[0], 0), reduced.symbols[b[0]].name()), b[1]) for b in states]
+        rank = unknown.name.count("."), unknown.unit == "1", unknown.name
+        if base not in named or rank[:2] < named[base][:2]:
+            named[base] = rank
+    names = {base: name for base, (_, _, name) in named.items()}
+    return [names.get(b) or _derivative_name(names.get((b[0], 0), reduced.symbols[b[0]].name()), b[1]) for b in states]
 
 
 def _nominal(reduced: Reduced, bases: list[Base], values: dict[int, float]) -> tuple[float, ...]:

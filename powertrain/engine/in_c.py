@@ -38,7 +38,7 @@ _FUNCTIONS = (
 _ARRAYS = (
     "y_0 y_1 slope_0 slope_1 m p time tolerance info dense outside fraction above at g worst held flags edges closing fire jumped first "
     "corners instants nearer resets open points found stiffness constants mobility rate terms size calm seen held_left before left lows "
-    "prepared counts which holds row held_row instant_row out sample_times"
+    "prepared counts which holds overridden row held_row instant_row out sample_times"
 )
 _REALS = "t start stop h longest crossed max_step instant corner target stiff"
 _INTEGERS = "side begun changed fixed idle reset located prepared_once hosted every_event every_mode explicit_method"

@@ -112,12 +112,27 @@ def numbers_by_name(what: str, given: Any) -> dict[str, float]:
     return {name: number(f"{what}: {name}", value) for name, value in by_name(what, given).items()}
 
 
+class _OtherKind(TypeError):
+    """Says what to give instead of values that NumPy would convert to other numbers than meant."""
+
+
+def floats(values: Any) -> NDArray[np.float64]:
+    """Numbers as an array. TypeError for dates, durations and complex numbers, which NumPy takes for counts of a unit and real parts."""
+    given = np.asarray(values)
+    if given.dtype.kind in "mM":
+        raise _OtherKind("give times in seconds: (t - t[0]) / numpy.timedelta64(1, 's')")
+    if given.dtype.kind == "c":
+        raise _OtherKind("it is complex")
+    return np.asarray(given, float)
+
+
 def array(what: str, values: Any) -> NDArray[np.float64]:
     """Finite numbers of any shape."""
     try:
-        found = np.asarray(values, float)
-    except (TypeError, ValueError, OverflowError):
-        raise ParameterError(f"{what} = {short(values)} is not a sequence of numbers") from None
+        found = floats(values)
+    except (TypeError, ValueError, OverflowError) as error:
+        hint = f"; {error}" if isinstance(error, _OtherKind) else ""
+        raise ParameterError(f"{what} = {short(values)} is not a sequence of numbers{hint}") from None
     if not np.isfinite(found).all():
         raise ParameterError(f"{what} must be finite; one of them is {found[~np.isfinite(found)][0]:g}")
     return found

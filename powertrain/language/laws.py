@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.errors import ModelError
+from powertrain.language.arguments import floats
 from powertrain.language.connectors import Connector
 from powertrain.language.law import Law
 from powertrain.language.recorder import GuardEntry, ScheduleEntry, SwitchEntry, recorder, to_be_yielded
@@ -250,7 +251,7 @@ def schedule(times: ArrayLike, values: ArrayLike) -> Symbol:
     """A piecewise linear signal of time, constant before the first and after the last time. A time that appears twice is a jump."""
     active = recorder()
     try:
-        t, y = np.asarray(times, float).ravel(), np.asarray(values, float).ravel()
+        t, y = floats(times).ravel(), floats(values).ravel()
     except (TypeError, ValueError):
         raise ModelError(f"{active.place}: schedule requires sequences of numbers, not {times!r}, {values!r}") from None
     if t.size != y.size or t.size < 1 or np.any(np.diff(t) < 0) or not (np.isfinite(t).all() and np.isfinite(y).all()):

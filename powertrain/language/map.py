@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language import htmltext, tables
-from powertrain.language.arguments import one_of, text
+from powertrain.language.arguments import floats, one_of, text
 from powertrain.language.dimensions import measure, unit_of
 from powertrain.language.laws import within
 from powertrain.language.quantities import converted, counts_rotations
@@ -369,7 +369,7 @@ def _uniform(points: Sequence[float]) -> bool:
 
 def _numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
     try:
-        numbers = np.asarray(values, float)
+        numbers = floats(values)
     except (TypeError, ValueError):
         raise ParameterError(f"{what}: {values!r} is not an array of numbers") from None
     if not np.isfinite(numbers).all():

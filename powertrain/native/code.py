@@ -70,6 +70,7 @@ def _header(engine: Prepared, functions: dict[str, ca.Function], inputs: Sequenc
         "G": max(len(engine.indicators), 1),
         "INDICATORS": len(engine.indicators), "W": max(len(dae.whens), 1), "WHENS": len(dae.whens), "R": max(resets, 1),
         "T": max(len(engine.timed), 1), "TIMED": len(engine.timed), "O": max(len(dae.guards), 1), "INPUTS": len(inputs),
+        "S": max(len(dae.schedules), 1),
         "RESTS": sum(f.rests is not None for f in dae.frictions), "LAWS": len(_laws(dae)),
         "FRICTIONS": len(dae.frictions), "F": max(len(dae.frictions), 1), "B": max(len(dae.barriers), 1),
         "ARG": max(f.sz_arg() for f in called), "RES": max(f.sz_res() for f in called),

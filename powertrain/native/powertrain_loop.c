@@ -61,10 +61,18 @@ static void enter_segment(pt_model *a, int k, double t)
     copy(a->m + a->of->places[k], s->rows + 3 * row, 3);
 }
 
+/* Whether an input was set since the start: its signal of time no longer runs. */
+static int overridden(const pt_model *a, int k)
+{
+    return a->overridden && a->overridden[k];
+}
+
 static double following(const pt_model *a, double t)
 {
-    int i = after(a->signals->times, a->signals->points, t);
-    return i < a->signals->points ? a->signals->times[i] : INFINITY;
+    const pt_signals *s = a->signals;
+    int i = after(s->times, s->points, t);
+    while (i < s->points && overridden(a, s->owners[i])) i++;
+    return i < s->points ? s->times[i] : INFINITY;
 }
 
 static int cross(pt_model *a, double before, double t)
@@ -72,6 +80,7 @@ static int cross(pt_model *a, double before, double t)
     const pt_signals *s = a->signals;
     int jumps = 0;
     for (int i = after(s->times, s->points, before); i < after(s->times, s->points, t); i++) {
+        if (overridden(a, s->owners[i])) continue;
         enter_segment(a, s->owners[i], t);
         jumps |= s->jumps[i];
     }

@@ -40,7 +40,7 @@ struct pt_model {
     double *mobility, *rate, *terms, *size, *calm;
     /* kept by the loop: PT_PASSES held values, held values of the last record and before an event, unknowns before it */
     double *seen, *held_left, *before, *left, *lows, *prepared, *counts;
-    int *which, *holds;
+    int *which, *holds, *overridden;
     /* records and outputs; NULL for none */
     double *row, *held_row, *instant_row, *out;
     const double *sample_times;

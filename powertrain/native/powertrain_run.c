@@ -18,7 +18,7 @@ typedef struct {
     const double *arg[PT_ARG];
     double *res[PT_RES], w[PT_WORK];
     long long iw[PT_IW];
-    int which[PT_W], holds[PT_F];
+    int which[PT_W], holds[PT_F], overridden[PT_S];
 } Instance;
 
 static const pt_dimensions dimensions = {PT_X, PT_Z, PT_Y, PT_HELD, PT_INDICATORS, PT_WHENS, PT_TIMED, PT_RESTS, PT_LAWS, PT_FRICTIONS, 0, 0};
@@ -39,7 +39,7 @@ static void connect(Instance *i)
     a->first = i->first, a->corners = i->corners, a->instants = i->instants, a->nearer = i->nearer, a->resets = i->resets;
     a->open = &i->open, a->mobility = i->mobility, a->rate = i->rate, a->terms = i->terms, a->size = i->size, a->calm = i->calm;
     a->seen = i->seen, a->held_left = i->held_left, a->before = i->before, a->left = i->left, a->lows = i->lows;
-    a->which = i->which, a->holds = i->holds;
+    a->which = i->which, a->holds = i->holds, a->overridden = i->overridden;
 }
 
 static int advance(pt_model *a, double stop, int fixed)
@@ -114,6 +114,7 @@ void pt_set_input(pt_model *a, int k, double value)
     segment[0] = a->t;
     segment[1] = value;
     segment[2] = 0;
+    a->overridden[pt_inputs[k]] = 1;
     a->changed = 1;
 }
 

@@ -3,6 +3,10 @@
 #define POWERTRAIN_RUN_H
 #include <stddef.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum {
     PT_OK = 0,
     PT_FULL = 1,        /* the record is full: empty it and call again */
@@ -39,6 +43,7 @@ void pt_start(pt_model *model);
 void pt_load(pt_model *model, double t, const double *x, const double *z, const double *m, const double *p);
 void pt_tolerance(pt_model *model, double rtol, double atol, double max_step);
 void pt_use_signals(pt_model *model, const pt_signals *signals);
+/* An input keeps the value from now on, also where the export or pt_use_signals gave it over time. */
 void pt_set_input(pt_model *model, int k, double value);
 void pt_set_parameter(pt_model *model, int k, double value);
 double pt_time(const pt_model *model);
@@ -54,4 +59,8 @@ void pt_sample(pt_model *model, const double *times, long count, double *out);
 /* Steps, rejected steps, events, and how many rows, held values and instants were kept since the last pt_record. */
 void pt_counts(const pt_model *model, long *out);
 const char *pt_message(int status);
+
+#ifdef __cplusplus
+}
+#endif
 #endif

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.errors import ParameterError
-from powertrain.language.arguments import by_name, number, row
+from powertrain.language.arguments import by_name, floats, number, row
 from powertrain.language.arguments import path as argument_path
 from powertrain.numerics.buffers import Array
 
@@ -77,7 +77,7 @@ class Experiment:
 def _numbers(name: str, values: Any) -> Array:
     """A sequence of numbers, possibly nan."""
     try:
-        return np.asarray(values, float).ravel()
+        return floats(values).ravel()
     except (TypeError, ValueError):
         raise ParameterError(f"experiment: {name} = {short(values)} is not a sequence of numbers") from None
 

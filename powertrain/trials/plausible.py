@@ -161,10 +161,12 @@ def _most(vehicle: pt.Component, path: str) -> tuple[float, float]:
 
 
 def _limiter(vehicle: pt.Component, path: str) -> Iterator[str]:
-    """An engine whose limiter keeps it from the speed of its largest power."""
+    """An engine whose limiter and speed of the largest power do not fit together."""
     engine = value_at(vehicle, path)
     P_max, w_P, w_limit = (_number(engine, name) for name in ("P_max", "w_P", "w_limit"))
-    if P_max and w_P and w_limit and engine.curve is None and w_limit < PEAK * w_P:
+    if not (P_max and w_P and w_limit) or engine.curve is not None:
+        return
+    if w_limit < PEAK * w_P:
         yield (
             f"{path} does not reach {path}.P_max = {P_max:g} W at {path}.w_P = {w_P:g} rad/s: its limiter is at {path}.w_limit = "
             f'{w_limit:g} rad/s; speeds with another unit are written as "5500 rpm"'

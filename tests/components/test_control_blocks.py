@@ -224,6 +224,25 @@ def test_sampled_controller_is_its_program() -> None:
         assert result.at([(n + 0.999999) * period], "parts[2].y")[0] == pytest.approx(plant, abs=1e-5)
 
 
+def test_sampled_controllers_in_cascade_see_each_others_previous_output() -> None:
+    """Two difference equations, the inner one with half the period, around an integrator."""
+    outer = b.SampledPI(period=0.02, k=1.0, Ti=1.0, yMax=10.0, yMin=-10.0)
+    inner = b.SampledPI(period=0.01, k=0.5, Ti=2.0, yMax=10.0, yMin=-10.0)
+    parts = b.Constant(k=1.0), outer, inner, b.Integrator()
+    loops = joined(*parts, joints="0.y=1.u_s 3.y=1.u_m 1.y=2.u_s 3.y=2.u_m 2.y=3.u")
+    y = u = given = x_outer = x_inner = 0.0
+    wanted = []
+    for k in range(1, 21):
+        y += 0.01 * u
+        wanted.append(y)
+        e_inner, e_outer = given - y, 1.0 - y
+        u, x_inner = 0.5 * e_inner + x_inner, x_inner + 0.5 * 0.01 / 2.0 * e_inner
+        if k % 2 == 0:
+            given, x_outer = e_outer + x_outer, x_outer + 0.02 * e_outer
+    times = 0.01 * np.arange(1, 21)
+    assert run(loops, 0.2).at(times, "parts[3].y") == pytest.approx(np.array(wanted), abs=1e-12)
+
+
 @pytest.mark.parametrize(("start", "first"), [(0.0, 0.25), (0.1, 0.25), (10.0, 10.25), (10.05, 10.25)])
 def test_a_sampled_controller_starts_with_the_run(start: float, first: float) -> None:
     """Without feedback y = k (1 + j period/Ti) after sample j: the multiples of the period that follow the start, whenever that is."""

@@ -124,7 +124,7 @@ class Doubled(pt.Component):
 
 @pytest.mark.parametrize("spanned", [True, False])
 def test_operating_points_with_values_that_tables_do_not_have_are_noted(spanned: bool) -> None:
-    plant, grid = pt.compile(Doubled()), {"force": [1.0, 2.0], "body.v": 1.0}
+    plant, grid = pt.compile(Doubled()), {"force": np.array([1.0, 2.0]), "body.v": np.array(1.0)}
     mass = {"body.m": np.array([1500.0, 1600.0])} if spanned else {}
     others = None if spanned else {"body.m": 1600.0}
     found = pt.steady(plant, grid | mass, outputs=["a"], parameters=others, held=["body.v"])

@@ -100,6 +100,9 @@ def test_option_of_a_run(options: dict[str, Any], said: list[str]) -> None:
         (([0, 1], [1, [2, 3]]), ["input u", "(times, values)"]),
         (([0, 1], [1, 2], [3]), ["input u", "(times, values)"]),
         (([1, 0], [1, 2]), ["times that do not decrease"]),
+        ((np.array([0, 1], "timedelta64[s]"), [1, 2]), ["input u", "give times in seconds"]),
+        ((np.array(["2026-01-01T00", "2026-01-01T01"], "datetime64"), [1, 2]), ["input u", "give times in seconds"]),
+        (([0, 1], np.array([1 + 1j, 2])), ["input u", "complex"]),
     ],
 )
 def test_input(value: Any, said: list[str]) -> None:
@@ -118,6 +121,7 @@ def test_input(value: Any, said: list[str]) -> None:
         (lambda: Inertia(J=np.array([1.0, 2.0])), "is not a number"),  # type: ignore[arg-type]
         (lambda: SignTorque(tau_nominal=1.0, reg="tanh"), "reg = 'tanh' is none of 'exp', 'sine', 'linear', 'cosine'"),  # type: ignore[arg-type]
         (lambda: pt.Map.curve([0, 1], ["a", "b"]), "is not an array of numbers"),
+        (lambda: pt.Map.curve(np.array([0, 1], "timedelta64[s]"), [1, 2]), "is not an array of numbers"),
         (lambda: pt.Map.curve([0, 1], [1, [2, 3]]), "is not an array of numbers"),  # type: ignore[arg-type]
         (lambda: pt.Map("xy", [1], "1"), "axes = 'xy': give a list of Axis(name, unit, points)"),  # type: ignore[arg-type]
         (lambda: pt.Map.from_csv(3), "path = 3 is not the path of a file"),  # type: ignore[arg-type]
