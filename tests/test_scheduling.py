@@ -143,3 +143,44 @@ def test_what_cannot_be_reached_is_refused() -> None:
         pt.dynamic_programming(stages, start=3.0, end=1.0, price=1.0)
     with pytest.raises(pt.ParameterError, match="dwell = 0 s must be positive"):
         pt.ecms(stages, start=1.0, end=1.0, dwell=0.0)
+
+
+def _charging_or_not() -> pt.Stages:
+    """Four seconds with the choice between a discharge of 1/s for nothing and a charge of 1/s that costs 3/s."""
+    cost, rate = np.array([[0.0, 3.0]]), np.array([[-1.0, 1.0]])
+    return pt.Stages(
+        np.ones(4),
+        np.array([0.0, 10.0]),
+        *(v[None, :, :, None].repeat(4, axis=0).repeat(2, axis=3) for v in (cost, rate)),
+    )
+
+
+_METHODS = pytest.mark.parametrize(
+    "method", [lambda stages, **given: pt.dynamic_programming(stages, price=9.0, **given), pt.ecms], ids=["dp", "ecms"]
+)
+
+
+@_METHODS
+def test_a_course_on_which_nothing_is_possible_is_an_error(method: Any) -> None:
+    """The only decision of the first second leads to 5, where the second one offers none; the cost used to be 1e30."""
+    cost = np.array([[[[1.0, 1.0, 1.0]]], [[[np.nan, np.nan, 1.0]]]])
+    rate = np.array([[[[-5.0, -5.0, -5.0]]], [[[0.0, 0.0, 0.0]]]])
+    stages = pt.Stages(np.ones(2), np.array([0.0, 5.0, 10.0]), cost, rate)
+    with pytest.raises(pt.ParameterError, match=r"interval 1, from 1 s on, .*no decision is possible .* 5"):
+        method(stages, start=10.0, end=0.0)
+
+
+@_METHODS
+@pytest.mark.parametrize("start", [-2.0, 15.0, np.nan])
+def test_a_start_outside_the_states_is_an_error(method: Any, start: float) -> None:
+    """ECMS used to drop the charge above the last state in the first interval."""
+    with pytest.raises(pt.ParameterError, match="start"):
+        method(_charging_or_not(), start=start, end=0.0)
+
+
+@_METHODS
+@pytest.mark.parametrize("mode", [-1, 1, 0.5])
+def test_a_mode_before_the_start_that_does_not_exist_is_an_error(method: Any, mode: Any) -> None:
+    """-1 used to be the last mode."""
+    with pytest.raises(pt.ParameterError, match="mode"):
+        method(_charging_or_not(), start=5.0, end=5.0, mode=mode)

@@ -168,7 +168,7 @@ def dynamic_programming(
     Raises
     ------
     ParameterError
-        If the state leaves the grid or no decision is possible from the start.
+        If the start or the state leaves the grid, if the course comes to a state in which no decision is possible, and for an unknown mode.
 
     Examples
     --------
@@ -190,11 +190,11 @@ def dynamic_programming(
     )
     if nodes.size < 2 or (np.diff(nodes) <= 0).any():
         raise ParameterError("grid: at least two ascending states are needed")
-    first, target, worth = number("start", start), number("end", end), number("price", price)
-    if not nodes[0] <= first <= nodes[-1]:
-        raise ParameterError(f"start = {first:g} lies outside the grid [{nodes[0]:g}, {nodes[-1]:g}]")
+    first, target, worth = _start(start, "grid", nodes), number("end", end), number("price", price)
+    _checked_mode(stages, mode)
     policy = _CostToGo(stages, nodes, _backward(stages, nodes, worth * np.maximum(target - nodes, 0.0)))
     found = _follow(stages, policy, first, mode)
+    _must_be_possible(stages, found)
     k = stages.empties(found.states)
     if k is not None:
         raise ParameterError(
@@ -202,6 +202,30 @@ def dynamic_programming(
             f"{found.states[k + 1]:.4g}"
         )
     return found
+
+
+def _start(start: float, what: str, states: Array) -> float:
+    """The state at the start, within the states."""
+    first = number("start", start)
+    if states.size > 1 and not states[0] <= first <= states[-1]:
+        raise ParameterError(f"start = {first:g} lies outside the {what} [{states[0]:g}, {states[-1]:g}]")
+    return first
+
+
+def _checked_mode(stages: Stages, mode: int) -> None:
+    """ParameterError for a mode before the start that the stages do not have."""
+    modes = len(stages.switches)
+    if mode not in range(modes):
+        raise ParameterError(f"mode = {mode} must be a whole number from 0 to {modes - 1}")
+
+
+def _must_be_possible(stages: Stages, found: Schedule) -> None:
+    """ParameterError if a schedule comes to a state in which nothing is possible."""
+    for k, (i, c) in enumerate(zip(found.modes, found.controls, strict=True)):
+        if stages.at(k, found.states[k])[0][i, c] >= _IMPOSSIBLE:
+            raise ParameterError(
+                f"in interval {k}, from {stages.durations[:k].sum():g} s on, no decision is possible at the state {found.states[k]:.4g}"
+            )
 
 
 def _backward(stages: Stages, nodes: Array, final: Array) -> NDArray[np.float64]:
@@ -241,16 +265,19 @@ def ecms(stages: Stages, *, start: float, end: float, mode: int = 0, dwell: floa
     Raises
     ------
     ParameterError
-        If no price brings the store to ``end``, or if it leaves its range on the way.
+        If no price brings the store to ``end``, if it leaves its range on the way, if the course comes to a state in which no decision is
+        possible, for a start outside ``stages.states`` and for an unknown mode.
     """
     if not number("dwell", dwell, "s") > 0:
         raise ParameterError(f"dwell = {dwell:g} s must be positive")
+    first, target = _start(start, "states", stages.states), number("end", end)
+    _checked_mode(stages, mode)
 
     def followed(worth: float) -> Schedule:
-        return _follow(stages, _Price(stages, worth, dwell), start, mode)
+        return _follow(stages, _Price(stages, worth, dwell), first, mode)
 
     def ends(found: Schedule) -> bool:
-        return bool(found.states[-1] >= end) and stages.empties(found.states) is None
+        return bool(found.states[-1] >= target) and found.cost < _IMPOSSIBLE and stages.empties(found.states) is None
 
     possible = stages.cost < _IMPOSSIBLE
     high = 1e-12 + float(np.abs(stages.cost[possible]).max()) / max(float(np.abs(stages.rate).max()), 1e-300)
@@ -261,6 +288,7 @@ def ecms(stages: Stages, *, start: float, end: float, mode: int = 0, dwell: floa
         low, high = high, 2.0 * high
         best = followed(high)
     else:
+        _must_be_possible(stages, best)
         raise ParameterError(f"ecms: no price brings the store from {start:g} to {end:g}")
     while high - low > _PRECISION * high:
         middle = 0.5 * (low + high)

@@ -14,7 +14,7 @@ import pandas as pd
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.errors import suggestion
-from powertrain.language.arguments import by_name, of_kind
+from powertrain.language.arguments import by_name, count, of_kind
 from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.cycle import SHARE, CycleRun, drive_cycle, on_cycle
 
@@ -224,12 +224,12 @@ def charge_depleting(
     Raises
     ------
     ParameterError
-        If the vehicle does not have one battery and an engine, and if a run ended early.
+        If the vehicle does not have one battery and an engine, for a ``most`` below 1, and if a run ended early.
     """
-    battery = _the_battery(vehicle, "charge_depleting")
+    battery, cycles = _the_battery(vehicle, "charge_depleting"), count("charge_depleting: most", most)
     plant, rows, driven, change = pt.compile(on_cycle(vehicle, cycle)), [], 0.0, math.inf
     begun = by_name("starts", starts)
-    for _ in range(most):
+    for _ in range(cycles):
         run = _from_soc(plant, battery, soc, begun, **options)
         begun = _as_warm(run, begun)
         soc, driven = float(run.result[f"{battery}.soc"][-1]), driven + run.distance / 1e3

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
+from powertrain.language.arguments import one_of
 from powertrain.trials.charge import charge_corrected
 from powertrain.trials.cycle import RATE, CycleRun, drive_cycle, on_cycle
 from powertrain.trials.standing import ON
@@ -50,7 +51,8 @@ class Management:
     dwell: float = 10.0
 
     def plan(self, method: Method = "dynamic programming") -> pt.Schedule:
-        """The schedule that ends with the charge of the start."""
+        """The schedule that ends with the charge of the start. Errors: ParameterError for an unknown method."""
+        one_of("method", method, get_args(Method))
         if method == "ECMS":
             return pt.ecms(self.stages, start=self.start, end=self.start, dwell=self.dwell)
         return pt.dynamic_programming(self.stages, start=self.start, end=self.start, price=_DEAR * self.worth)

@@ -263,3 +263,10 @@ def test_the_table_tells_miles_per_gallon() -> None:
     value, unit = run.table.loc["fuel economy"]
     assert unit == "mpg"
     assert value == pytest.approx(235.2145833 / run.litres_per_100km, rel=1e-9)
+
+
+@pytest.mark.parametrize("most", [0, -1, 2.5])
+def test_a_charge_depleting_test_has_at_least_one_cycle(most: Any) -> None:
+    """Without a cycle the table used to be empty, with a warning of a charge that changes by inf %."""
+    with pytest.raises(pt.ParameterError, match=r"charge_depleting: most = .* must be"):
+        charge_depleting(ParallelHybrid.plug_in(), DriveCycle.named("wltc").part(0, 60), most=most)

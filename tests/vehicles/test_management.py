@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ import powertrain as pt
 from powertrain.components.control import PlannedPowerSplit
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials import flywheel_management, power_split_management
-from powertrain.trials.management import looked_up
+from powertrain.trials.management import Management, looked_up
 from powertrain.trials.management_power_split import PowerSplitBench
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
@@ -25,6 +27,16 @@ def test_tables_are_looked_up_by_force() -> None:
     (found,) = looked_up(speeds, pushed, [power], v, force)
     # between the speeds 2 and 4 pushed is 3 level and power 10 level
     np.testing.assert_allclose(found[:, 0], [0.3, 1.5 * 10 / 3, -10.0, np.nan])
+
+
+@pytest.mark.parametrize("method", ["ecms", "DP", 1])
+def test_a_plan_by_an_unknown_method_is_an_error(method: Any) -> None:
+    """It used to be the plan of dynamic programming."""
+    stages = pt.Stages(np.ones(1), np.array([0.0, 1.0]), np.zeros((1, 1, 1, 2)), np.zeros((1, 1, 1, 2)))
+    unused: Any = None
+    management = Management(unused, unused, HILLS, stages, 0.5, 1.0, unused, unused, "battery.soc")
+    with pytest.raises(pt.ParameterError, match=r"method=.* must be one of dynamic programming, ECMS"):
+        management.plan(method)
 
 
 @pytest.mark.slow
