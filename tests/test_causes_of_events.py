@@ -64,6 +64,7 @@ def shifts(
             switches=[JUMP, KINK, FLAT, TIMED[1]],
             frictions=[STICKING],
             contacts=[],
+            laws=(STICKING, JUMP, KINK, FLAT, TIMED[1]),
             schedules=schedules,
         ),
         size=2,

@@ -82,7 +82,7 @@ class Discontinuities:
             touching += [k for k in range(len(self.dae.contacts), len(barriers)) if k not in touching]
         speed, rebound = speed.ravel()[touching], rebound[touching]
         effect, nothing = on_a[np.ix_(touching, touching)], ZONE + STRUCK * np.abs(speed).max()
-        impulse = self._impulses(effect, speed + rebound * speed + _SLACK * nothing, [barriers[k] for k in touching])
+        impulse = self._impulses(effect, speed + rebound * speed, _SLACK * nothing, [barriers[k] for k in touching])
         self.memory.y[side][: self.dae.x.numel()] += on_x[:, touching] @ impulse
         self.impulses[touching] += impulse
         after = speed + effect @ impulse
@@ -92,16 +92,19 @@ class Discontinuities:
                 m[barriers[k].index] = barriers[k].left if away else barriers[k].held
         return [barriers[k].name for k, some in zip(touching, felt, strict=True) if some]
 
-    def _impulses(self, effect: Array, goal: Array, barriers: Sequence[Barrier]) -> Array:
-        """The impulses I >= 0 for which goal + effect I >= 0, with equality where they act."""
+    def _impulses(self, effect: Array, goal: Array, slack: float, barriers: Sequence[Barrier]) -> Array:
+        """The impulses I >= 0 for which goal + effect I >= 0, with equality where they act; found with ``slack``, then without."""
         size = np.sqrt(np.diag(effect))
         size[size == 0.0] = 1.0
-        largest = np.abs(goal / size).max()
-        found = lemke(effect / np.outer(size, size), goal / size / largest)
+        largest, scaled = np.abs(goal / size).max(), effect / np.outer(size, size)
+        allowed = slack / size / largest
+        found = lemke(scaled, goal / size / largest + allowed)
         if found.z is None:
             self._refuse_unstoppable([barriers[k] for k in found.ray])
         assert found.z is not None
-        return np.asarray(found.z * largest / size, np.float64)
+        impulse, acts = np.asarray(found.z, np.float64), found.z > 0.0
+        impulse[acts] += np.linalg.lstsq(scaled[np.ix_(acts, acts)], allowed[acts])[0]
+        return np.asarray(impulse * largest / size)
 
     def _refuse_unstoppable(self, barriers: Sequence[Barrier]) -> None:
         if barriers:

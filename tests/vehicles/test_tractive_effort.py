@@ -13,7 +13,7 @@ from powertrain.trials import full_accelerator, tractive_effort
 from powertrain.trials.tractive_effort import plot_tractive_effort
 from powertrain.vehicles import ManualCar, SeriesHybrid, VariatorCar
 
-CAR = pt.replace(ManualCar(), {"front.wheels.Cr": 0.012, "rear.wheels.Cr": 0.01, "body.tailwind": -3.0})
+CAR = pt.replace(ManualCar(), {"front.wheels.Cr": 0.012, "rear.wheels.Cr": 0.01, "body.tailwind": -2.0})
 RATIOS = (3.6, 2.1, 1.4, 1.05, 0.84, 0.68)
 
 
@@ -25,7 +25,7 @@ def pull(v: NDArray[np.float64], ratio: float) -> NDArray[np.float64]:
 
 
 def against(v: float, grade: float) -> float:
-    return float(0.3 * 2.1 * 1.2 / 2 * (v + 3) ** 2 + 1300 * 9.80665 * np.sin(np.arctan(grade)))
+    return float(0.3 * 2.1 * 1.2 / 2 * (v + 2) ** 2 + 1300 * 9.80665 * np.sin(np.arctan(grade)))
 
 
 def test_forces_by_hand_where_the_clutch_is_closed() -> None:
