@@ -31,6 +31,8 @@ _HALVINGS = 50
 _EVENT = 2e-4
 """Corners within this share of a step of an event belong to the event: |w| where a clutch sticks."""
 _SAME = 1e-10
+_TOGETHER = 1000
+"""Samples whose derivatives are in memory together: those of a drive cycle would take tens of gigabytes."""
 
 
 @dataclass(frozen=True)
@@ -76,8 +78,12 @@ class Corners:
 
     def _known(self, samples: Samples, p: Array) -> NDArray[np.float64]:
         """The sides divided by their uncertainties, which follow from those of the states."""
-        slopes = self.slopes(samples, p)
-        return np.asarray(slopes.value / (INTEGRATED * np.maximum(np.abs(slopes.s).sum(axis=2), 1.0)), float)
+        found = np.empty((len(samples.t), self.found.numel()))
+        for first in range(0, len(samples.t), _TOGETHER):
+            part = slice(first, first + _TOGETHER)
+            slopes = self.slopes(Samples(*(each[part] for each in samples)), p)
+            found[part] = slopes.value / (INTEGRATED * np.maximum(np.abs(slopes.s).sum(axis=2), 1.0))
+        return found
 
     def _zeros(
         self,
