@@ -33,19 +33,15 @@ def not_finite(dae: HybridDae, memory: Memory, side: int, t: float) -> str:
 def _undetermined(dae: HybridDae, t: float, y: Array, m: Array, p: Array) -> str | None:
     """The algebraic equation whose slope in the unknowns vanishes, if there is one."""
     n, nz = dae.x.numel(), dae.z.numel()
-    slopes = ca.jacobian(dae.residual, ca.vertcat(dae.x, dae.z))
-    matrix = ca.Function("powertrain_slopes", list(dae.arguments), [ca.densify(slopes)])
-    rows = np.array(matrix(t, y[:n], y[n : n + nz], m, p)).reshape(nz, n + nz) * dae.sizes
+    slopes = dae.function("slopes", ca.jacobian(dae.residual, ca.vertcat(dae.x, dae.z)))
+    rows = np.array(slopes(t, y[:n], y[n : n + nz], m, p)).reshape(nz, n + nz) * dae.sizes
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
     if not nz or not np.isfinite(rows).all() or not lengths.all():
         return None
     left, values, right = np.linalg.svd((rows / lengths)[:, n:])
     if values[-1] > _SINGULAR:
         return None
-    unknown, equation = (
-        dae.z[int(np.argmax(np.abs(right[-1])))].name(),
-        dae.equation(int(np.argmax(np.abs(left[:, -1])))),
-    )
+    unknown, equation = dae.z[int(np.abs(right[-1]).argmax())].name(), dae.equation(int(np.abs(left[:, -1]).argmax()))
     return (
         f"at t = {t:.9g} s the equations no longer determine {unknown} from the states ({', '.join(dae.state_names)}). States are "
         f"selected once, for a whole run: describe the motion by a coordinate that stays valid, such as an angle in place of x and y.\n"

@@ -10,7 +10,7 @@ import powertrain as pt
 from powertrain.components.body import RoadProfile
 from powertrain.components.transmissions import ManualGearbox
 from powertrain.trials import full_accelerator, tractive_effort
-from powertrain.trials.tractive_effort import plot_tractive_effort
+from powertrain.trials.tractive_figure import plot_tractive_effort
 from powertrain.vehicles import ManualCar, SeriesHybrid, VariatorCar
 
 CAR = pt.replace(ManualCar(), {"front.wheels.Cr": 0.012, "rear.wheels.Cr": 0.01, "body.tailwind": -2.0})
