@@ -187,7 +187,7 @@ def takes_more(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
     """
     if law.share is not None:
         # a rate beyond creep, either way, is that of a law which others hold only in part: its share lacks the proximal step
-        moves = ca.fabs(law.rate) > CREEP * law.reach * law.hysteresis
+        moves = ca.fabs(law.rate) > CREEP * law.reach * ca.fabs(law.torque)
         by_rate = ca.logic_and(moves, ca.logic_not(_rests(dae, law)))
         return ca.if_else(by_rate, dae.m[law.index] * law.rate, held_margin(dae, law)) > 0
     nothing = ca.logic_and(slack > 0, ca.fabs(law.upper - law.lower) <= law.hysteresis)

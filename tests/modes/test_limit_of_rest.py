@@ -102,7 +102,7 @@ def _least(scheme: GearScheme, press: tuple[float, ...], eases: str, signs: tupl
     answer = linprog(
         unit[-1], np.array(limits), bounds, balance[free], load[free], [(None, None)] * (n - 1) + [(0.0, 1.0)]
     )
-    return None if answer.x is None else float(answer.x[-1])  # it has none if there is no solution
+    return float(answer.fun) if answer.status == 0 else None
 
 
 @pytest.mark.parametrize(
