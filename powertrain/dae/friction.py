@@ -186,10 +186,9 @@ def takes_more(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
     their creep. The rate alone decides if the law shares its motion with none, or is nonlinear in the torques.
     """
     if law.share is not None:
-        # a rate beyond creep, either way, is that of a law which others hold only in part: its share lacks the proximal step
-        moves = ca.fabs(law.rate) > CREEP * law.reach * ca.fabs(law.torque)
-        by_rate = ca.logic_and(moves, ca.logic_not(_rests(dae, law)))
-        return ca.if_else(by_rate, dae.m[law.index] * law.rate, held_margin(dae, law)) > 0
+        # a rate beyond creep is that of a law which others hold only in part: its share lacks the proximal step
+        moves = dae.m[law.index] * law.rate > CREEP * law.reach * ca.fabs(law.torque)
+        return ca.logic_or(ca.logic_and(moves, ca.logic_not(_rests(dae, law))), held_margin(dae, law) > 0)
     nothing = ca.logic_and(slack > 0, ca.fabs(law.upper - law.lower) <= law.hysteresis)
     return ca.logic_or(rate_margin(law, dae.m[law.index], ca.fmax(slack, _rests(dae, law))) > 0, nothing)
 
