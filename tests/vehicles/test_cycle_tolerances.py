@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import powertrain as pt
@@ -18,17 +19,29 @@ def consumed(run: CycleRun) -> float:
     return 42e6 * run.fuel + run.electricity
 
 
+def gears(run: CycleRun) -> list[float]:
+    """The gears of the schedule, in order."""
+    if "schedule.gear" not in run.result.compiled.discretes:
+        return []
+    gear = np.asarray(run.result["schedule.gear"])
+    return list(gear[np.append(True, np.diff(gear) != 0)])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
 def test_the_wltc_is_driven_at_every_tolerance(name: str) -> None:
-    """Errors of a run grow with its tolerance: a decision of a controller that falls otherwise changes some tenths of a per cent."""
+    """Errors of a run grow with its tolerance: a decision of a controller that falls otherwise changes some tenths of a per cent.
+
+    A kick-down of the ``AutomaticCar`` at 1,619 s is one: at a tolerance of 1e-4 it does not take place, which saves 0.16 % of the fuel.
+    """
     plant = pt.compile(on_cycle(KINDS[name](), "wltc"))
     runs = {rtol: drive_cycle(plant, rtol=rtol) for rtol in (1e-4, 1e-5, 1e-6)}
     for rtol, run in runs.items():
         assert not run.message, (rtol, run.message)
         assert run.result.time[-1] == 1800.0
         assert run.time_outside == pytest.approx(runs[1e-6].time_outside, abs=0.01)
-        assert consumed(run) == pytest.approx(consumed(runs[1e-6]), rel=1e-3), rtol
+        rel = 1e-3 if gears(run) == gears(runs[1e-6]) else 3e-3
+        assert consumed(run) == pytest.approx(consumed(runs[1e-6]), rel=rel), rtol
 
 
 @pytest.mark.slow
