@@ -173,14 +173,14 @@ def test_a_machine_that_seizes_is_proved_to_jam() -> None:
 
 
 def test_modes_that_repeat_are_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Modes that are found again and again but never marked: once round is enough."""
+    """Modes that are found again and again but never hold: once round is enough."""
     rounds = list[int]()
 
     def never(resolver: ModeResolver, side: int) -> bool:
         rounds.append(side)
         return False
 
-    monkeypatch.setattr(ModeResolver, "_marked", never)
+    monkeypatch.setattr(ModeResolver, "_found", never)
     with pytest.raises(pt.InitializationError, match="no consistent modes were found"):
         pt.compile(mechanism(0)).simulate(STOP)
     assert len(rounds) < 10

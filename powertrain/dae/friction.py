@@ -15,7 +15,7 @@ import math
 import casadi as ca
 
 from powertrain.dae.hybrid import JUMPED, Barrier, Friction, HybridDae
-from powertrain.dae.tolerances import CREEP, EPS, INTEGRATED, NO_WIDTH, SWIFT, YIELDING, ZONE
+from powertrain.dae.tolerances import EPS, INTEGRATED, NO_WIDTH, SWIFT, YIELDING, ZONE
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
@@ -180,15 +180,13 @@ def _slides_on(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
 
 
 def takes_more(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
-    """Whether the compliance of a law at a limit would have it take more: v - eps G_ii tau is positive in the direction of its mode.
+    """Whether a law at a limit, at rest, would take more: its rate decides; where others hold it, so that this is their creep, its share.
 
-    This decides both where it moves, with a rate far above that of its compliance, and where others hold it, at a rate that is nothing but
-    their creep. The rate alone decides if the law shares its motion with none, or is nonlinear in the torques.
+    A law that has no share, because it shares its motion with none or is nonlinear in the torques, always goes by its rate, and slides also
+    within the uncertainty of a rate of zero.
     """
     if law.share is not None:
-        # a rate beyond creep is that of a law which others hold only in part: its share lacks the proximal step
-        moves = dae.m[law.index] * law.rate > CREEP * law.reach * ca.fabs(law.torque)
-        return ca.logic_or(ca.logic_and(moves, ca.logic_not(_rests(dae, law))), held_margin(dae, law) > 0)
+        return ca.if_else(_rests(dae, law), held_margin(dae, law), dae.m[law.index] * law.rate) > 0
     nothing = ca.logic_and(slack > 0, ca.fabs(law.upper - law.lower) <= law.hysteresis)
     return ca.logic_or(rate_margin(law, dae.m[law.index], ca.fmax(slack, _rests(dae, law))) > 0, nothing)
 

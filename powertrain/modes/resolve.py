@@ -78,7 +78,7 @@ class ModeResolver:
             self._discontinuities.impulses[:] = 0.0
         seen = set[bytes]()
         while len(seen) < _ROUNDS:
-            if self._found(side) and not self._reset(side) and self._marked(side):
+            if self._found(side) and not self._reset(side):
                 memory.fire.fill(0.0)
                 return
             if (state := self._state(side)) in seen:
@@ -103,16 +103,6 @@ class ModeResolver:
         memory = self.memory
         return b"".join(a.tobytes() for a in (memory.y[side], memory.m, memory.jumped, memory.fire))
 
-    def _marked(self, side: int) -> bool:
-        """Mark the laws at a limit that others hold at rest; False if one is held no longer, and modes must be found again."""
-        m = self.memory.m
-        marked = [place for place in self._rests if m[place]]
-        if self._problem is None or not (marked or self._flags[4] > 0.0):
-            return True
-        m[self._rests] = 0.0
-        m[resting(self.dae, self._problem, self._point(side))] = 1.0
-        return bool(m[marked].all())
-
     def _found(self, side: int) -> bool:
         """Modes starting from the present ones, else from the complementarity problem; False after an impact."""
         happened = self._newton(side)
@@ -129,8 +119,7 @@ class ModeResolver:
         for _ in range(PASSES):
             if self._jump == JUMPED and self._carry(side):
                 memory.jumped[0] = JUMPED
-            solved = self._solvable(side)
-            self._apply_rules(side, slack)
+            solved = self._judged(side, slack)
             if not solved and not flags[0]:
                 return None
             # what is struck while held values still change the motions may not be struck by their last values
@@ -262,9 +251,8 @@ class ModeResolver:
             if happened is not None:
                 return happened, ray
             m[:] = modes
-            if not self._solvable(side):
+            if not self._judged(side):
                 continue
-            self._apply_rules(side)
             others = [i for i in np.flatnonzero(m != memory.held).tolist() if i not in problem.laws.index]
             if held and not self._pieces.isdisjoint(others):
                 break
@@ -285,8 +273,8 @@ class ModeResolver:
     def check_unique(self, side: int) -> None:
         """Reject modes if other modes with other torques are also consistent."""
         others = self.uniqueness.others(side, lambda: self._consistent(side))
-        if self.uniqueness.pieces and self._solvable(side):
-            self._apply_rules(side)
+        if self.uniqueness.pieces:
+            self._judged(side)
         if others:
             modes, pieces = [self.memory.m.copy(), *others], self.uniqueness.pieces
             raise SimulationError(several_message(self.dae, self.memory, side, modes, pieces))
@@ -308,6 +296,25 @@ class ModeResolver:
             return False
         return True
 
+    def _judged(self, side: int, slack: float = 0.0) -> bool:
+        """Apply the mode rules to the solution for the present modes; False if there is none. Laws that others hold are marked first."""
+        solved = self._solvable(side)
+        self._apply_rules(side, slack)
+        if self._marked(side):
+            solved = self._solvable(side)
+            self._apply_rules(side, slack)
+        return solved
+
+    def _marked(self, side: int) -> bool:
+        """Mark the laws at a limit that others hold at rest in the present modes; whether this changes any mark."""
+        m = self.memory.m
+        before = m[self._rests]
+        if not (before.any() or self._flags[4] > 0.0) or self._problem is None:
+            return False
+        m[self._rests] = 0.0
+        m[resting(self.dae, self._problem, self._point(side))] = 1.0
+        return not np.array_equal(m[self._rests], before)
+
     def _apply_rules(self, side: int, slack: float = 0.0) -> None:
         """One pass of the mode rules; ``slack`` as in ``mode_pass``."""
         self.memory.jumped[1] = slack
@@ -316,13 +323,10 @@ class ModeResolver:
 
     def _consistent(self, side: int) -> bool:
         """Whether the present modes are consistent, with finite rates."""
-        if not self._solvable(side):
+        if not self._judged(side, slack=1.0) or self._flags[0]:
             return False
         self._fresh[side].call()
-        if not np.isfinite(self.memory.slope[1 - side][: self.n]).all():
-            return False
-        self._apply_rules(side, slack=1.0)
-        return not self._flags[0]
+        return bool(np.isfinite(self.memory.slope[1 - side][: self.n]).all())
 
     def _reset(self, side: int) -> bool:
         """Apply the resets of all conditions that have become true, judged with consistent modes; False if there are none.

@@ -187,58 +187,6 @@ static int apply_resets(pt_model *a, int begins)
     return 1;
 }
 
-/* All laws by their rules from the same torques, until none changes: 1, or an error. Modes without a solution on the way are judged by the
-   last one. With ``slack`` a law at rest may slide with a rate of zero, within what is known of it. */
-static int newton(pt_model *a, double slack)
-{
-    int m = a->n->m;
-    for (int pass = 0; pass < PT_PASSES; pass++) {
-        int solved = solvable(a);
-        if (!solved && a->hosted) return PT_ALGEBRA;
-        apply_rules(a, slack);
-        if (!solved && !a->flags[0]) return PT_ALGEBRA;
-        if (a->hosted && (a->flags[1] || a->flags[2])) return PT_ASK;
-        if (solved && a->flags[2] && !a->flags[6]) return PT_IMPACT;
-        a->jumped[0] = 0;
-        if (!a->flags[0]) return 1;
-        copy(a->seen + pass * m, a->m, m);
-        for (int i = 0; i < pass; i++)
-            if (same(a->seen + i * m, a->m, m)) return solved ? PT_MODES : PT_ALGEBRA;
-        copy(a->m, a->held, m);
-        a->jumped[0] = PT_JUMPED * a->flags[6];
-    }
-    return PT_MODES;
-}
-
-/* Whether the present modes are consistent. */
-static int consistent(pt_model *a)
-{
-    const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
-    double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
-    if (!solvable(a)) return 0;
-    CALL(a, a->f->fresh, given, wanted);
-    if (!isfinite(a->first[1])) return 0;
-    apply_rules(a, 1);
-    return a->flags[0] == 0;
-}
-
-/* One law at a time, the first that its rule would change: K. G. Murty, Note on a Bard-type scheme for solving the complementarity problem,
-   Opsearch 11 (1974) 123. It ends where the torques of every law have their way with its own speed, which Newton's method need not. */
-static int one_by_one(pt_model *a)
-{
-    const int *laws = a->of->laws;
-    for (int tries = 0; tries < MOST_EXCHANGES; tries++) {
-        if (consistent(a)) return 1;
-        int k = 0;
-        while (k < a->n->laws && a->m[laws[k]] == a->held[laws[k]]) k++;
-        if (k == a->n->laws) return PT_MODES;
-        a->m[laws[k]] = a->held[laws[k]];
-        for (int i = 0; i < a->n->rests; i++)
-            if (a->of->rest_laws[i] == laws[k]) a->m[a->of->rests[i]] = a->held[a->of->rests[i]];
-    }
-    return PT_MODES;
-}
-
 /* Eliminates the laws that hold from the mobility (rates by torques, scaled to a diagonal of one) and from the rates without torques:
    what others hold has nothing left. Gives what is not known of the rates. */
 static double eliminate_what_holds(pt_model *a)
@@ -273,27 +221,89 @@ static double eliminate_what_holds(pt_model *a)
     }
 }
 
-/* Marks the laws at a limit that others hold at rest; 0 if one is held no longer, so that it slides and modes are to be found again. */
+/* Marks the laws at a limit that others hold at rest in the present modes: whether this changes any mark, or an error. */
 static int marked(pt_model *a)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p};
     double *wanted[] = {a->mobility, a->rate, a->size, a->calm};
-    int some = a->flags[4] > 0, all = 1, n = a->n->frictions;
+    int some = a->flags[4] > 0, changed = 0, n = a->n->frictions;
     for (int k = 0; k < a->n->rests; k++) some |= a->m[a->of->rests[k]] != 0;
-    if (!some) return 1;
+    if (!some) return 0;
     if (!a->f->mobility) return PT_ASK;
     CALL(a, a->f->mobility, given, wanted);
     double unknown = eliminate_what_holds(a);
     for (int k = 0, i = 0; k < a->n->rests; k++) {
         int place = a->of->rests[k], law = a->of->rest_laws[k];
-        double left = 0, before = a->m[place], mode = fabs(a->m[law]);
+        double left = 0, mode = fabs(a->m[law]);
         while (a->of->frictions[i] != law) i++;
         for (int j = 0; j < n; j++) left = fmax(left, fabs(a->mobility[i * n + j]));
         int held = mode == 1 && a->calm[k] && left <= PT_NOTHING && fabs(a->rate[i]) <= PT_NOTHING * a->terms[i] + unknown;
+        changed |= a->m[place] != held;
         a->m[place] = held;
-        all &= a->m[place] >= before;
     }
-    return all;
+    return changed;
+}
+
+/* The mode rules at the solution for the present modes, in which the laws that others hold are marked: whether there is one, or an error. */
+static int judged(pt_model *a, double slack)
+{
+    int solved = solvable(a);
+    apply_rules(a, slack);
+    int changed = marked(a);
+    if (changed <= 0) return changed ? changed : solved;
+    solved = solvable(a);
+    apply_rules(a, slack);
+    return solved;
+}
+
+/* All laws by their rules from the same torques, until none changes: 1, or an error. Modes without a solution on the way are judged by the
+   last one. With ``slack`` a law at rest may slide with a rate of zero, within what is known of it. */
+static int newton(pt_model *a, double slack)
+{
+    int m = a->n->m;
+    for (int pass = 0; pass < PT_PASSES; pass++) {
+        int solved = judged(a, slack);
+        if (solved < 0) return solved;
+        if (!solved && (a->hosted || !a->flags[0])) return PT_ALGEBRA;
+        if (a->hosted && (a->flags[1] || a->flags[2])) return PT_ASK;
+        if (solved && a->flags[2] && !a->flags[6]) return PT_IMPACT;
+        a->jumped[0] = 0;
+        if (!a->flags[0]) return 1;
+        copy(a->seen + pass * m, a->m, m);
+        for (int i = 0; i < pass; i++)
+            if (same(a->seen + i * m, a->m, m)) return solved ? PT_MODES : PT_ALGEBRA;
+        copy(a->m, a->held, m);
+        a->jumped[0] = PT_JUMPED * a->flags[6];
+    }
+    return PT_MODES;
+}
+
+/* Whether the present modes are consistent, or an error. */
+static int consistent(pt_model *a)
+{
+    const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
+    double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
+    int solved = judged(a, 1);
+    if (solved <= 0 || a->flags[0]) return fmin(solved, 0);
+    CALL(a, a->f->fresh, given, wanted);
+    return isfinite(a->first[1]) != 0;
+}
+
+/* One law at a time, the first that its rule would change: K. G. Murty, Note on a Bard-type scheme for solving the complementarity problem,
+   Opsearch 11 (1974) 123. It ends where the torques of every law have their way with its own speed, which Newton's method need not. */
+static int one_by_one(pt_model *a)
+{
+    const int *laws = a->of->laws;
+    for (int tries = 0; tries < MOST_EXCHANGES; tries++) {
+        int found = consistent(a), k = 0;
+        if (found) return found;
+        while (k < a->n->laws && a->m[laws[k]] == a->held[laws[k]]) k++;
+        if (k == a->n->laws) return PT_MODES;
+        a->m[laws[k]] = a->held[laws[k]];
+        for (int i = 0; i < a->n->rests; i++)
+            if (a->of->rest_laws[i] == laws[k]) a->m[a->of->rests[i]] = a->held[a->of->rests[i]];
+    }
+    return PT_MODES;
 }
 
 static int resolve(pt_model *a)
@@ -311,9 +321,8 @@ static int resolve(pt_model *a)
             begins = 0;
             continue;
         }
-        if (!(found = marked(a))) continue;
         clear(a->fire, a->n->timed);
-        return found < 0 ? found : PT_OK;
+        return PT_OK;
     }
     return PT_RESETS;
 }
