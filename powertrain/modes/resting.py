@@ -18,14 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.dae.hybrid import Friction, HybridDae, Opened, OperatingPoint
-from powertrain.dae.tolerances import INTEGRATED
+from powertrain.dae.tolerances import HELD, INTEGRATED
 from powertrain.modes.complementarity import Complementarity
 from powertrain.numerics.buffers import PREFIX
 
 SINGULAR = 1e-10
 """Relative rank tolerance: smaller mobilities left by the holding laws count as held. It is also the uncertainty of c."""
-NOTHING = 1e-8
-"""Rates are the same combination if they differ by less than this share of their terms."""
 
 
 def resting(dae: HybridDae, problem: Complementarity, point: OperatingPoint) -> list[int]:
@@ -56,8 +54,8 @@ def _follow(G: NDArray[np.float64], b: NDArray[np.float64], rows: list[int], hol
     left = np.abs(G[rows] - c.T @ G[holds]).max(axis=1)
     moved = np.abs(b[rows] - c.T @ b[holds])
     terms = np.abs(b[rows]) + np.abs(c.T) @ np.abs(b[holds])
-    known = NOTHING * terms + SINGULAR * np.abs(b[holds]).sum()
-    return [bool(one) for one in (left <= NOTHING) & (moved <= known)]
+    known = HELD * terms + SINGULAR * np.abs(b[holds]).sum()
+    return [bool(one) for one in (left <= HELD) & (moved <= known)]
 
 
 def mobility(dae: HybridDae) -> ca.Function | None:
