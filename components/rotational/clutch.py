@@ -49,7 +49,7 @@ class Clutch(_Pressed):
     ``mue_pos``: rows (relative speed rad/s, coefficient of friction), linear between them and beyond the last.
     For N friction faces with radii ri, ro: cgeo = N (ro + ri)/2 with uniform wear (faces that have run in), or
     cgeo = 2 N/3 (ro^3 - ri^3)/(ro^2 - ri^2) with uniform pressure (new, rigid faces).
-    Source: R. G. Budynas, J. K. Nisbett, Shigley's Mechanical Engineering Design, 9th ed., McGraw-Hill 2011, sec. 16-5.
+    Source: R. G. Budynas, J. K. Nisbett, Shigley's Mechanical Engineering Design, 9th ed., McGraw-Hill 2011, ch. 16.
     """
 
     def equations(self) -> Equations:
