@@ -62,10 +62,12 @@ class ShaftElement(TwoFlanges, Lossy):
 class FlexibleShaft(TwoFlanges):
     """A uniform shaft that twists along its length: N equal ``elements`` in a row, each with c N, d N and J/N.
 
-    Its natural frequencies with free ends are N/pi root(c/J) sin(k pi/(2 N)) in hertz, k = 1 to N. Those of the continuous shaft are
-    k/2 root(c/J), higher by the factor 1 + (k pi/(2 N))^2/6 approximately: 0.6 % for the first of eight elements. Mode k has
-    the damping ratio pi d f_k/c. ``FlexibleShaft(elements=(ShaftElement(),) * 16, ...)`` has sixteen elements, whose parameters are those
-    of the shaft divided among them. Bending and the friction of bearings are not included; for the latter use ``BearingFriction``.
+    f_k = N/pi root(c/J) sin(k pi/(2 N)),  zeta_k = pi d f_k/c,  k = 1 to N
+
+    These are its natural frequencies in hertz and damping ratios with free ends. The continuous shaft has f_k = k/2 root(c/J), higher by the
+    factor 1 + (k pi/(2 N))^2/6 approximately: 0.6 % for the first frequency of eight elements. Sixteen elements are
+    ``FlexibleShaft(elements=(ShaftElement(),) * 16, c=c, J=J)``; their parameters follow from those of the shaft. Bending and the friction
+    of bearings are not included; for the latter use ``BearingFriction``.
 
     Errors: ParameterError without elements.
     """
