@@ -64,8 +64,8 @@ class FlexibleShaft(TwoFlanges):
 
     f_k = N/pi root(c/J) sin(k pi/(2 N)),  zeta_k = pi d f_k/c,  k = 1 to N
 
-    These are its natural frequencies in hertz and damping ratios with free ends. The continuous shaft has f_k = k/2 root(c/J), higher by the
-    factor 1 + (k pi/(2 N))^2/6 approximately: 0.6 % for the first frequency of eight elements. Sixteen elements are
+    These are its natural frequencies in hertz and damping ratios with free ends. The continuous shaft has f_k = k/2 root(c/J), higher by
+    the factor 1 + (k pi/(2 N))^2/6 approximately: 0.6 % for the first frequency of eight elements. Sixteen elements are
     ``FlexibleShaft(elements=(ShaftElement(),) * 16, c=c, J=J)``; their parameters follow from those of the shaft. Bending and the friction
     of bearings are not included; for the latter use ``BearingFriction``.
 
