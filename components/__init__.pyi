@@ -164,6 +164,7 @@ from powertrain.components.rotational import EddyCurrentTorque as EddyCurrentTor
 from powertrain.components.rotational import ElasticDogClutch as ElasticDogClutch
 from powertrain.components.rotational import ElastoBacklash as ElastoBacklash
 from powertrain.components.rotational import ElastoBacklash2 as ElastoBacklash2
+from powertrain.components.rotational import FlexibleShaft as FlexibleShaft
 from powertrain.components.rotational import Freewheel as Freewheel
 from powertrain.components.rotational import Gear as Gear
 from powertrain.components.rotational import Gearbox as Gearbox
@@ -184,6 +185,7 @@ from powertrain.components.rotational import RackAndPinion as RackAndPinion
 from powertrain.components.rotational import RelAngleSensor as RelAngleSensor
 from powertrain.components.rotational import Retarder as Retarder
 from powertrain.components.rotational import Screw as Screw
+from powertrain.components.rotational import ShaftElement as ShaftElement
 from powertrain.components.rotational import SignTorque as SignTorque
 from powertrain.components.rotational import StiffeningSpring as StiffeningSpring
 from powertrain.components.rotational import Synchroniser as Synchroniser

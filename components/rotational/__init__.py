@@ -20,6 +20,7 @@ from powertrain.components.rotational.dog_clutch import DogClutch, ElasticDogClu
 from powertrain.components.rotational.drum_brake import DrumBrake
 from powertrain.components.rotational.eddy_current import EddyCurrentTorque
 from powertrain.components.rotational.fixed import Fixed
+from powertrain.components.rotational.flexible_shaft import FlexibleShaft, ShaftElement
 from powertrain.components.rotational.freewheel import Freewheel
 from powertrain.components.rotational.gear import Gear, LossyGear
 from powertrain.components.rotational.gearbox import Gearbox
@@ -102,6 +103,7 @@ __all__ = [
     "ElastoBacklash2",
     "Fixed",
     "Flange",
+    "FlexibleShaft",
     "Freewheel",
     "Gear",
     "Gearbox",
@@ -130,6 +132,7 @@ __all__ = [
     "RelSpeedSensor",
     "Retarder",
     "Screw",
+    "ShaftElement",
     "SignTorque",
     "Speed",
     "SpeedSensor",

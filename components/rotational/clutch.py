@@ -47,7 +47,9 @@ class Clutch(_Pressed):
     w_rel = 0: |tau| <= peak cgeo mue_pos(0) fn;  fn <= 0: tau = 0
 
     ``mue_pos``: rows (relative speed rad/s, coefficient of friction), linear between them and beyond the last.
-    For N friction faces with radii ri, ro and uniform wear cgeo = N (ro + ri)/2.
+    For N friction faces with radii ri, ro that have run in (uniform wear) cgeo = N (ro + ri)/2. For new, rigid faces (uniform pressure) it
+    is 2 N/3 (ro^3 - ri^3)/(ro^2 - ri^2).
+    Source: R. G. Budynas, J. K. Nisbett, Shigley's Mechanical Engineering Design, 9th ed., McGraw-Hill 2011, ch. 16.
     """
 
     def equations(self) -> Equations:

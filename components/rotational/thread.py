@@ -50,7 +50,8 @@ class WormGear(LossyPair):
     With lead <= rho the efficiency eta_2 is not positive: the wheel cannot turn the worm at any torque, and lowering a load requires a
     torque. The law is that of ``LossyGear``, expressed by the torque at the wheel, so it also holds for eta_2 <= 0. With
     lead + rho >= pi/2 the worm cannot turn the wheel: it would jam in motion as soon as the load changes sides, an impact that rigid teeth
-    cannot represent. Such parameters are rejected. The shafts cross; the housing takes the full torque of each.
+    cannot represent. Such parameters are rejected. A left-handed worm has a negative ratio. The shafts cross; the housing takes the full
+    torque of each.
     Source: G. Niemann, H. Winter, Maschinenelemente III, 2nd ed., Springer 1986, ch. 24.
 
     Errors: ParameterError if the worm cannot turn the wheel.
@@ -108,10 +109,10 @@ class RackAndPinion(_LossyR2T):
     flangeT.s - supportT.s = radius (flangeR.phi - supportR.phi),  load = -radius flangeT.f,  flangeR.tau = load + tauLoss
     w load > 0: flangeR.tau = load/efficiency;  w load < 0: flangeR.tau = load efficiency;  w = 0: between the two
 
-    Without loss it is ``IdealGearR2T`` with the ratio 1/radius.
+    Without loss it is ``IdealGearR2T`` with the ratio 1/radius. A negative radius is for a rack on the other side of the pinion.
     """
 
-    radius: Parameter = parameter("m", "Pitch radius of the pinion", above=0)
+    radius: Parameter = parameter("m", "Pitch radius of the pinion", exclude=(0.0,))
     efficiency: Parameter = parameter("1", "Output power over input power", default=1.0, above=0, max=1)
 
     def equations(self) -> Equations:
@@ -123,27 +124,27 @@ class RackAndPinion(_LossyR2T):
 class Screw(_LossyR2T):
     """A screw (flangeR) that moves its nut (flangeT), with thread friction; self-locking if the lead is small.
 
-    flangeT.s - supportT.s = p/(2 pi) (flangeR.phi - supportR.phi),  tan(lead) = p/(pi d),  rho = atan(mue/cos(alpha))
+    flangeT.s - supportT.s = p/(2 pi) (flangeR.phi - supportR.phi),  tan(lead) = |p|/(pi d),  rho = atan(mue/cos(alpha))
     load = -p/(2 pi) flangeT.f,  flangeR.tau = load + tauLoss
     w load > 0: flangeR.tau = load tan(lead + rho)/tan(lead);  w load < 0: flangeR.tau = load tan(lead - rho)/tan(lead)
     w = 0: between the two
 
-    alpha is half of the thread's angle: 0 for a square, 15 degrees for a trapezoidal, 30 degrees for a metric thread. A thread so steep
-    that lead + rho >= pi/2 cannot move its nut; such parameters are rejected, as for ``WormGear``.
+    alpha is half of the thread's angle: 0 for a square, 15 degrees for a trapezoidal, 30 degrees for a metric thread. A left-handed thread
+    has a negative p. A thread so steep that lead + rho >= pi/2 cannot move its nut; such parameters are rejected, as for ``WormGear``.
 
     Errors: ParameterError if the screw cannot move the nut.
     """
 
-    p: Parameter = parameter("m", "Lead, path of the nut in a turn", above=0)
+    p: Parameter = parameter("m", "Lead, path of the nut in a turn", exclude=(0.0,))
     d: Parameter = parameter("m", "Pitch diameter", above=0)
     mue: Parameter = parameter("1", "Coefficient of friction in the thread", default=0.1, min=0, max=1)
     alpha: Parameter = parameter("rad", "Angle of the flank against the normal", default=0.0, min=0, max=1)
 
     def check(self) -> Equations:
         """The screw must be able to move the nut: tan(lead) tan(rho) < 1."""
-        yield self.mue * self.p < math.pi * self.d * ca.cos(self.alpha)
+        yield self.mue * ca.fabs(self.p) < math.pi * self.d * ca.cos(self.alpha)
 
     def equations(self) -> Equations:
         """A wedge wound around a cylinder."""
         yield from self._moves(self.p / (2 * math.pi))
-        yield from self._rubs(*thread_efficiencies(ca.atan(self.p / (math.pi * self.d)), self.mue, self.alpha))
+        yield from self._rubs(*thread_efficiencies(ca.atan(ca.fabs(self.p) / (math.pi * self.d)), self.mue, self.alpha))

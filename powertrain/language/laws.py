@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from powertrain.errors import ModelError
 from powertrain.language.arguments import floats
+from powertrain.language.component import Component, children
 from powertrain.language.connectors import Connector
 from powertrain.language.law import Law
 from powertrain.language.recorder import GuardEntry, ScheduleEntry, SwitchEntry, recorder, to_be_yielded
@@ -309,7 +310,7 @@ def connect(*ports: Connector) -> Connection:
 def _checked(ports: Sequence[Connector]) -> tuple[Connector, ...]:
     for p in ports:
         if not isinstance(p, Connector):
-            raise ModelError(f"{recorder().place}: connect() joins ports, but {p!r} is not a port")
+            raise ModelError(f"{recorder().place}: connect() joins ports, but {_no_port(p)}")
     twice = [p._path for k, p in enumerate(ports) if any(p is other for other in ports[:k])]
     if twice:
         raise ModelError(f"{recorder().place}: connect() joins {twice[0]} to itself")
@@ -321,6 +322,16 @@ def _checked(ports: Sequence[Connector]) -> tuple[Connector, ...]:
         said = ", ".join(f"{p._path} ({_kind_name(p.kind(), same)})" for p in ports)
         raise ModelError(f"{recorder().place}: connect() joins ports of the same class, got {said}")
     return tuple(ports)
+
+
+def _no_port(given: Any) -> str:
+    """What was given in place of a port; of a component with the ports that may be meant."""
+    if isinstance(given, Component) and given._path:
+        ports = [f"{given._path}.{name}" for name, part in children(given) if isinstance(part, Connector)]
+        return f"{given._path} is a component" + f"; its ports are {', '.join(ports)}" * bool(ports)
+    if isinstance(given, Symbol):
+        return f"{given} is {'a variable' if given.is_symbolic() else 'an expression'}"
+    return f"{given!r} is not a port"
 
 
 def _kind_name(kind: type, full: bool) -> str:

@@ -162,6 +162,26 @@ class NoPort(pt.Component):
         yield pt.connect(self.J1.flange_b, self.J1)  # type: ignore[arg-type]
 
 
+class NoSignal(pt.Component):
+    """connect with a block in place of its output."""
+
+    torque: rot.Torque = rot.Torque()
+    source: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.source, self.torque.tau)  # type: ignore[arg-type]
+
+
+class Potential(pt.Component):
+    """connect with a variable of a port."""
+
+    torque: rot.Torque = rot.Torque()
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque.flange, self.J1.flange_a.phi)  # type: ignore[arg-type]
+
+
 class TwoOutputs(pt.Component):
     """Two outputs joined."""
 
@@ -217,7 +237,9 @@ class Partial(pt.Component):
         (TextOfAnAngle, ['yield self.J1.phi == "1 rad"', "plain value False", "a text is no symbol"]),
         (NoValue, ["yield self.source.tau == 1.0", "plain value False", "is written signal.value"]),
         (Returned, ["the equations of Returned are", "J1.w==1", "an equation is written  yield a == b"]),
-        (NoPort, ["joins ports", "J1"]),
+        (NoPort, ["connect() joins ports, but J1 is a component; its ports are J1.flange_a, J1.flange_b"]),
+        (NoSignal, ["connect() joins ports, but source is a component; its ports are source.y"]),
+        (Potential, ["connect() joins ports, but J1.flange_a.phi is a variable"]),
         (TwoOutputs, ["two outputs are connected", "a.y", "b.y"]),
         (Partial, ["shaft: TwoFlanges is a partial class", "use one of its subclasses"]),
     ],

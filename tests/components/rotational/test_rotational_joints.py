@@ -88,12 +88,35 @@ def test_a_screw_holds_and_lifts() -> None:
         assert bool(result["parts[2].v"][-1] > 0) == moves
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_left_handed_thread_and_a_rack_on_the_other_side_move_backward(side: int) -> None:
+    """Against 1 kN, with 1.5 times the torque at which they start; the screw with its loss, the rack with an efficiency of 0.8."""
+    lead, rho = math.atan(4 / (math.pi * 18)), math.atan(0.12 / math.cos(math.radians(15)))
+    wired = "0.flangeR=1.flange_a 1.flange_b=3.flange 0.flangeT=2.flange_a 2.flange_b=4.flange"
+    for part, path, factor in (
+        (
+            rot.Screw(p=side * 4e-3, d=18e-3, mue=0.12, alpha=math.radians(15)),
+            4e-3 / (2 * math.pi),
+            math.tan(lead + rho) / math.tan(lead),
+        ),
+        (rot.RackAndPinion(radius=side * 0.1, efficiency=0.8), 0.1, 1 / 0.8),
+    ):
+        torque = 1.5 * 1000 * path * factor
+        loads = rot.ConstantTorque(tau_constant=side * torque), tr.ConstantForce(f_constant=-1000)
+        result = run(joined(part, rot.Inertia(J=1e-3), tr.Mass(m=100), *loads, joints=wired), 1.0)
+        a = (torque - 1000 * path * factor) / (1e-3 / path + 100 * path * factor)
+        assert result["parts[2].v"][-1] == pytest.approx(a, rel=1e-6)
+        assert result["parts[1].w"][-1] == pytest.approx(side * a / path, rel=1e-6)
+        assert pt.energy_audit(result).closure < 1e-8
+
+
 def test_a_thread_too_steep_to_be_driven_by_its_shaft_is_rejected() -> None:
     """Up to lead + rho = pi/2 the torque that lifts grows without limit; from there on it would have the wrong sign."""
     steepest, d, alpha = math.pi / 2 - RHO, 0.02, math.radians(20)
     rot.Screw(p=math.pi * d * math.tan(0.999 * steepest), d=d, mue=0.1, alpha=alpha)
-    with pytest.raises(pt.ParameterError, match=r"(?s)Screw: .*p = 0\.59\d* m"):
-        rot.Screw(p=math.pi * d * math.tan(1.001 * steepest), d=d, mue=0.1, alpha=alpha)
+    for hand in (1, -1):
+        with pytest.raises(pt.ParameterError, match=r"(?s)Screw: .*p = -?0\.59\d* m"):
+            rot.Screw(p=hand * math.pi * d * math.tan(1.001 * steepest), d=d, mue=0.1, alpha=alpha)
     rot.WormGear(ratio=2, lead=1.2, mue=math.cos(alpha) * math.tan(0.999 * (math.pi / 2 - 1.2)))
     with pytest.raises(pt.ParameterError, match=r"(?s)WormGear: .*lead = 1\.2 rad, mue = 0\.5"):
         rot.WormGear(ratio=2, lead=1.2, mue=0.5)
