@@ -93,3 +93,17 @@ def test_a_full_battery_brakes_like_any_other(car: ElectricCar | ElectricFourWhe
     runs = [plant.simulate(8.0, starts={"body.v": 20.0, "battery.soc": soc}) for soc in (0.5, 0.98)]
     paths = [float(run["body.s"][-1]) for run in runs]
     assert paths[0] == pytest.approx(paths[1], rel=0.04)  # the losses of the gears
+
+
+@pytest.mark.parametrize(
+    "weak", [{"machine_2.P_max": 10e3}, {"machine_2_cooling.T": 448.0}], ids=["small machine", "hot machine"]
+)
+def test_a_machine_at_the_ring_that_takes_little(weak: dict[str, float]) -> None:
+    """Full battery, full pedal: machine 1 generates no more than machine 2 draws. It charged a full battery with 19 kW, up to 94 %."""
+    car = pt.replace(PowerSplitHybrid(), {"driver": SetPedals(accelerator_set=1.0)} | weak)
+    result = pt.compile(car).simulate(25.0, starts={"battery.soc": 0.9})
+    taken = result["battery.bus.v"] * result["battery.i"]
+    assert np.max(taken - result["battery.charge_power"]) < 200
+    assert result["battery.soc"].max() < 0.901
+    assert result["engine.power"].max() > 15e3  # through the gear
+    assert result["body.v"][-1] > 10

@@ -129,6 +129,18 @@ def test_engine_gives_no_more_than_car_and_battery_take() -> None:
     assert _last(control(v=25.0, charge_power=2e3, accelerator=0.1), "on", "power") == pytest.approx([1, 5e3])
 
 
+def test_engine_gives_no_more_than_machine_2_takes_from_machine_1() -> None:
+    """At 200 rad/s the sun turns with 3.6 * 200 - 2.6 * 100 = 460 rad/s and gives 460/720 of the power; machine 2 takes 50 N.m."""
+    given = {"accelerator": 0.5, "w": 200.0, "charge_power": 1e3, "limit": 50.0}
+    assert _last(control(**given), "power") == pytest.approx([(1e3 + 50 * 100) * 720 / 460])
+
+
+@pytest.mark.parametrize(("w_ring", "w_ref"), [(100.0, 240.0), (800.0, (2.6 * 800 - 1000) / 3.6)])
+def test_machine_1_turns_no_faster_than_it_may_in_either_direction(w_ring: float, w_ref: float) -> None:
+    """At 800 rad/s of the ring and 240 rad/s of the engine it would turn with -1216 rad/s."""
+    assert _last(control(v=25.0, w_ring=w_ring, w=300.0), "w_ref") == pytest.approx([w_ref])
+
+
 @pytest.mark.slow
 def test_consumption_corrected_for_the_charge_hardly_depends_on_where_it_began() -> None:
     """A kilogram of fuel more leaves what the marginal efficiency of 0.4 and the way through machine and battery make of it."""
