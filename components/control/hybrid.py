@@ -139,7 +139,8 @@ class ParallelControl(HybridControl, BlendedBraking):
         firing = self.running * limited(w / self.w_fire) * pressed
         yield self.torque.value == firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.throttle.value == firing * self.opening.value
-        drive = ca.fmin(self._rest(self.asked * pressed) / ca.fmax(w_machine, self.w_low), self._most(w_machine))
+        most = self._most(w_machine, self.charge_power.value)
+        drive = ca.fmin(self._rest(self.asked * pressed) / ca.fmax(w_machine, self.w_low), most)
         yield from self._recover(v, w_machine, self.charge_power.value)
         yield self.tau.value == coupled * (drive - self._braking(v, w_machine))
         yield self.friction.value == self.brake.value - coupled * self.regenerated / self.F_brake

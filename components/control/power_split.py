@@ -84,7 +84,7 @@ class PowerSplit(HybridSupervisor, BlendedBraking):
         direct = self.ratio * (torque / (1 + self.ratio) - held)
         yield self.throttle.value == firing * self.opening.value
         yield self.tau_1.value == held - torque / (1 + self.ratio)
-        yield self.tau_2.value == ca.fmin(wanted - direct, self._most(w_ring)) - self._braking(v, w_ring)
+        yield self.tau_2.value == ca.fmin(wanted - direct, self._most(w_ring, left)) - self._braking(v, w_ring)
         yield self.friction.value == self.brake.value - self.regenerated / self.F_brake
 
 

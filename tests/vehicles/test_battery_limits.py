@@ -107,3 +107,13 @@ def test_a_machine_at_the_ring_that_takes_little(weak: dict[str, float]) -> None
     assert result["battery.soc"].max() < 0.901
     assert result["engine.power"].max() > 15e3  # through the gear
     assert result["body.v"][-1] > 10
+
+
+@pytest.mark.parametrize("car", CARS, ids=lambda car: type(car).__name__)
+def test_a_full_battery_is_not_charged_by_driving_forward_while_rolling_back(car: pt.Component) -> None:
+    """At -6 m/s on a slope of 25 %, with 0.3 of the pedal: 25 kW went into the battery. It starts on that slope all the same."""
+    plant = pt.compile(pt.bench(pt.replace(car, driver=SetPedals(accelerator_set=0.3)), without=["road"]))
+    back = plant.simulate(2.0, starts={"body.v": -6.0, "battery.soc": 0.98}, inputs={"road.grade": 0.25})
+    assert back["body.v"][-1] < -6.0
+    assert np.max(back["battery.bus.v"] * back["battery.i"]) < 300
+    assert plant.simulate(2.0, starts={"battery.soc": 0.98}, inputs={"road.grade": 0.1})["body.s"][-1] > 0
