@@ -85,23 +85,29 @@ class ElectricDriveControl(BlendedBraking):
     """Divides pedals between a machine and the friction brakes (series blending: the machine brakes first).
 
     k = w/v (v at least 0.1 m/s), the speed of the machine over that of the car
-    tau = accelerator most - regenerated/k,  friction = brake - regenerated/F_brake
+    tau = min(accelerator limit, most) - regenerated/k,  friction = brake - regenerated/F_brake
     regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  fade = min(v/v_fade, w/w_fade) within 0..1
 
-    ``most`` is that of ``BlendedBraking``. ``regenerated`` [N] is the regenerative braking force, without the losses of the gears. The friction brakes supply the rest of the
-    demand, so the car brakes equally with a full and with an empty battery. F_brake is the force of all brakes with the pedal fully
-    pressed, F_most the largest regenerative force on the driven axle. Regeneration fades out towards standstill. With F_most = 0 there
-    is none. ``limit`` is the largest torque of the machine at its speed, an input from the vehicle. Source: L. Guzzella, A. Sciarretta,
-    Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 2.3.
+    ``most`` is that of ``BlendedBraking``. ``regenerated`` [N] is the regenerative braking force, without the losses of the gears. The
+    friction brakes supply the rest of the demand, so the car brakes equally with a full and with an empty battery. F_brake is the force of
+    all brakes with the pedal fully pressed, F_most the largest regenerative force on the driven axle. Regeneration fades out towards
+    standstill. With F_most = 0 there is none. ``limit`` is the largest torque of the machine at its speed, an input from the vehicle.
+    Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 2.3.
     """
 
     v: Input = signal_input("m/s", "Speed of the vehicle")
     w: Input = signal_input("rad/s", "Speed of the machine")
     tau: Output = signal_output("N.m", "Torque of the machine")
 
+    def asked(self) -> Symbol:
+        """The power [W] that the driver asks of the machine, also where the battery limits it; at standstill as at the speed w_fade."""
+        driving = self.accelerator.value * self.limit.value * ca.fmax(self.w.value, self.w_fade)
+        return driving - self.regenerated * self.v.value
+
     def equations(self) -> Equations:
         """Pedals to torque."""
         v, w = self.v.value, self.w.value
         yield from self._recover(v, w, self.charge_power.value)
-        yield self.tau.value == self.accelerator.value * self._most(w, self.charge_power.value) - self._braking(v, w)
+        driving = ca.fmin(self.accelerator.value * self.limit.value, self._most(w, self.charge_power.value))
+        yield self.tau.value == driving - self._braking(v, w)
         yield self.friction.value == self.brake.value - self.regenerated / self.F_brake

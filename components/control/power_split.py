@@ -92,14 +92,14 @@ class PowerSplitControl(PowerSplit, HybridControl):
     """Rules for an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
 
     The torques are those of ``PowerSplit``, the engine is started and stopped as in ``HybridControl``, with
-    demand = tau_full accelerator w_ring + k_soc (soc_0 - soc), this at most charge_power
+    asked = tau_full accelerator max(w_ring, w_fade),  electric = battery_power
     power = demand, at least P_min, within the limits of ``PowerSplit``
     """
 
     def equations(self) -> Equations:
         """The demand, the engine's switch, and the split."""
-        yield self.demand == self.tau_full * self.accelerator.value * self.w_ring.value + self._recharge()
-        yield from self._switch()
+        asked = self.tau_full * self.accelerator.value * ca.fmax(self.w_ring.value, self.w_fade)
+        yield from self._switch(asked, self.battery_power.value)
         yield from self._split(self.running, self.demand)
 
 

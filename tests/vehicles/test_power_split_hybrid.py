@@ -108,6 +108,21 @@ def test_engine_starts_and_stops_with_hysteresis() -> None:
     assert control(soc=0.5)["on"][-1] == 1  # an empty battery
 
 
+@pytest.mark.parametrize(("accelerator", "on"), [(0.3, 0), (0.44, 0), (0.45, 1), (0.6, 1)])
+def test_a_full_battery_keeps_the_engine_off_up_to_its_power(accelerator: float, on: int) -> None:
+    """45 kW times the accelerator at 100 rad/s, the charge counts as -30 kW; the battery gives 20 kW."""
+    assert _last(control(accelerator=accelerator, soc=0.9, battery_power=20e3), "on") == [on]
+
+
+def test_the_engine_gives_what_the_battery_does_not() -> None:
+    """25 of 45 kW; it runs on until the driver asks for less than 10 kW: 45 u."""
+    u = ([0.0, 5.0, 5.0, 15.0, 20.0], [0.0, 0.0, 1.0, 0.0, 0.0])
+    result = control(accelerator=u, soc=0.9, battery_power=20e3)
+    assert result["demand"].max() == pytest.approx(25e3)
+    (stopped,) = result.time[np.flatnonzero(np.diff(result["on"]) < 0)]
+    assert stopped == pytest.approx(15 - 10 * 10 / 45, abs=1e-6)
+
+
 def test_recovers_what_the_battery_takes() -> None:
     """Brakes of 15 kN, of which machine 2 gives 5 kN, or 450 N.m, which are 4.5 kN; it fades out below 3 m/s and 20 rad/s."""
     assert _last(control(brake=0.2), "tau_2", "friction") == pytest.approx([-300, 0])
