@@ -95,7 +95,7 @@ CARS = {
 
 @pytest.mark.parametrize("car", CARS.values(), ids=CARS)
 def test_a_full_battery_brakes_like_any_other(car: ElectricCar | ElectricFourWheelDriveCar | HybridCar) -> None:
-    """From 20 m/s with 0.3 of the pedal. Friction brakes of 20 kN beside an F_brake of 15 kN: two machines took 1.25 times as far, P4 1.14."""
+    """From 20 m/s with 0.3 of the pedal. Friction brakes of 20 kN, F_brake of 15 kN: two machines took 1.25 times as far, P4 1.14."""
     plant = pt.compile(pt.replace(car, driver=SetPedals(brake_set=0.3)))
     runs = [plant.simulate(8.0, starts={"body.v": 20.0, "battery.soc": soc}) for soc in (0.5, 0.98)]
     paths = [float(run["body.s"][-1]) for run in runs]
