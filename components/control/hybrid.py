@@ -114,8 +114,8 @@ class ParallelControl(HybridControl, BlendedBraking):
     power = demand, at least P_min, at most asked + charge_power
     torque = running pressed power/w, at most tau_open,  pressed = accelerator/0.05 within 0..1
     tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  w_machine at least w_low, 0.1 rad/s for the brakes
-    rest = max(asked pressed - torque w, 0) - turning min(max(torque w_shaft - asked pressed, 0), charge_power),  w_shaft within 0..w
-    turning = w_machine/w_fade within 0..1
+    rest = max(asked pressed - torque w, 0) - turning min(max(torque w_shaft - asked pressed, 0), left),  w_shaft within 0..w
+    left = charge_power - regenerated v,  turning = w_machine/w_fade within 0..1,  tau at least -limit
     friction = brake - coupled regenerated/F_brake,  regenerated and most as in ``ElectricDriveControl``
 
     While the engine is stopped the machine drives alone. While it runs, it covers the driver's demand and the charge, and the machine
@@ -145,16 +145,18 @@ class ParallelControl(HybridControl, BlendedBraking):
         yield self.torque.value == firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.throttle.value == firing * self.opening.value
         most = self._most(w_machine, self.charge_power.value)
-        drive = ca.fmin(self._rest(self.asked * pressed) / ca.fmax(w_machine, self.w_low), most)
         yield from self._recover(v, w_machine, self.charge_power.value)
-        yield self.tau.value == coupled * (drive - self._braking(v, w_machine))
+        braking = self._braking(v, w_machine)
+        drive = ca.fmin(self._rest(self.asked * pressed) / ca.fmax(w_machine, self.w_low), most)
+        yield self.tau.value == coupled * (ca.fmax(drive, braking - self.limit.value) - braking)
         yield self.friction.value == self.brake.value - coupled * self.regenerated / self.F_brake
 
     def _rest(self, asked: Symbol) -> Symbol:
         """Power of the machine: the engine's deficit, or the surplus of its power that arrives behind the clutch."""
         torque, w = self.torque.value, self.w.value
         spare = ca.fmax(torque * limited(self.w_shaft.value, 0, w) - asked, 0)
-        charging = ca.fmin(spare, self.charge_power.value) * limited(self.w_machine.value / self.w_fade)
+        left = self.charge_power.value - self.regenerated * self.v.value
+        charging = ca.fmin(spare, left) * limited(self.w_machine.value / self.w_fade)
         return ca.fmax(asked - torque * w, 0) - charging
 
 

@@ -124,3 +124,13 @@ def test_a_full_battery_is_not_charged_by_driving_forward_while_rolling_back(car
     assert back["body.v"][-1] < -6.0
     assert np.max(back["battery.bus.v"] * back["battery.i"]) < 300
     assert plant.simulate(2.0, starts={"battery.soc": 0.98}, inputs={"road.grade": 0.1})["body.s"][-1] > 0
+
+
+def test_an_engine_that_charges_leaves_the_brakes_their_share() -> None:
+    """P2 with both pedals pressed: engine and brakes charged with 1.9 times i_charge, and the machine lacked 22 N.m of what both asked."""
+    pedals = SetPedals(accelerator_set=0.06, brake_set=0.3)
+    car = pt.replace(ParallelHybrid(), {"driver": pedals, "control.P_min": 30e3})
+    result = pt.compile(car).simulate(5.0, starts={"battery.soc": 0.5, "body.v": 25.0})
+    taken = result["battery.bus.v"] * result["battery.i"]
+    assert np.max(taken - result["battery.charge_power"]) < 0
+    np.testing.assert_allclose(result["machine.tau"], result["machine.torque_demand"], atol=1e-9)
