@@ -27,6 +27,7 @@ from powertrain.components.engines import Engine, WillansEngine
 from powertrain.components.limited import limited
 from powertrain.components.rotational import Clutch, IdealGear
 from powertrain.components.transmissions import PowerShiftGearbox, Shiftable
+from powertrain.components.wheels import WheelBrake
 from powertrain.language.makers import arguments_checked
 from powertrain.vehicles.bus import known_machine, one_bus
 from powertrain.vehicles.car import check_gears, pulls
@@ -93,7 +94,9 @@ class ParallelHybrid(HybridCar):
         if position in ("P0", "P1"):
             made["control"] = ParallelControl(P_on=ALWAYS / 2, P_off=ALWAYS, P_min=0, k_soc=30e3, F_most=1500)
         if position == "P4":
-            made["rear"] = LumpedAxle(final_drive=CrownGear(ratio=9.0, eta_ab=0.97, eta_ba=0.97))
+            made["rear"] = LumpedAxle(
+                final_drive=CrownGear(ratio=9.0, eta_ab=0.97, eta_ba=0.97), brakes=WheelBrake(tau_max=1500)
+            )
         return cls(**(made | parts))
 
     @classmethod
@@ -153,6 +156,7 @@ class ParallelHybrid(HybridCar):
         yield self.control.w_shaft.value == self.engine.w + (0.0 if at_the_crank else self.clutch.w_rel)
         yield connect(self.machine.speed, self.control.w_machine)
         yield connect(self.battery.charge_power, self.control.charge_power)
+        yield connect(self.battery.discharge_power, self.control.battery_power)
         left = self.battery.discharge_power.value - self.accessories.lossPower
         yield from known_machine(self.control, self.machine, left)
         yield connect(self.control.tau, self.machine.torque_demand)

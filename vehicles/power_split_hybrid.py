@@ -65,6 +65,7 @@ class PowerSplitHybrid(HybridCar):
         yield connect(self.driver.brake, self.control.brake)
         yield connect(self.machine_2.speed, self.control.w_ring)
         yield connect(self.battery.charge_power, self.control.charge_power)
+        yield connect(self.battery.discharge_power, self.control.battery_power)
         others = self.accessories.lossPower + self.machine_1.power + self.machine_1.lossPower
         yield from known_machine(self.control, self.machine_2, self.battery.discharge_power.value - others)
         line = operating_line(self.engine, SHARE)

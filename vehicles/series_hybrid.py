@@ -63,6 +63,7 @@ class SeriesHybrid(HybridCar):
         line = operating_line(self.engine, SHARE)
         yield self.genset.w_best.value == line(self.genset.power.value)
         yield self.genset.load.value == self.machine.power
+        yield self.genset.asked.value == self.control.asked()
         yield connect(self.genset.tau, self.generator.torque_demand)
         yield connect(self.body.v, self.control.v)
         yield connect(self.driver.accelerator, self.control.accelerator)
@@ -71,6 +72,7 @@ class SeriesHybrid(HybridCar):
         yield self.gearbox.lever.value == 1
         others = self.accessories.lossPower + self.generator.power + self.generator.lossPower
         yield connect(self.battery.charge_power, self.genset.charge_power)
+        yield connect(self.battery.discharge_power, self.genset.battery_power)
         yield self.control.charge_power.value == self.battery.charge_power.value + others
         yield from known_machine(self.control, self.machine, self.battery.discharge_power.value - others)
         yield connect(self.control.tau, self.machine.torque_demand)

@@ -26,6 +26,9 @@ SLOW = 0.1
 NO_POWER = 1.0
 """Power [W] below which no power counts as drawn."""
 
+ROLLING = 300.0
+"""Power [W] that a machine may always generate while it drives a vehicle that rolls back: losses and accessories take it."""
+
 
 def drawing(power: Symbol, w: Symbol, limit: Symbol, loss: Symbol) -> Symbol:
     """The torque up to ``limit`` [N.m] at which a machine draws at most ``power`` [W]; it loses ``loss`` [W] at the limit."""
@@ -37,7 +40,7 @@ class BlendedBraking(Component):
 
     regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  k = w/v (v at least 0.1 m/s)
     fade = min(v/v_fade, w/w_fade) within 0..1: a machine whose wheels lock does not drive them backward
-    most = limit min(1, discharge_power/(limit w + added_loss))
+    most = limit min(1, discharge_power/(limit w + added_loss)),  w < 0: at most limit (charge_power + 300 W)/(limit |w| + 300 W)
 
     ``charge_power`` and ``discharge_power`` are the powers that battery and other consumers on the bus leave to the machine, without its
     no-load loss. ``most`` is the torque that draws discharge_power, estimated from the chord of the power over the torque. Where losses
@@ -71,33 +74,40 @@ class BlendedBraking(Component):
         """The torque of the machine for the recovered force."""
         return self.regenerated * ca.fmax(v, SLOW) / ca.fmax(w, SLOW)
 
-    def _most(self, w: Symbol) -> Symbol:
-        """The largest driving torque that machine and battery permit at the machine's speed ``w``."""
-        return drawing(self.discharge_power.value, w, self.limit.value, self.added_loss.value)
+    def _most(self, w: Symbol, accepted: Symbol) -> Symbol:
+        """The largest driving torque that machine and battery permit at the machine's speed ``w``; backward, it gives ``accepted``."""
+        most = drawing(self.discharge_power.value, w, self.limit.value, self.added_loss.value)
+        given = ca.fmax(-self.limit.value * w, 0)
+        return most * limited((ca.fmax(accepted, 0) + ROLLING) / (given + ROLLING))
 
 
 class ElectricDriveControl(BlendedBraking):
     """Divides pedals between a machine and the friction brakes (series blending: the machine brakes first).
 
     k = w/v (v at least 0.1 m/s), the speed of the machine over that of the car
-    tau = accelerator most - regenerated/k,  friction = brake - regenerated/F_brake
-    most = limit min(1, discharge_power/(limit w + added_loss))
+    tau = min(accelerator limit, most) - regenerated/k,  friction = brake - regenerated/F_brake
     regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  fade = min(v/v_fade, w/w_fade) within 0..1
 
-    ``regenerated`` [N] is the regenerative braking force, without the losses of the gears. The friction brakes supply the rest of the
-    demand, so the car brakes equally with a full and with an empty battery. F_brake is the force of all brakes with the pedal fully
-    pressed, F_most the largest regenerative force on the driven axle. Regeneration fades out towards standstill. With F_most = 0 there
-    is none. ``limit`` is the largest torque of the machine at its speed, an input from the vehicle. Source: L. Guzzella, A. Sciarretta,
-    Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 2.3.
+    ``most`` is that of ``BlendedBraking``. ``regenerated`` [N] is the regenerative braking force, without the losses of the gears. The
+    friction brakes supply the rest of the demand, so the car brakes equally with a full and with an empty battery. F_brake is the force of
+    all brakes with the pedal fully pressed, F_most the largest regenerative force on the driven axle. Regeneration fades out towards
+    standstill. With F_most = 0 there is none. ``limit`` is the largest torque of the machine at its speed, an input from the vehicle.
+    Source: L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., Springer 2013, section 2.3.
     """
 
     v: Input = signal_input("m/s", "Speed of the vehicle")
     w: Input = signal_input("rad/s", "Speed of the machine")
     tau: Output = signal_output("N.m", "Torque of the machine")
 
+    def asked(self) -> Symbol:
+        """The power [W] that the driver asks of the machine, also where the battery limits it; at standstill as at the speed w_fade."""
+        driving = self.accelerator.value * self.limit.value * ca.fmax(self.w.value, self.w_fade)
+        return driving - self.regenerated * self.v.value
+
     def equations(self) -> Equations:
         """Pedals to torque."""
         v, w = self.v.value, self.w.value
         yield from self._recover(v, w, self.charge_power.value)
-        yield self.tau.value == self.accelerator.value * self._most(w) - self._braking(v, w)
+        driving = ca.fmin(self.accelerator.value * self.limit.value, self._most(w, self.charge_power.value))
+        yield self.tau.value == driving - self._braking(v, w)
         yield self.friction.value == self.brake.value - self.regenerated / self.F_brake

@@ -28,6 +28,8 @@ from powertrain.components.limited import limited
 
 PRESSED = 0.05
 """Accelerator position from which on the engine delivers power."""
+ALONE = 0.5
+"""Share of the power without the engine below which the driver's demand lets the engine stop."""
 
 
 class HybridSupervisor(Component):
@@ -42,6 +44,7 @@ class HybridSupervisor(Component):
     v: Input = signal_input("m/s", "Speed of the vehicle")
     w: Input = signal_input("rad/s", "Speed of the engine")
     soc: Input = signal_input("1", "State of charge")
+    battery_power: Input = signal_input("W", "Maximum discharge power of the battery", default=1e9)
     tau_open: Input = signal_input("N.m", "Torque of the engine with an open throttle")
     opening: Input = signal_input("1", "Throttle of the engine for the torque")
     power: Output = signal_output("W", "Power demand on the engine")
@@ -57,11 +60,14 @@ class HybridSupervisor(Component):
 class HybridControl(HybridSupervisor, Switching):
     """Partial: starts and stops the engine of a hybrid depending on power demand and vehicle speed.
 
-    engine on from demand > P_on or |v| > v_on,  off from demand < P_off and |v| < v_off,  if it has run or stood for t_least
+    engine on from demand > P_on, asked > electric or |v| > v_on,  off from demand < P_off, asked < electric/2 and |v| < v_off,
+    if it has run or stood for t_least
+    demand = asked + min(k_soc (soc_0 - soc), charge_power),  at least asked - electric
 
-    The demand contains k_soc (soc_0 - soc), at most charge_power, so a charge below soc_0 increases it. A charge far above soc_0 keeps the
-    engine off: a plug-in hybrid that starts with a full battery drives electrically until the charge approaches soc_0, and then sustains
-    the charge. The battery does not limit the power for starting the engine.
+    ``asked`` is the power that the driver asks for, ``electric`` what the machine can give without the engine. A charge below soc_0
+    increases the demand. A charge far above soc_0 keeps the engine off until the driver asks for more than ``electric``: a plug-in hybrid
+    that starts with a full battery drives electrically until the charge approaches soc_0, and then sustains the charge. The battery does
+    not limit the power for starting the engine.
     """
 
     k_soc: Parameter = parameter("W", "Power per deviation of the state of charge", default=100e3, min=0)
@@ -86,15 +92,14 @@ class HybridControl(HybridSupervisor, Switching):
         yield from super().initial()
         yield self.since == time - LONG
 
-    def _recharge(self) -> Symbol:
-        """Power demanded to charge the battery, at most what it accepts."""
-        return ca.fmin(self.k_soc * (self.soc_0 - self.soc.value), self.charge_power.value)
-
-    def _switch(self) -> Equations:
-        """Start and stop with hysteresis in power and speed; the signal to the engine."""
+    def _switch(self, asked: Symbol, electric: Symbol) -> Equations:
+        """The demand; start and stop with hysteresis in power and speed; the signal to the engine."""
+        charging = ca.fmin(self.k_soc * (self.soc_0 - self.soc.value), self.charge_power.value)
+        yield self.demand == asked + ca.fmax(charging, -electric)
         speed, rested = ca.fabs(self.v.value), ca.logic_and(time > self.since + self.t_least, self._begun())
-        needed = ca.logic_or(self.demand > self.P_on, speed > self.v_on)
-        idle = ca.logic_and(self.demand < self.P_off, speed < self.v_off)
+        needed = ca.logic_or(ca.logic_or(self.demand > self.P_on, asked > electric), speed > self.v_on)
+        alone = ca.logic_and(self.demand < self.P_off, asked < ALONE * electric)
+        idle = ca.logic_and(alone, speed < self.v_off)
         start = ca.logic_and(ca.logic_and(needed, rested), self.running < 0.5)
         stop = ca.logic_and(ca.logic_and(idle, rested), self.running > 0.5)
         yield when(start, reinit(self.running, 1), reinit(self.since, time))
@@ -105,12 +110,12 @@ class HybridControl(HybridSupervisor, Switching):
 class ParallelControl(HybridControl, BlendedBraking):
     """Rules for an engine and a machine whose powers add up on their way to the wheels.
 
-    asked = accelerator F_max (max(v, 0) + v_0),  demand = asked + k_soc (soc_0 - soc)
+    asked = accelerator F_max (max(v, 0) + v_0),  electric = min(limit w_machine, battery_power),  w_machine at least w_low
     power = demand, at least P_min, at most asked + charge_power
     torque = running pressed power/w, at most tau_open,  pressed = accelerator/0.05 within 0..1
     tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  w_machine at least w_low, 0.1 rad/s for the brakes
-    rest = max(asked pressed - torque w, 0) - turning min(max(torque w_shaft - asked pressed, 0), charge_power),  w_shaft within 0..w
-    turning = w_machine/w_fade within 0..1
+    rest = max(asked pressed - torque w, 0) - turning min(max(torque w_shaft - asked pressed, 0), left),  w_shaft within 0..w
+    left = charge_power - regenerated v,  turning = w_machine/w_fade within 0..1,  tau at least -limit
     friction = brake - coupled regenerated/F_brake,  regenerated and most as in ``ElectricDriveControl``
 
     While the engine is stopped the machine drives alone. While it runs, it covers the driver's demand and the charge, and the machine
@@ -132,49 +137,53 @@ class ParallelControl(HybridControl, BlendedBraking):
         """Pedals, engine, machine, brakes."""
         v, w, w_machine, coupled = self.v.value, self.w.value, self.w_machine.value, limited(self.coupled.value)
         yield self.asked == self.accelerator.value * self.F_max * (ca.fmax(v, 0) + self.v_0)
-        yield self.demand == self.asked + self._recharge()
-        yield from self._switch()
+        machine = self.limit.value * ca.fmax(w_machine, self.w_low)
+        yield from self._switch(self.asked, ca.fmin(machine, self.battery_power.value))
         yield self.power.value == self._within(self.demand, self.asked + self.charge_power.value)
         pressed = limited(self.accelerator.value / PRESSED)
         firing = self.running * limited(w / self.w_fire) * pressed
         yield self.torque.value == firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.throttle.value == firing * self.opening.value
-        drive = ca.fmin(self._rest(self.asked * pressed) / ca.fmax(w_machine, self.w_low), self._most(w_machine))
+        most = self._most(w_machine, self.charge_power.value)
         yield from self._recover(v, w_machine, self.charge_power.value)
-        yield self.tau.value == coupled * (drive - self._braking(v, w_machine))
+        braking = self._braking(v, w_machine)
+        drive = ca.fmin(self._rest(self.asked * pressed) / ca.fmax(w_machine, self.w_low), most)
+        yield self.tau.value == coupled * (ca.fmax(drive, braking - self.limit.value) - braking)
         yield self.friction.value == self.brake.value - coupled * self.regenerated / self.F_brake
 
     def _rest(self, asked: Symbol) -> Symbol:
         """Power of the machine: the engine's deficit, or the surplus of its power that arrives behind the clutch."""
         torque, w = self.torque.value, self.w.value
         spare = ca.fmax(torque * limited(self.w_shaft.value, 0, w) - asked, 0)
-        charging = ca.fmin(spare, self.charge_power.value) * limited(self.w_machine.value / self.w_fade)
+        left = self.charge_power.value - self.regenerated * self.v.value
+        charging = ca.fmin(spare, left) * limited(self.w_machine.value / self.w_fade)
         return ca.fmax(asked - torque * w, 0) - charging
 
 
 class GensetControl(HybridControl):
     """Rules for an engine that drives a generator, without a shaft to the wheels.
 
-    demand = load + k_soc (soc_0 - soc),  power = demand within P_min..P_most, at most max(load, 0) + charge_power
+    electric = battery_power,  power = demand within P_min..P_most, at most max(load, 0) + charge_power
     torque = power/w, at most tau_open,  tau = held - torque
     held = k_w (w_best - w) within -slowing..tau_held,  slowing = (charge_power + load)/w - torque within 0..tau_held
 
-    ``load`` is the electric power drawn by the vehicle. The generator keeps the engine at the speed of lowest fuel consumption for its
-    power, and starts it with the same speed control. It slows the engine down only as fast as battery and load absorb the power.
+    ``load`` is the power of the machine that drives the vehicle, ``asked`` what the driver asks of it. The generator keeps the engine at
+    the speed of lowest fuel consumption for its power, and starts it with the same speed control. It slows the engine down only as fast as
+    battery and load absorb the power.
     """
 
     P_most: Parameter = parameter("W", "Maximum power of the engine", default=60e3, above=0)
     k_w: Parameter = parameter("N.m.s/rad", "Torque of the generator for the engine's speed", default=1.0, above=0)
     tau_held: Parameter = parameter("N.m", "Maximum torque of the generator for speed control", default=40.0, above=0)
-    load: Input = signal_input("W", "Electric power that the vehicle draws")
+    load: Input = signal_input("W", "Power of the machine that drives the vehicle")
+    asked: Input = signal_input("W", "Power that the driver asks of this machine, also where the battery limits it")
     w_best: Input = signal_input("rad/s", "Engine speed of least fuel for the power")
     tau: Output = signal_output("N.m", "Torque of the generator")
 
     def equations(self) -> Equations:
         """Engine and generator."""
         w = self.w.value
-        yield self.demand == self.load.value + self._recharge()
-        yield from self._switch()
+        yield from self._switch(self.asked.value, self.battery_power.value)
         accepted = ca.fmax(self.load.value, 0) + self.charge_power.value
         yield self.power.value == self._within(self.demand, ca.fmin(accepted, self.P_most))
         firing = self.running * limited(w / self.w_fire)

@@ -108,6 +108,21 @@ def test_engine_starts_and_stops_with_hysteresis() -> None:
     assert control(soc=0.5)["on"][-1] == 1  # an empty battery
 
 
+@pytest.mark.parametrize(("accelerator", "on"), [(0.3, 0), (0.44, 0), (0.45, 1), (0.6, 1)])
+def test_a_full_battery_keeps_the_engine_off_up_to_its_power(accelerator: float, on: int) -> None:
+    """45 kW times the accelerator at 100 rad/s, the charge counts as -30 kW; the battery gives 20 kW."""
+    assert _last(control(accelerator=accelerator, soc=0.9, battery_power=20e3), "on") == [on]
+
+
+def test_the_engine_gives_what_the_battery_does_not() -> None:
+    """25 of 45 kW; it runs on until the driver asks for less than 10 kW: 45 u."""
+    u = ([0.0, 5.0, 5.0, 15.0, 20.0], [0.0, 0.0, 1.0, 0.0, 0.0])
+    result = control(accelerator=u, soc=0.9, battery_power=20e3)
+    assert result["demand"].max() == pytest.approx(25e3)
+    (stopped,) = result.time[np.flatnonzero(np.diff(result["on"]) < 0)]
+    assert stopped == pytest.approx(15 - 10 * 10 / 45, abs=1e-6)
+
+
 def test_recovers_what_the_battery_takes() -> None:
     """Brakes of 15 kN, of which machine 2 gives 5 kN, or 450 N.m, which are 4.5 kN; it fades out below 3 m/s and 20 rad/s."""
     assert _last(control(brake=0.2), "tau_2", "friction") == pytest.approx([-300, 0])
@@ -127,6 +142,18 @@ def test_engine_gives_no_more_than_car_and_battery_take() -> None:
     assert _last(control(v=25.0, charge_power=-100.0), "on", "power") == pytest.approx([1, 0])
     assert _last(control(v=25.0, charge_power=0.0, accelerator=0.1), "on", "power") == pytest.approx([1, 4500])
     assert _last(control(v=25.0, charge_power=2e3, accelerator=0.1), "on", "power") == pytest.approx([1, 5e3])
+
+
+def test_engine_gives_no_more_than_machine_2_takes_from_machine_1() -> None:
+    """At 200 rad/s the sun turns with 3.6 * 200 - 2.6 * 100 = 460 rad/s and gives 460/720 of the power; machine 2 takes 50 N.m."""
+    given = {"accelerator": 0.5, "w": 200.0, "charge_power": 1e3, "limit": 50.0}
+    assert _last(control(**given), "power") == pytest.approx([(1e3 + 50 * 100) * 720 / 460])
+
+
+@pytest.mark.parametrize(("w_ring", "w_ref"), [(100.0, 240.0), (800.0, (2.6 * 800 - 1000) / 3.6)])
+def test_machine_1_turns_no_faster_than_it_may_in_either_direction(w_ring: float, w_ref: float) -> None:
+    """At 800 rad/s of the ring and 240 rad/s of the engine it would turn with -1216 rad/s."""
+    assert _last(control(v=25.0, w_ring=w_ring, w=300.0), "w_ref") == pytest.approx([w_ref])
 
 
 @pytest.mark.slow
