@@ -85,7 +85,7 @@ def test_first_root(name: str) -> None:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_random_cubics(seed: int) -> None:
-    """The first root of several indicators in the first interval at whose end one is below zero, as all roots of the polynomials give it."""
+    """The first root of several indicators where one is below zero at the next place, as all roots of the polynomials give it."""
     rng = np.random.default_rng(seed)
     while True:
         polynomials = [np.polynomial.Polynomial([rng.uniform(0.1, 1), *rng.normal(size=3) * 2]) for _ in range(3)]
