@@ -94,8 +94,8 @@ def test_points_with_known_modes_need_no_solver(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_rows(plant: pt.Plant[Laws]) -> None:
-    """The same as a grid."""
-    a, b, c = np.linspace(-0.99, 1, 91), np.linspace(-0.97, 0.93, 17), np.linspace(-1, 0.95, 13)
+    """The same as a grid, on which no condition is zero."""
+    a, b, c = np.linspace(-0.99, 1, 89), np.linspace(-0.97, 0.93, 17), np.linspace(-1, 0.95, 13)
     grid: dict[str, Any] = {"a": a, "b": b, "c": c}
     found = pt.steady(plant, grid, outputs=[*"fgxyz"]).transpose("a", "b", "c")
     for name, exact in formula(*np.meshgrid(a, b, c, indexing="ij")).items():

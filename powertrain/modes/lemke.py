@@ -21,6 +21,8 @@ PIVOT = 1e-13
 """Entries below this share of the largest in their column are round-off."""
 LARGE = 0.01
 """Among tied rows, only pivots of at least this share of the largest are considered."""
+ZERO = 1e3 * float(np.finfo(np.longdouble).eps)
+"""An artificial variable below this is zero but for round-off, as ``q`` is of the order of one."""
 _MOST = 50
 """Pivots per variable after which round-off must have made the method cycle."""
 
@@ -57,10 +59,10 @@ def lemke(M: Array | Long, q: Array | Long) -> Solution:
             growing = {basis[k] % n for k in np.flatnonzero(np.abs(column) > small) if basis[k] != artificial}
             return Solution(None, None, tuple(sorted(growing | {entering % n})), pivots)
         leaving = _exchange(tableau, basis, _leaving_row(tableau, rows, entering, basis.index(artificial)), entering)
-        if leaving == artificial:
-            values = np.zeros(2 * n, np.longdouble)
+        if leaving == artificial or tableau[basis.index(artificial), -1] <= ZERO:  # round-off may break a tie with it
+            values = np.zeros(2 * n + 1, np.longdouble)
             values[basis] = np.maximum(tableau[:, -1], 0)
-            return Solution(values[n:], values[:n], (), pivots + 1)
+            return Solution(values[n:artificial], values[:n], (), pivots + 1)
     return Solution(None, None, (), _MOST * n)
 
 

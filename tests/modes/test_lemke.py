@@ -76,7 +76,7 @@ def test_p_matrices_have_the_one_solution_of_all_bases(n: int) -> None:
             np.testing.assert_allclose(np.array(found.z, float), z, atol=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [*range(6), 100009, 100011])  # in the last two, ties are broken by round-off
 def test_copositive_plus_a_ray_proves_that_there_is_no_solution(seed: int) -> None:
     """Semidefinite of low rank plus a skew part is copositive-plus: solvable if feasible. Both ends occur."""
     rng = np.random.default_rng(seed)
@@ -95,6 +95,22 @@ def test_copositive_plus_a_ray_proves_that_there_is_no_solution(seed: int) -> No
             assert not feasible(M, q)
             assert not all_solutions(M, q)
     assert ends == {True, False}
+
+
+def test_a_tie_that_round_off_breaks_does_not_hide_the_solution() -> None:
+    """Copositive-plus with the solution z = (2, 0, 0). Thirds leave 1e-19 of the artificial variable in a basis that solves the problem."""
+    M, q = np.array([[0.0, -1, -1], [1, 1, -2], [1, -2, 4]]), np.array([0.0, 0, -2])
+    found = lemke(M, q)
+    solves(found, M, q)
+    np.testing.assert_allclose(np.array(found.z, float), [2.0, 0.0, 0.0], atol=TIGHT)
+
+
+def test_a_violation_beyond_round_off_is_no_solution() -> None:
+    """Two opposite conditions on one variable, which miss each other by 1e-12."""
+    M, q = np.array([[0.0, 0, 1], [0, 0, -1], [-1, 1, 0]]), np.array([-1.0, 1.0 - 1e-12, 1.0])
+    assert lemke(M, q).z is None
+    q[1] = 1.0
+    solves(lemke(M, q), M, q)
 
 
 def test_nonnegative_with_positive_diagonal_always_has_a_solution() -> None:
