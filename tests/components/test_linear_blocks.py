@@ -63,17 +63,22 @@ def test_state_space_starts_in_its_steady_state() -> None:
 def test_state_space_by_itself_is_the_linear_model_of_control() -> None:
     linear = pt.linearize(pt.compile(_state_space()), ["u[0]", "u[1]"], ["y[0]", "y[1]", "y[2]"])
     w = 1j * np.geomspace(0.01, 100, 9)
-    np.testing.assert_allclose(linear(w), control.ss(A, B, C, D)(w), rtol=1e-12)
+    wanted: Any = control.ss(A, B, C, D)(w)
+    np.testing.assert_allclose(linear(w), wanted, rtol=1e-12)
 
 
 def test_arrays_and_tuples_make_equal_systems() -> None:
-    rows = {name: tuple(map(tuple, matrix.tolist())) for name, matrix in (("A", A), ("B", B), ("C", C), ("D", D))}
+    rows: dict[str, Any] = {
+        name: tuple(map(tuple, matrix.tolist())) for name, matrix in (("A", A), ("B", B), ("C", C), ("D", D))
+    }
     assert b.StateSpace(**rows) == _state_space()
     assert repr(b.StateSpace(**rows)) == repr(_state_space())
+    table: Any = np.array([[0.0, 1.0], [2.0, 3.0]])
+    assert b.TimeTable(table=table) == b.TimeTable(table=((0.0, 1.0), (2.0, 3.0)))
 
 
 def test_replaced_matrices_have_their_own_inputs() -> None:
-    smaller = pt.replace(_state_space(), B=B[:, :1], D=())
+    smaller: Any = pt.replace(_state_space(), B=B[:, :1], D=())
     assert (len(smaller.u), len(smaller.y), len(smaller.x)) == (1, 3, 4)
 
 
@@ -103,16 +108,15 @@ FUNCTIONS: list[tuple[Any, Any]] = [
 
 
 @pytest.mark.parametrize(("numerator", "denominator"), FUNCTIONS)
-def test_transfer_function_answers_a_step_as_in_scipy(numerator: Any, denominator: Any) -> None:
+def test_transfer_function_answers_a_step_as_its_poles_do(numerator: Any, denominator: Any) -> None:
     slowest = 1 / np.abs(np.roots(denominator)).min()
     block = b.TransferFunction(b=numerator, a=denominator)
     begin = 0.1 * slowest
     result = run(joined(b.Step(height=2.0, startTime=begin), block, joints="0.y=1.u"), 8 * slowest)
     t = np.linspace(0.0, 7.8 * slowest, 100)[1:]
-    # exact: the response of the poles, by partial fractions
     residues, poles, direct = scipy.signal.residue(numerator, denominator)
-    wanted = sum(2 * (r / p * (np.exp(p * t) - 1)).real for r, p in zip(residues, poles, strict=True))
-    wanted += 2 * (direct[0] if len(direct) else 0.0)
+    parts = [2 * (r / p * (np.exp(p * t) - 1)).real for r, p in zip(residues, poles, strict=True)]
+    wanted = np.sum(parts, axis=0) + 2 * (direct[0] if len(direct) else 0.0)
     np.testing.assert_allclose(result.at(begin + t, "parts[1].y"), wanted, atol=1e-7 * np.abs(wanted).max())
 
 
@@ -131,7 +135,7 @@ def test_transfer_functions_that_integrate() -> None:
         with pytest.raises(pt.ParameterError, match="a steady start needs"):
             b.TransferFunction(b=(1.0, 2.0), a=denominator)
         plant = pt.compile(b.TransferFunction(b=(1.0, 2.0), a=denominator, initType="InitialState"))
-        wanted = control.tf((1.0, 2.0), denominator)(w)
+        wanted: Any = np.polyval((1.0, 2.0), w) / np.polyval(denominator, w)
         np.testing.assert_allclose(pt.linearize(plant, ["u"], ["y"])(w), wanted, rtol=1e-12)
         assert plant.simulate(1.0, inputs={"u": 0.0})["y"][-1] == 0
 
@@ -147,7 +151,7 @@ def test_transfer_functions_that_integrate() -> None:
 )
 @pytest.mark.parametrize("block", [b.TransferFunction, b.DiscreteTransferFunction])
 def test_improper_transfer_functions_are_rejected(block: Any, given: dict[str, Any], said: str) -> None:
-    period = {"period": 0.1} if block is b.DiscreteTransferFunction else {}
+    period: dict[str, Any] = {"period": 0.1} if block is b.DiscreteTransferFunction else {}
     with pytest.raises(pt.ParameterError, match=f"(?s){block.__name__}.*{said}"):
         block(**given, **period)
 
@@ -161,7 +165,7 @@ WAVE = b.Sine(f=0.7, phase=1.0, offset=2.0)
 T = 0.1
 
 
-def _wave(t: Array) -> Array:
+def _wave(t: Any) -> Array:
     return np.asarray(2 + np.sin(2 * np.pi * 0.7 * t + 1))
 
 
@@ -172,7 +176,7 @@ def test_a_hold_samples_at_the_start_and_at_multiples_of_the_period(start: float
     instants = T * (np.floor(start / T + 1e-6) + np.arange(1, 10))
     for begin, end in zip([start, *instants], instants, strict=False):
         held = result.at([begin + 1e-9, (begin + end) / 2, end - 1e-9], "parts[1].y")
-        np.testing.assert_allclose(held, _wave(np.array(begin)), rtol=1e-13)
+        np.testing.assert_allclose(held, _wave(begin), rtol=1e-13)
     assert result["parts[1].y"][0] == result["parts[0].y"][0]
 
 
