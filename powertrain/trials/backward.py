@@ -17,7 +17,7 @@ from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.driveline import SLOWEST, driveline_map
 from powertrain.trials.gears import gear_maps, gears_along, in_gear, is_geared
 from powertrain.trials.operating import check_stores, operating_map, remembered
-from powertrain.trials.resistance import resistance
+from powertrain.trials.resistance import check_mass, resistance
 from powertrain.vehicles.wheels import wheels_of
 
 if TYPE_CHECKING:
@@ -127,6 +127,7 @@ def demand(vehicle: pt.Component, cycle: DriveCycle) -> tuple[Array, Array]:
 def _pull(vehicle: Any, v: Array, a: Array) -> Array:
     """The force to pull the body at v, and the force to accelerate the vehicle's mass and the inertia of its wheels by a."""
     body = value_at(vehicle, anatomy(vehicle).the("body"))
+    check_mass(body)
     mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for _, w in wheels_of(vehicle))
     return mass * a + resistance(body, v)
 

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import powertrain as pt
-from powertrain.components.body import Body, DrivenAxle, RoadProfile
+from powertrain.components.body import Body, Chassis, DrivenAxle, RoadProfile, VehicleBody
 from powertrain.components.body.coast_down import CoastDownBody as MeasuredBody
 from powertrain.components.control import FixedGear, Shifting, StartStop
 from powertrain.components.cycles import DriveCycle
@@ -22,6 +22,7 @@ from powertrain.trials.driveline import driveline_map
 from powertrain.trials.driveline_figure import plot_driveline_map
 from powertrain.trials.gears import gear_maps, in_gear, per_speed
 from powertrain.trials.operating import mapped_model, on_rolling_road, operating_map
+from powertrain.trials.tractive_effort import tractive_effort
 from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.dual_clutch_car import DualClutchCar
 from powertrain.vehicles.electric_car import ElectricCar
@@ -173,6 +174,38 @@ def test_a_body_with_friction_takes_nothing_at_rest() -> None:
     mass, load = 1300 + 4 / 0.3**2, 100 + 0.4 * 2.5**2
     force = demand(pt.replace(SplitPathCar(), body=body), goes)[1]
     assert force == pytest.approx([0, mass * 0.5 + load, -mass * 0.5 + load, 0])
+
+
+class CompositeBody(Body):
+    """A body whose mass is that of a part; ``bound``: the part has its own parameter m."""
+
+    bound: bool = False
+    chassis: Chassis = Chassis()
+
+    def equations(self) -> pt.Equations:
+        if self.bound:
+            yield self.chassis.m == self.m
+        for name in ("front", "rear", "grade", "v", "s", "front_load", "rear_load"):
+            yield pt.connect(getattr(self, name), getattr(self.chassis, name))
+
+
+def test_a_body_whose_parameter_is_not_its_mass_is_rejected() -> None:
+    """Its m of 1,500 kg is a default that its equations do not read."""
+    cycle = DriveCycle("goes", ((0.0, 10.0), (10.0, 12.0)))
+    said = (
+        r"CompositeBody moves like a mass of 2000 kg, but its parameter m is 1500 kg; .*yield self\.part\.m == self\.m"
+    )
+    car = pt.replace(SplitPathCar(), body=CompositeBody(chassis=Chassis(m=2000.0)))
+    for trial in (
+        lambda: demand(car, cycle),
+        lambda: tractive_effort(car, [10.0, 20.0]),
+        lambda: on_rolling_road(car),
+    ):
+        with pytest.raises(pt.ParameterError, match=said):
+            trial()
+    bound = pt.replace(SplitPathCar(), body=CompositeBody(bound=True, m=2000.0))
+    plain = pt.replace(SplitPathCar(), body=VehicleBody(m=2000.0))
+    np.testing.assert_allclose(demand(bound, cycle)[1], demand(plain, cycle)[1], rtol=1e-9)
 
 
 @pytest.mark.parametrize(
