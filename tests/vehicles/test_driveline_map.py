@@ -257,6 +257,18 @@ def test_a_closed_start_device_turns_the_engine_at_the_ratio_of_the_gear(kind: t
     assert [per_speed(found) for found in maps] == pytest.approx(expected)
 
 
+def test_a_launch_slips_at_the_speed_of_the_schedule() -> None:
+    """With the clutch slipping, torque over pressure is its capacity: the same with and without launch, which counts beyond kick-down."""
+    pedals = np.array([0.5, 0.9, 1.0])
+    for launch, rise in ((0.0, [0, 0, 0]), (40.0, [0, 20, 40])):
+        first, second, *_ = gear_maps(
+            pt.replace(ManualCar(), {"schedule.launch": launch}), np.array([1.0, 1.5]), pedals
+        )
+        for one, later in ((first, np.array(rise)), (second, 0)):
+            pressure = (one["w"] - 95 - later) / (160 - 95)
+            np.testing.assert_allclose(one["tau"] / pressure, 300, rtol=1e-3)
+
+
 @pytest.mark.slow
 def test_an_automatic_is_mapped_with_its_converter_locked() -> None:
     found = driveline_map(AutomaticCar(), [15.0], [0.5]).isel(speed=0, accelerator=0)
