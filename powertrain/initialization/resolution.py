@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.switch import timed
 from powertrain.dae.tolerances import NOW
 
 _COARSE = 1e-6
@@ -12,8 +13,7 @@ _COARSE = 1e-6
 def coarse_time(dae: HybridDae, t: float) -> tuple[str, ...]:
     """A note where a start is so late that short pulses are lost, such as at a time since 1970; none without signals of time."""
     resolution = NOW * abs(t)
-    timed = dae.schedules or any(law.time is not None for law in (*dae.switches, *dae.relations, *dae.whens))
-    if resolution < _COARSE or not timed:
+    if resolution < _COARSE or not (dae.schedules or timed(dae)[1]):
         return ()
     return (
         f"at t = {t:.9g} s, events of time signals within {resolution:.2g} s count as one, so shorter pulses are lost; count time "

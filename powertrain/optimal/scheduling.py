@@ -213,7 +213,7 @@ def _start(start: float, what: str, states: Array) -> float:
     return first
 
 
-def _checked_mode(stages: Stages, mode: int) -> None:
+def _checked_mode(stages: Stages, mode: object) -> None:
     """ParameterError for a mode before the start that the stages do not have."""
     modes = len(stages.switches)
     whole = isinstance(mode, Integral) and not isinstance(mode, bool)

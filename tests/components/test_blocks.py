@@ -177,7 +177,8 @@ def test_a_pulse_too_short_for_a_late_start_is_noted(kind: str) -> None:
             return pt.simulate(b.Integrator(), begin + 3, start=begin, inputs={"u": (times, values)})
         pulse = b.Pulse(amplitude=1e3, period=10.0, width=0.01, startTime=begin + 1)
         source = pulse if kind == "pulse" else b.TimeTable(table=table)
-        return run(joined(source, b.Integrator(), joints="0.y=1.u"), begin + 3, start=begin)
+        result: pt.Result[Any] = run(joined(source, b.Integrator(), joints="0.y=1.u"), begin + 3, start=begin)
+        return result
 
     early, late = found(0.0), found(1.7e9)
     area = "y" if kind == "input" else "parts[1].y"
