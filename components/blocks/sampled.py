@@ -30,7 +30,8 @@ class ZeroOrderHold(_Sampled):
     """A signal sampled and held: y = u at 0, period, 2 period, ..., and constant between, as an analogue-to-digital converter reads it.
 
     The start of a run is a sample too, wherever it lies between two of these instants. A sample reads the values just before its instant,
-    and time signals that jump there after the jump.
+    and time signals that jump there after the jump. Operating points and linear models hold y at 0, or at a given ``held``, as they hold
+    all discrete variables.
     """
 
     def equations(self) -> Equations:
@@ -62,7 +63,7 @@ class DiscreteTransferFunction(_Sampled):
     The start of a run is a sample too. It is steady, as if u had been constant before; with ``initType="InitialState"``, u and y were zero
     before. A sample reads the values just before its instant, and time signals that jump there after the jump. Of two blocks that are
     sampled at the same instant each sees the previous output of the other: a chain of two has one period of delay more than the product of
-    their transfer functions, which is a single block.
+    their transfer functions, which is a single block. Operating points and linear models hold y, as that of ``ZeroOrderHold``.
 
     Errors: ParameterError for m > n, a[0] = 0, and for a steady start where the sum of a is zero: a function that integrates has none.
     Source: Modelica Standard Library 4.0.0, Blocks.Discrete.TransferFunction.

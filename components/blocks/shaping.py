@@ -62,6 +62,7 @@ class Quantizer(Filter):
 
     Every step is an event. At the threshold between two steps y keeps its value. A control loop that comes to rest at a threshold switches
     there without end, and its run ends with an error. With a ``ZeroOrderHold`` before the quantizer, as in a converter, it does not.
+    Operating points and linear models hold y at 0, or at a given ``n``, as they hold all discrete variables.
     """
 
     quantum: Parameter = parameter("1", "Height of a step", above=0)
