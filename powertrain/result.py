@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from powertrain import export
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.engine.trajectory import Samples, Trajectory
-from powertrain.errors import ParameterError
+from powertrain.errors import ModelError, ParameterError
 from powertrain.events import EventTable
 from powertrain.language import htmltext
 from powertrain.language.arguments import array, number, writing
@@ -230,10 +230,16 @@ class Result(Generic[M]):
     def converted(self, what: What[M], unit: str) -> Array:
         """The values of a signal in another unit: ``result.converted("body.v", "km/h")``.
 
-        K, degC and degF are temperatures; leave a difference of temperatures in K.
-        Errors: ModelError for an unknown unit, and for a unit of another quantity.
+        A signal in K that would not change if all temperatures of the model rose by 1 K is a difference of temperatures: 20 K are 20 degC
+        or 36 degF. Other signals in K are temperatures; leave a difference to one without a unit, such as the output of a block, in K.
+        Errors: ModelError for an unknown unit, for a unit of another quantity, and for an expression whose unit is unknown.
         """
-        return converted(np.asarray(self[what]), self.unit(what), unit)
+        values, own = np.asarray(self[what]), self.unit(what)
+        if not own:
+            raise ModelError(f"the unit of {self._pick(what).label} is unknown; convert the signals in it")
+        if own == "K" and self._signals.is_temperature_difference(self._pick(what).expression):
+            return converted(values, own, unit) - converted(0.0, own, unit)
+        return converted(values, own, unit)
 
     def __contains__(self, name: object) -> bool:
         return name in self._signals.entries and (self._record is None or name in self._record)

@@ -37,6 +37,10 @@ _LARGEST_BLOCK = 4_000_000
 _LARGEST_CORRECTION = 40
 _CORRECTIONS = 4
 _CLOSE = 1e-7
+_ANYWHERE = (0.7, 1.3)
+"""Values at which an identity of expressions is tested; with equal ones, terms might cancel by chance."""
+_UNCHANGED = 1e-9
+"""Change per kelvin that is round-off."""
 
 
 @dataclass(frozen=True)
@@ -184,6 +188,17 @@ class Signals:
         slopes = ca.jacobian(expression, column(symbols))
         plain = slopes.is_constant() and set(np.abs(np.array(ca.DM(slopes))).ravel()) == {1.0}
         return units.pop() if plain else ""
+
+    def is_temperature_difference(self, expression: Symbol) -> bool:
+        """Whether an expression of (t, x, z, m, p) depends on temperatures, but not on whether all of them rise by 1 K."""
+        units = {key(e.expression): e.unit for e in self.entries.values() if e.expression.is_symbolic()}
+        units |= {key(s): unit for s, (unit, _) in zip(scalars(self.inputs[4]), self.parameters.values(), strict=True)}
+        found = [s for s in free_symbols(expression) if units.get(key(s)) == "K"]
+        if not found:
+            return False
+        change = ca.Function("change", self.inputs, [ca.jtimes(expression, column(found), ca.DM.ones(len(found)))])
+        anywhere = [np.linspace(*_ANYWHERE, group.numel()) for group in self.inputs]
+        return abs(float(change(*anywhere))) < _UNCHANGED
 
     def resolve(self, expressions: Sequence[Symbol]) -> list[Symbol]:
         """Expressions of the model's variables as expressions of (t, x, z, m, p). ParameterError where that fails."""

@@ -31,6 +31,9 @@ GIVEN: dict[str, dict[str, Any]] = {
     "MappedEngine": {name: getattr(MappedEngine.gasoline(), name) for name in ("torque_map", "fuel_map")},
     "PlanetaryFinalDrive": {"ratio": 3.05},
     "Pulley": {"mue": 0.1},  # on rigid masses in place of spans, little grip keeps the torque unique
+    "StateSpace": {"A": ((-1.0,),), "B": ((1.0,),), "C": ((1.0,),)},
+    "TransferFunction": {"b": (1.0,), "a": (1.0, 1.0)},
+    "DiscreteTransferFunction": {"b": (1.0,), "a": (1.0, -0.5)},
     "MassWithStopAndFriction": {"smax": 4.0, "smin": -4.0, "L": 1.0},
 }
 VALUES = {"ratio": 2.0, "ring_ratio": 3.0, "efficiency": 0.9, "fn_max": 20.0}

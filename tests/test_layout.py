@@ -52,7 +52,7 @@ ORDER = [
     "engine: catalogue waves chatter schedules trajectory location",
     "engine: continuity overlaps zeno failure prepared options limits in_c loop simulator",
     "signals present nonfinite events export saved",
-    "initialization: choice conditions report uniqueness outdated initial",
+    "initialization: choice conditions report uniqueness outdated resolution initial",
     "result running plant environment",
     "native: code driver",
     "analysis: linear_model operating_point reduction perturbation linearization energy_terms quadrature jumps audit",

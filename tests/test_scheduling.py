@@ -179,8 +179,8 @@ def test_a_start_outside_the_states_is_an_error(method: Any, start: float) -> No
 
 
 @_METHODS
-@pytest.mark.parametrize("mode", [-1, 1, 0.5])
+@pytest.mark.parametrize("mode", [-1, 1, 0.5, 0.0, False, np.array(0), "0"])
 def test_a_mode_before_the_start_that_does_not_exist_is_an_error(method: Any, mode: Any) -> None:
-    """-1 used to be the last mode."""
-    with pytest.raises(pt.ParameterError, match="mode"):
+    """-1 used to be the last mode; 0.0 and False failed as indices."""
+    with pytest.raises(pt.ParameterError, match="must be a whole number from 0 to 0"):
         method(_charging_or_not(), start=5.0, end=5.0, mode=mode)

@@ -25,8 +25,19 @@ from powertrain.components.blocks.basic import (
     Trapezoid,
 )
 from powertrain.components.blocks.controllers import LimPID, SampledPI
+from powertrain.components.blocks.linear import StateSpace, TransferFunction
 from powertrain.components.blocks.motion import KinematicPTP
-from powertrain.components.blocks.shaping import AllPass, Delay, Hysteresis, Limiter, SlewRateLimiter, VariableLimiter
+from powertrain.components.blocks.sampled import DiscreteTransferFunction, ZeroOrderHold
+from powertrain.components.blocks.shaping import (
+    AllPass,
+    DeadZone,
+    Delay,
+    Hysteresis,
+    Limiter,
+    Quantizer,
+    SlewRateLimiter,
+    VariableLimiter,
+)
 from powertrain.components.blocks.tables import CombiTable1D, CombiTable2D
 
 __all__ = [
@@ -36,7 +47,9 @@ __all__ = [
     "CombiTable2D",
     "Constant",
     "Cosine",
+    "DeadZone",
     "Delay",
+    "DiscreteTransferFunction",
     "ExpSine",
     "Exponentials",
     "Feedback",
@@ -49,13 +62,17 @@ __all__ = [
     "Limiter",
     "Product",
     "Pulse",
+    "Quantizer",
     "Ramp",
     "SampledPI",
     "SecondOrder",
     "Sine",
     "SlewRateLimiter",
+    "StateSpace",
     "Step",
     "TimeTable",
+    "TransferFunction",
     "Trapezoid",
     "VariableLimiter",
+    "ZeroOrderHold",
 ]

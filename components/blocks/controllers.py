@@ -26,10 +26,8 @@ from powertrain import (
     variable,
     when,
 )
+from powertrain.components.blocks.sampled import EARLY
 from powertrain.components.limited import limited
-
-EARLY = 1e-6
-"""Share of a period by which a start may come before an instant of sampling through round-off."""
 
 
 class _Controller(Component):

@@ -1,6 +1,8 @@
-"""Signals that are limited, switched with hysteresis, or delayed."""
+"""Signals that are limited, quantised, switched with hysteresis, or delayed."""
 
 from __future__ import annotations
+
+import casadi as ca
 
 from powertrain import (
     Discrete,
@@ -36,6 +38,42 @@ class Limiter(Filter):
         u = self.u.value
         low = switch(u < self.uMin, self.uMin, u, continuous=True)
         yield self.y.value == switch(u > self.uMax, self.uMax, low, continuous=True)
+
+
+class DeadZone(Filter):
+    """A signal without effect near zero: y = 0 where uMin <= u <= uMax, else u less the limit exceeded."""
+
+    uMax: Parameter = parameter("1", "Upper limit of the dead zone")
+    uMin: Parameter = parameter("1", "Lower limit of the dead zone")
+
+    def check(self) -> Equations:
+        """The limits must be in order."""
+        yield self.uMin <= self.uMax
+
+    def equations(self) -> Equations:
+        """Three pieces."""
+        u = self.u.value
+        low = switch(u < self.uMin, u - self.uMin, 0.0, continuous=True)
+        yield self.y.value == switch(u > self.uMax, u - self.uMax, low, continuous=True)
+
+
+class Quantizer(Filter):
+    """A signal in steps, as a converter or an encoder resolves it: y = n quantum, with the integer n nearest to u/quantum.
+
+    Every step is an event. At the threshold between two steps y keeps its value. A control loop that comes to rest at a threshold switches
+    there without end, and its run ends with an error. With a ``ZeroOrderHold`` before the quantizer, as in a converter, it does not.
+    Operating points and linear models hold y at 0, or at a given ``n``, as they hold all discrete variables.
+    """
+
+    quantum: Parameter = parameter("1", "Height of a step", above=0)
+    n: Discrete = discrete("1", "Number of the step")
+
+    def equations(self) -> Equations:
+        """It goes up and down at the same thresholds; one step at least, where round-off would have none."""
+        steps = self.u.value / self.quantum
+        yield when(steps > self.n + 0.5, reinit(self.n, ca.fmax(self.n + 1, ca.ceil(steps - 0.5))), initially=True)
+        yield when(steps < self.n - 0.5, reinit(self.n, ca.fmin(self.n - 1, ca.floor(steps + 0.5))), initially=True)
+        yield self.y.value == self.quantum * self.n
 
 
 class VariableLimiter(Filter):

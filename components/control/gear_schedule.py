@@ -54,6 +54,10 @@ class Shifting(Component):
 
     w_open: Parameter = parameter("rad/s", "Engine speed below which the clutch is open", default=95.0, above=0)
     w_closed: Parameter = parameter("rad/s", "Engine speed at which the clutch is fully closed", default=160.0, above=0)
+    kick: Parameter = parameter("1", "Accelerator position for kick-down", default=0.8, min=0, max=1)
+    launch: Parameter = parameter(
+        "rad/s", "Rise of w_open and w_closed at a start with the accelerator fully pressed", default=0.0, min=0
+    )
     accelerator: Input = signal_input("1", "Accelerator pedal")
     v: Input = signal_input("m/s", "Speed of the vehicle")
     w: Input = signal_input("rad/s", "Speed of the engine")
@@ -65,17 +69,20 @@ class Shifting(Component):
         """The clutch closes as the engine gets faster."""
         yield self.w_open < self.w_closed
 
-    def _pressed(self, later: Symbol | float = 0.0) -> Symbol:
-        """The pressure of the clutch, which closes ``later`` by a speed of the engine [rad/s]."""
-        return (self.w.value - self.w_open - later) / (self.w_closed - self.w_open)
+    def _pressed(self, first: Symbol | float = 0.0) -> Symbol:
+        """The pressure of the clutch, at which a fully pressed accelerator lets the engine rise further where ``first`` is 1."""
+        rise = self.launch * beyond(self.kick, self.accelerator.value) * first
+        return (self.w.value - self.w_open - rise) / (self.w_closed - self.w_open)
 
 
 class FixedGear(Shifting):
     """A single gear that is always engaged, for measurements and for driving in reverse.
 
-    lever = gear,  throttle = accelerator,  clutch = (w - w_open)/(w_closed - w_open)
+    lever = gear,  throttle = accelerator,  clutch = (w - w_open - rise)/(w_closed - w_open)
+    rise = launch (accelerator - kick)/(1 - kick), at least 0
 
-    ``gear`` is -1 for the reverse gear and 0 for neutral of an ``Automatic``. Cars refuse a gear that their gearbox does not have.
+    ``gear`` is -1 for the reverse gear and 0 for neutral of an ``Automatic``. Cars refuse a gear that their gearbox does not have. The
+    vehicle starts in this gear, so ``launch`` counts in any; see ``GearSchedule``.
     """
 
     gear: Parameter = parameter("1", "Gear", default=1.0, min=-1)
@@ -84,7 +91,7 @@ class FixedGear(Shifting):
         """No memory."""
         yield self.lever.value == self.gear
         yield self.throttle.value == self.accelerator.value
-        yield self.clutch.value == self._pressed()
+        yield self.clutch.value == self._pressed(1.0)
 
 
 class SpeedSchedule(Shifting, Switching):
@@ -103,14 +110,10 @@ class SpeedSchedule(Shifting, Switching):
     relaxed: Parameter = parameter(
         "1", "Accelerator position up to which shift speeds do not change", default=0.0, min=0, max=0.99
     )
-    kick: Parameter = parameter("1", "Accelerator position for kick-down", default=0.8, min=0, max=1)
     patience: Parameter = parameter("s", "Time after a kick-down without upshifts", default=10.0, min=0)
     dwell: Parameter = parameter("s", "Minimum time between shifts", default=2.0, above=0)
     braking: Parameter = parameter(
         "1", "Relative increase of the shift speeds while the driver slows down", default=0.0, min=0
-    )
-    launch: Parameter = parameter(
-        "rad/s", "Rise of w_open and w_closed in first gear with the accelerator fully pressed", default=0.0, min=0
     )
     gear: Discrete = discrete("1", "Gear that is engaged, or will be", start=1.0)
     before: Discrete = discrete("1", "Gear before the last shift", start=1.0)
@@ -232,10 +235,6 @@ class SpeedSchedule(Shifting, Switching):
         yield when(brakes, reinit(self.slowing, 1))
         yield when(ca.logic_and(self.accelerator.value > RESUMED, self.slowing > 0), reinit(self.slowing, 0))
 
-    def _launched(self) -> Symbol:
-        """The pressure of the clutch, at which a fully pressed accelerator lets the engine rise further in first gear."""
-        return self._pressed(self.launch * beyond(self.kick, self.accelerator.value) * limited(2 - self.gear))
-
     def _check(self) -> None:
         where = f"{self._path or type(self).__name__}.speeds"
         for k, (up, down) in enumerate(self.speeds, 1):
@@ -294,7 +293,7 @@ class GearSchedule(SpeedSchedule):
         yield from self._choose()
         yield from self._shift(time - self.began)
         yield self.throttle.value == self.hold * self.accelerator.value
-        yield self.clutch.value == ca.fmin(self._launched(), self.hold)
+        yield self.clutch.value == ca.fmin(self._pressed(limited(2 - self.gear)), self.hold)
 
     def _shift(self, t: Symbol) -> Equations:
         moved, closing = self.t_open + self.t_lever, self.t_open + self.t_lever + self.t_close
@@ -337,4 +336,4 @@ class PowerShiftSchedule(SpeedSchedule):
         up = limited(self.gear - self.before)
         yield self.lever.value == self.before + (self.gear - self.before) * way
         yield self.throttle.value == self.accelerator.value * (1 - self.cut * up * 4 * way * (1 - way))
-        yield self.clutch.value == self._launched()
+        yield self.clutch.value == self._pressed(limited(2 - self.gear))

@@ -83,7 +83,7 @@ class ElectricMachine(Lossy):
         "K", "Temperature of the winding from which there is no torque", default=453.15, above=0
     )
     T_band: Parameter = parameter(
-        "K", "Temperature range below it in which the torque fades out", default=20.0, above=0
+        "K", "Temperature range below it in which the torque fades out", default=20.0, above=0, max=200
     )
     alpha: Parameter = parameter("1/K", "Rise of the winding's resistance, 0.0039 for copper", default=0.0, min=0)
     P_0: Parameter = parameter("W", "Loss at rest without torque", default=50.0, min=0)

@@ -7,7 +7,7 @@ support.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -276,7 +276,7 @@ class _Nodes:
         return face
 
     def join(self, owner: Component, row: Connection, place: Place) -> None:
-        own = {id(value) for value in owner.__dict__.values() if isinstance(value, Connector)}
+        own = {id(port) for _, port, _ in _ports(owner)}
         faces = [(p._path, id(p) in own) for p in row.ports]
         for face, p in zip(faces, row.ports, strict=True):
             self.ports[face] = p
@@ -294,11 +294,11 @@ class _Nodes:
             flat.nodes.append(tuple(faces))
             self._write_node(flat, faces)
         for component in flat.components:
-            for name, spec in component._fields.items():
-                if isinstance(spec, Port) and (f"{component._path}.{name}".lstrip("."), False) not in self.ports:
-                    if component is not root and not spec.grounded and not isinstance(component.__dict__[name], Signal):
-                        flat.open_ports.append((component, component.__dict__[name]))
-                    _write_unconnected(flat, component.__dict__[name], spec, top=component is root)
+            for name, port, grounded in _ports(component):
+                if (f"{component._path}.{name}".lstrip("."), False) not in self.ports:
+                    if component is not root and not grounded and not isinstance(port, Signal):
+                        flat.open_ports.append((component, port))
+                    _write_unconnected(flat, port, grounded, top=component is root)
 
     def _write_node(self, flat: Flat, faces: list[Face]) -> None:
         first, place = self.ports[faces[0]], self.places[faces[0]]
@@ -338,14 +338,24 @@ def _check_units(ports: Sequence[Connector], place: Place) -> None:
             raise ModelError(f"{place}: connect() joins signals of different units: {said}")
 
 
-def _write_unconnected(flat: Flat, port: Connector, spec: Port, top: bool) -> None:
+def _ports(component: Component) -> Iterator[tuple[str, Connector, bool]]:
+    """The ports of a bound component with their names ("u", "u[0]"), and whether they are held at their reference unconnected."""
+    for name, spec in component._fields.items():
+        value = component.__dict__.get(name)
+        for i, port in enumerate(value if isinstance(value, tuple) else (value,)):
+            if isinstance(port, Connector):
+                grounded = isinstance(spec, Port) and spec.grounded
+                yield f"{name}[{i}]" if isinstance(value, tuple) else name, port, grounded
+
+
+def _write_unconnected(flat: Flat, port: Connector, grounded: bool, top: bool) -> None:
     place = Place(f"{port._path} (not connected)")
     if isinstance(port, Signal):
         _write_unconnected_signal(flat, port, place, top)
         return
     for name, quantity in port._fields.items():
-        if isinstance(quantity, Variable) and quantity.flow is not spec.grounded:
-            reference = port.reference if spec.grounded else 0.0
+        if isinstance(quantity, Variable) and quantity.flow is not grounded:
+            reference = port.reference if grounded else 0.0
             flat.equations.append(Equation(port._symbols[name] - reference, place))
 
 

@@ -30,6 +30,7 @@ from powertrain.initialization.conditions import (
 )
 from powertrain.initialization.outdated import outdated
 from powertrain.initialization.report import InitialReport
+from powertrain.initialization.resolution import coarse_time
 from powertrain.initialization.uniqueness import is_default, not_unique
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
 from powertrain.modes.complementarity import Laws
@@ -276,13 +277,14 @@ class _Plan:
         )
 
     def _notes(self, t: float, y: Array, m: Array, p: Array, choice: Choice) -> tuple[str, ...]:
-        """What is not unique in the start, speeds and torques at rest; values of the run that tables of the model do not have."""
+        """What is not unique in the start, speeds and torques at rest; values that tables of the model do not have; a late start."""
         opened, point = self.compiled.dae.opened, OperatingPoint(t, y[: self.n], y[self.n :], m, p)
         tied = () if opened is None else tied_notes(self._laws, point)
         return (
             *self._unasked(t, y, m, p, choice),
             *tied,
             *outdated(self.compiled, dict(zip(self.compiled.parameters, p.tolist(), strict=True))),
+            *coarse_time(self.compiled.dae, t),
         )
 
     @cached_property

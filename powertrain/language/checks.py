@@ -103,7 +103,7 @@ def rows(where: str, kind: Any, value: Any) -> Any:
         if not len(listed) or len(listed) != length or not all(_is_a(v, float) and np.isfinite(v) for v in listed):
             said = f"the row {row!r} is not {f'{length} ' if length else ''}finite numbers"
             raise ParameterError(f"{where} is no table of rows of numbers{unit and f' [{unit}]'}: {said}")
-    return value
+    return tuple(_plain(row) for row in value)
 
 
 def row(where: str, value: Any) -> tuple[float, ...]:
@@ -111,7 +111,12 @@ def row(where: str, value: Any) -> tuple[float, ...]:
     listed = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
     if not listed or not all(_is_a(v, float) and np.isfinite(v) for v in value):
         raise ParameterError(f"{where} = {value!r} is not a row of finite numbers, such as (3.6, 2.1, 1.4)")
-    return tuple(value)
+    return _plain(value)
+
+
+def _plain(values: Any) -> tuple[Any, ...]:
+    """A row, perhaps an array, as a tuple of Python's numbers: equal rows of numbers make equal components with one text."""
+    return tuple(v.item() if isinstance(v, np.generic) else v for v in values)
 
 
 def _converted(where: str, unit: str, row: Any) -> Any:

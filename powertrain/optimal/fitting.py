@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.initialization.outdated import constant_in_tables
 from powertrain.language.arguments import by_name, limits, listed, number, tolerances
 from powertrain.language.arguments import names as argument_names
 from powertrain.language.component import Component
@@ -69,7 +70,8 @@ class Fit:
     the order of ``values``; ``undetermined``: directions, as relative changes of the unknowns, in which the residuals hardly change;
     ``results``: the runs of the experiments with the fitted values; ``cost``: the sum of squares; ``spread``: the standard deviation of the
     residuals divided by sigma; ``evaluations``: the number of sets simulated; ``parameters``: the values without initial values;
-    ``at_bounds``: the unknowns limited by a bound, with that bound. The standard errors do not take bounds into account.
+    ``at_bounds``: the unknowns limited by a bound, with that bound; ``notes``: the parameters whose effect on tables and limits, computed
+    when the model was compiled, the fit does not contain. The standard errors do not take bounds into account.
     """
 
     values: dict[str, float]
@@ -85,6 +87,7 @@ class Fit:
     message: str
     parameters: dict[str, float] = field(default_factory=dict)
     at_bounds: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @property
     def correlation(self) -> pd.DataFrame:
@@ -142,7 +145,7 @@ class Fit:
         for direction in self.undetermined:
             parts = ", ".join(f"{n} {100 * v:+.3g} %" for n, v in direction.items())
             lines.append(f"not determined by the data: the combination {parts}")
-        return "\n".join(lines)
+        return "\n".join([*lines, *self.notes])
 
     __repr__ = __str__
 
@@ -341,4 +344,5 @@ def _summary(problem: _LeastSquares, asked: Sequence[FitUnknown], values: Array,
         tuple(problem.experiments), float(left @ left), spread, problem.evaluations, message,
         {u.name: float(v) for u, v in zip(asked, values, strict=True) if u.experiment is None},
         {u.label: u.low if side < 0 else u.high for u, side in zip(asked, active.tolist(), strict=True) if side},
+        constant_in_tables(problem.plant.compiled, [u.name for u in asked]),
     )  # fmt: skip

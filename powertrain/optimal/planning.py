@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.initialization.outdated import constant_in_tables
 from powertrain.language.arguments import by_name, count, listed, number
 from powertrain.language.arguments import limits as bounded
 from powertrain.language.component import Component
@@ -41,7 +42,8 @@ class Plan:
     ``cost``: the cost of the plan; ``result``: a simulation of the complete model with the inputs of the plan, ``replayed``: its cost;
     ``same_modes``: whether that simulation went through the planned modes. ``inputs``: times (s) and values for ``simulate``;
     ``starts`` and ``parameters`` likewise; ``times``, ``states``: the planned states at the nodes by name; ``durations``: of the
-    phases, in s; ``ok``: whether the solver converged, ``message``: its message; ``iterations``: their number.
+    phases, in s; ``ok``: whether the solver converged, ``message``: its message; ``iterations``: their number; ``notes``: the parameters
+    whose effect on tables and limits, computed when the model was compiled, the optimum does not contain.
     """
 
     cost: float
@@ -57,6 +59,7 @@ class Plan:
     ok: bool
     message: str
     iterations: int
+    notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         gap = f" ({100 * (self.replayed / self.cost - 1):+.2g} %)" if self.cost else ""
@@ -66,7 +69,7 @@ class Plan:
             f"phases: {phases}; {'' if self.ok else 'NOT CONVERGED: '}{self.message} after {self.iterations} iterations",
         ]
         lines += [f"{name} = {value:.6g}" for name, value in self.parameters.items()]
-        return "\n".join(lines)
+        return "\n".join([*lines, *self.notes])
 
     __repr__ = __str__
 
@@ -357,6 +360,7 @@ class _Programme:
         return Plan(
             cost, number_of(result, self.objective), result, self._sequence(result) == self._sequence(self.run), inputs, starts,
             changed, times, states, durations, bool(stats["success"]), str(stats["return_status"]), int(stats["iter_count"]),
+            constant_in_tables(self.plant.compiled, self.free),
         )  # fmt: skip
 
     def _sequence(self, run: Result[Any]) -> list[bytes]:

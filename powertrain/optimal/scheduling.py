@@ -14,6 +14,7 @@ the required state: the minimum principle of Pontryagin for a store whose rate d
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Protocol
 
 import numpy as np
@@ -212,11 +213,12 @@ def _start(start: float, what: str, states: Array) -> float:
     return first
 
 
-def _checked_mode(stages: Stages, mode: int) -> None:
+def _checked_mode(stages: Stages, mode: object) -> None:
     """ParameterError for a mode before the start that the stages do not have."""
     modes = len(stages.switches)
-    if mode not in range(modes):
-        raise ParameterError(f"mode = {mode} must be a whole number from 0 to {modes - 1}")
+    whole = isinstance(mode, Integral) and not isinstance(mode, bool)
+    if not whole or mode not in range(modes):
+        raise ParameterError(f"mode = {mode!r} must be a whole number from 0 to {modes - 1}")
 
 
 def _must_be_possible(stages: Stages, found: Schedule) -> None:

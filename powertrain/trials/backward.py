@@ -17,7 +17,7 @@ from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.driveline import SLOWEST, driveline_map
 from powertrain.trials.gears import gear_maps, gears_along, in_gear, is_geared
 from powertrain.trials.operating import check_stores, operating_map, remembered
-from powertrain.trials.resistance import resistance
+from powertrain.trials.resistance import check_mass, resistance
 from powertrain.vehicles.wheels import wheels_of
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     those of the lowest speed. Without a demand the engine idles, against the drag of a converter if there is one; with ``StartStop`` it is
     off while the vehicle stands. The engine is warm, and its inertia is neglected.
     A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has one map per gear. The schedule chooses the gears for the speeds of the
-    cycle and the pedal positions for the forces; shifts take no time and no fuel.
+    cycle, the pedal positions for the forces and the mean slope of the row; shifts take no time and no fuel.
     Errors: ParameterError if points of the map have no operating point, and those of ``check_backward``.
     """
     import xarray as xr
@@ -74,7 +74,7 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     speeds, accelerators = np.linspace(min(SLOWEST, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS)
     if found is None and is_geared(vehicle):
         maps = [_filled(one, k) for k, one in enumerate(gear_maps(vehicle, speeds, accelerators), 1)]
-        gears = gears_along(vehicle, cycle.times, v, force, maps)
+        gears = gears_along(vehicle, cycle.times, v, force, maps, grades=np.tan(np.arcsin(_sines(vehicle, cycle))))
     else:
         maps = [driveline_map(vehicle, speeds, accelerators) if found is None else found]
         gears = np.ones(v.size, np.intp)
@@ -121,25 +121,24 @@ def _filled(found: xr.Dataset, gear: int) -> xr.Dataset:
 def demand(vehicle: pt.Component, cycle: DriveCycle) -> tuple[Array, Array]:
     """Speed [m/s] and tractive force [N] of all wheels at the midpoint of every row; of the rotating parts only wheels count."""
     v, a = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2, np.diff(cycle.speeds) / np.diff(cycle.times)
-    return v, _pull(vehicle, v, a) + _climb(vehicle, cycle)
+    body = value_at(vehicle, anatomy(vehicle).the("body"))
+    return v, _pull(vehicle, v, a) + float(body.m) * float(body.g) * _sines(vehicle, cycle)
 
 
 def _pull(vehicle: Any, v: Array, a: Array) -> Array:
     """The force to pull the body at v, and the force to accelerate the vehicle's mass and the inertia of its wheels by a."""
     body = value_at(vehicle, anatomy(vehicle).the("body"))
+    check_mass(body)
     mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for _, w in wheels_of(vehicle))
     return mass * a + resistance(body, v)
 
 
-def _climb(vehicle: Any, cycle: DriveCycle) -> Array:
-    """The mean component of the weight along the road in every row, N; none at rest, where the brakes hold it."""
+def _sines(vehicle: Any, cycle: DriveCycle) -> Array:
+    """The mean sin(alpha) of the road in every row; none at rest, where the brakes hold the vehicle."""
     places = np.append(0.0, np.cumsum((cycle.speeds[1:] + cycle.speeds[:-1]) / 2 * np.diff(cycle.times)))
-    parts = anatomy(vehicle)
-    body, road = value_at(vehicle, parts.the("body")), value_at(vehicle, parts.the("road"))
-    steps = np.diff(places)
+    road, steps = value_at(vehicle, anatomy(vehicle).the("road")), np.diff(places)
     climbed = _rises(cycle.slope() if cycle.has_road else road.profile, places)
-    sines = np.divide(climbed, steps, out=np.zeros_like(steps), where=steps > 0)
-    return np.asarray(float(body.m) * float(body.g) * sines)
+    return np.asarray(np.divide(climbed, steps, out=np.zeros_like(steps), where=steps > 0))
 
 
 def _rises(profile: pt.Map, places: Array) -> Array:

@@ -45,7 +45,8 @@ def in_gear(vehicle: pt.Component, k: int) -> pt.Component:
     shifting, name = _named(vehicle, SpeedSchedule), _named(vehicle, Shiftable)
     schedule, box = getattr(vehicle, shifting), getattr(vehicle, name)
     alone = box.in_gear(k)
-    held = FixedGear(gear=min(k, alone.gear_count), w_open=float(schedule.w_open), w_closed=float(schedule.w_closed))
+    clutch = {name: float(getattr(schedule, name)) for name in ("w_open", "w_closed", "kick", "launch")}
+    held = FixedGear(gear=min(k, alone.gear_count), **(clutch if k == 1 else clutch | {"launch": 0.0}))
     return pt.replace(vehicle, {shifting: held, name: alone})
 
 
@@ -98,17 +99,20 @@ def _parameters(car: pt.Component) -> dict[str, float]:
     }
 
 
-def gears_along(vehicle: Any, times: Array, v: Array, force: Array, maps: list[xr.Dataset]) -> NDArray[np.intp]:
-    """The gear, from 1, in every row between two times [s], for speeds [m/s] and forces [N] in the rows.
+def gears_along(
+    vehicle: Any, times: Array, v: Array, force: Array, maps: list[xr.Dataset], *, grades: Array
+) -> NDArray[np.intp]:
+    """The gear, from 1, in every row between two times [s], for speeds [m/s], forces [N] and slopes tan(alpha) in the rows.
 
     The schedule chooses it for the pedal position that gives the force; a long row has the gear in which it ends.
     """
     shifter, gears = _Shifter(vehicle, maps), []
-    for begin, end, speed, push in zip(times[:-1], times[1:], v, force, strict=True):
+    for begin, end, speed, push, grade in zip(times[:-1], times[1:], v, force, grades, strict=True):
         for t in np.arange(begin, end, min(shifter.dwell, end - begin)):
             found = maps[shifter.gear - 1]
             braked = bool(push < overrun(found, float(speed)))
-            shifter.decide(float(t), float(speed), accelerator(found, float(speed), float(push)), braked=braked)
+            pedal = accelerator(found, float(speed), float(push))
+            shifter.decide(float(t), float(speed), pedal, braked=braked, grade=float(grade))
         gears.append(shifter.gear)
     return np.array(gears)
 
@@ -122,13 +126,13 @@ class _Shifter:
         self.shifts = _shifts(vehicle)
         self.gear, self.began, self.kicked, self.slowing = 1, -np.inf, -np.inf, False
 
-    def decide(self, t: float, v: float, pedal: float, *, braked: bool) -> None:
-        """Update the gear at time t [s] for the speed v [m/s] and the accelerator ``pedal``, or the brake pedal if ``braked``."""
+    def decide(self, t: float, v: float, pedal: float, *, braked: bool, grade: float) -> None:
+        """Update the gear at time t [s] for the speed v [m/s], the pedal position, or the brakes, and the slope tan(alpha)."""
         self.slowing = braked or (self.slowing and pedal <= RESUMED)
         if t - self.began < self.dwell:
             return
         w = v * self.per_speed[self.gear - 1]
-        up, down, kick_down, above, below = self.shifts(v, w, pedal, self.gear, t - self.kicked, self.slowing, 0.0)
+        up, down, kick_down, above, below = self.shifts(v, w, pedal, self.gear, t - self.kicked, self.slowing, grade)
         if up or down or kick_down:
             self.gear = int(above if up else below if down else self.gear - 1)
             self.began, self.kicked = t, t if kick_down else self.kicked

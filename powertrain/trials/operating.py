@@ -18,6 +18,7 @@ from powertrain.components.electric import Cooling
 from powertrain.components.engines import EngineCooling, WarmEngine
 from powertrain.language.component import children
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
+from powertrain.trials.resistance import check_mass
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +33,8 @@ def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Comp
 
     ``WarmEngine`` replaces a ``CoolantCircuit``, which may settle above 120 degC at full load and low speed. Wheels do not slip, and those
     of an axle turn together, so losses of tyres and differentials are not included.
-    Errors: ParameterError for a vehicle with discrete variables that are not ``held``, such as the engaged gear.
+    Errors: ParameterError for a vehicle with discrete variables that are not ``held``, such as the engaged gear, and for a body that moves
+    like another mass than its parameter ``m``.
     """
     anatomy(vehicle)  # what is not a vehicle is rejected as everywhere
     _refuse_memory(vehicle, held)
@@ -40,6 +42,7 @@ def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Comp
     vehicle = pt.replace(vehicle, {name: part for name, old in parts.items() if (part := _steady(old)) is not old})
     found = anatomy(vehicle)
     body, pedals = found.the("body"), found.the("pedals")
+    check_mass(value_at(vehicle, body))
     loads: dict[str, Any] = {name: float(getattr(value_at(vehicle, body), name)) for name in ("m", "front_share", "g")}
     return pt.replace(vehicle, {body: RollingRoad(**loads), pedals: SetPedals()})
 

@@ -1,15 +1,21 @@
-"""The resistance of a body on a level road."""
+"""The resistance of a body on a level road, and whether it has the mass that it says."""
 
 from __future__ import annotations
+
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.body import Body
-from powertrain.components.translational import ConstantSpeed
+from powertrain.components.translational import Accelerate, ConstantSpeed
 
 Array = NDArray[np.float64]
+MOVING = 10.0
+"""Speed [m/s] at which the mass of a body is measured, because friction would hold it at rest."""
+EQUAL = 1e-6
+"""Relative difference of masses that is round-off."""
 
 
 class _Pulled(pt.Component):
@@ -31,3 +37,29 @@ def resistance(body: Body, v: Array) -> Array:
         pulled = pt.steady(_Pulled(body=body), {"pull.v_fixed": speeds[moves]}, outputs=["pull.flange.f"])
         taken[moves] = -pulled["pull.flange.f"].values
     return taken[rows]
+
+
+class _Accelerated(pt.Component):
+    """A body that is accelerated over a level road."""
+
+    body: Body
+    pull: Accelerate = Accelerate()
+    a: pt.Input = pt.signal_input("m/s2", "Acceleration")
+
+    def equations(self) -> pt.Equations:
+        """Accelerated at the front."""
+        yield pt.connect(self.a, self.pull.a_ref)
+        yield pt.connect(self.pull.flange, self.body.front)
+
+
+@lru_cache(maxsize=32)
+def check_mass(body: Body) -> None:
+    """ParameterError for a body that moves like another mass than its parameter ``m``, with which maps and road loads are computed."""
+    plant = pt.compile(_Accelerated(body=body))
+    still, pulled = (plant.start(inputs={"a": a}, starts={"pull.v": MOVING})["pull.flange.f"] for a in (0.0, 1.0))
+    mass, said = still - pulled, float(body.m)
+    if abs(mass - said) > EQUAL * said:
+        raise pt.ParameterError(
+            f"{type(body).__name__} moves like a mass of {mass:.6g} kg, but its parameter m is {said:.6g} kg; if a part of it has the "
+            "mass, write  yield self.part.m == self.m  in its equations, and give m"
+        )

@@ -164,3 +164,28 @@ def test_signals_keep_their_units_and_tunable_parameters() -> None:
     plant = pt.compile(joined(b.Ramp(duration=1), b.Integrator(), joints="0.y=1.u"))
     slow = plant.simulate(1.0, parameters={"parts[0].duration": 2.0})
     assert slow["parts[1].y"][-1] == pytest.approx(0.25, rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["pulse", "table", "input"])
+def test_a_pulse_too_short_for_a_late_start_is_noted(kind: str) -> None:
+    """A pulse of 1 ms and area 1, a second after a start at the time since 1970, and counted from the start of the run."""
+
+    def found(begin: float) -> pt.Result[Any]:
+        table = ((begin + 1, 0.0), (begin + 1, 1e3), (begin + 1.001, 1e3), (begin + 1.001, 0.0))
+        if kind == "input":
+            times, values = zip(*table, strict=True)
+            return pt.simulate(b.Integrator(), begin + 3, start=begin, inputs={"u": (times, values)})
+        pulse = b.Pulse(amplitude=1e3, period=10.0, width=0.01, startTime=begin + 1)
+        source = pulse if kind == "pulse" else b.TimeTable(table=table)
+        result: pt.Result[Any] = run(joined(source, b.Integrator(), joints="0.y=1.u"), begin + 3, start=begin)
+        return result
+
+    early, late = found(0.0), found(1.7e9)
+    area = "y" if kind == "input" else "parts[1].y"
+    assert (early[area][-1], early.notes) == (pytest.approx(1, rel=1e-9), ())
+    assert late[area][-1] == 0
+    assert late.notes == (
+        "at t = 1.7e+09 s, events of time signals within 0.0017 s count as one, so shorter pulses are lost; count time from the start "
+        "of the run",
+    )
+    assert run(joined(b.Constant(k=1), b.Integrator(), joints="0.y=1.u"), 1.7e9 + 1, start=1.7e9).notes == ()

@@ -109,3 +109,28 @@ def test_radiation_between_two_surfaces() -> None:
 def test_negative_capacity_is_refused() -> None:
     with pytest.raises(pt.ParameterError, match=r"HeatCapacitor\.C = -1 J/K is outside its range"):
         th.HeatCapacitor(C=-1)
+
+
+def test_differences_of_temperatures_have_no_offset_in_other_scales() -> None:
+    """20 K are 20 degC or 36 degF: a state and a parameter, a node without heat capacity, a mean."""
+    parts = (
+        th.HeatCapacitor(C=1e9),
+        th.ThermalConductor(G=10),
+        th.ThermalConductor(G=30),
+        th.FixedTemperature(T=300),
+        th.RelTemperatureSensor(),
+        th.TemperatureSensor(),
+    )
+    joints = "0.port=1.port_a=4.port_a 1.port_b=2.port_a=4.port_b=5.port 2.port_b=3.port"
+    result = run(joined(*parts, joints=joints), 1.0, {"0.T": 380.0})
+    for name, degrees in (("parts[1].dT", 60.0), ("parts[4].T_rel", 60.0), ("parts[2].dT", 20.0)):
+        assert result.converted(name, "degC") == pytest.approx(degrees, rel=1e-6)
+        assert result.converted(name, "degF") == pytest.approx(1.8 * degrees, rel=1e-6)
+    for name, kelvin in (("parts[0].T", 380.0), ("parts[5].T", 320.0), ("parts[3].port.T", 300.0)):
+        assert result.converted(name, "degC") == pytest.approx(kelvin - 273.15, rel=1e-6)
+        assert result.converted(name, "degF") == pytest.approx(1.8 * kelvin - 459.67, rel=1e-6)
+    assert result.converted(lambda m: m.parts[0].T - m.parts[5].T.value, "degC") == pytest.approx(60.0, rel=1e-6)
+    whole = result.converted(lambda m: m.parts[0].T - m.parts[5].T.value + m.parts[3].port.T, "degC")
+    assert whole == pytest.approx(86.85)
+    with pytest.raises(pt.ModelError, match=r"the unit of 2.*parts\[0\]\.T.* is unknown"):
+        result.converted(lambda m: 2 * m.parts[0].T, "degC")

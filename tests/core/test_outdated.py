@@ -12,6 +12,7 @@ import pytest
 import powertrain as pt
 from powertrain.compiler.flatten import flatten
 from powertrain.components.body import VehicleBody
+from powertrain.components.rotational import Inertia, Torque
 from powertrain.language.symbols import column, free_symbols
 from powertrain.presets.catalogue import vehicles
 from powertrain.vehicles.split_path_car import SplitPathCar
@@ -130,3 +131,38 @@ def test_operating_points_with_values_that_tables_do_not_have_are_noted(spanned:
     found = pt.steady(plant, grid | mass, outputs=["a"], parameters=others, held=["body.v"])
     assert "those for body.m = 1500 kg, not for the given values" in found.attrs["notes"]
     assert pt.steady(plant, grid, outputs=["a"], held=["body.v"]).attrs["notes"] == ""
+
+
+class Geared(pt.Component):
+    """A torque whose gain was computed for the inertia that it turns."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque")
+    source: Torque = Torque()
+    load: Inertia = Inertia(J=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield self.source.tau.value == self.torque.value * float(pt.replace(self.load).J)
+        yield pt.connect(self.source.flange, self.load.flange_a)
+
+
+NOT_MOVED = (
+    "without the change of tables and limits that were computed when the model was compiled, for load.J = 2 kg.m2",
+)
+
+
+def test_a_plan_says_which_tables_its_parameters_leave() -> None:
+    plant = pt.compile(Geared())
+    guess = plant.simulate(1.0, starts={"load.w": 0.0}, inputs={"torque": 1.0})
+    given: dict[str, Any] = {"minimize": -pt.final("load.w"), "guess": guess, "intervals": 4}
+    plan = pt.optimal_control(plant, **given, parameters={"load.J": (1.0, 3.0)})
+    assert plan.notes == NOT_MOVED
+    assert str(plan).endswith(NOT_MOVED[0])
+    assert pt.optimal_control(plant, **given, inputs={"torque": (0.0, 1.0)}).notes == ()
+
+
+def test_a_fit_says_which_tables_its_parameters_leave() -> None:
+    plant, t = pt.compile(Geared()), np.linspace(0.0, 1.0, 11)
+    data = pt.Experiment(t, {"load.w": t}, starts={"load.w": 0.0}, inputs={"torque": 1.0})
+    found = pt.fit(plant, data, ["load.J"])
+    assert found.notes == NOT_MOVED
+    assert str(found).endswith(NOT_MOVED[0])

@@ -9,6 +9,7 @@ from scipy.integrate import quad
 import powertrain as pt
 from powertrain.components.body import RoadProfile
 from powertrain.components.cycles import DriveCycle
+from powertrain.trials import drive_cycle
 from powertrain.trials.backward import backward, demand
 from powertrain.vehicles import ManualCar
 
@@ -54,3 +55,13 @@ def test_a_car_that_stands_on_a_slope_idles() -> None:
         assert run.force[[0, 3]].tolist() == [0, 0]
         assert run.fuel_rate[[0, 3]].tolist() == level.fuel_rate[[0, 3]].tolist()
         assert (run.fuel_rate[1] > level.fuel_rate[1]) == (grade > 0)
+
+
+@pytest.mark.parametrize(("grade", "gear"), [(0.0, 2), (0.15, 1)])
+def test_a_climb_is_in_the_gear_of_the_simulation(grade: float, gear: int) -> None:
+    """At 5 m/s a shift of 0.7 s on 15 % costs 0.7 g sin(alpha) = 1.02 m/s, after which the downshift at 4 m/s would follow."""
+    speeds = ((4.5, 4.0), (8.0, 7.5), (12.0, 11.5), (16.5, 16.0), (21.0, 20.5))
+    car = pt.replace(ManualCar(), {"schedule.speeds": speeds, "schedule.eager": 0.05})
+    cycle = DriveCycle("climb", ((0.0, 1.0), (5.0, 5.0), (20.0, 5.0)), grades=(grade,) * 3)
+    assert backward(car, cycle).gears[-1] == gear
+    assert drive_cycle(car, cycle).result["schedule.gear"][-1] == gear

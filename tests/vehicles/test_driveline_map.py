@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import powertrain as pt
-from powertrain.components.body import Body, DrivenAxle, RoadProfile
+from powertrain.components.body import Body, Chassis, DrivenAxle, RoadProfile, VehicleBody
 from powertrain.components.body.coast_down import CoastDownBody as MeasuredBody
 from powertrain.components.control import FixedGear, Shifting, StartStop
 from powertrain.components.cycles import DriveCycle
@@ -22,6 +22,7 @@ from powertrain.trials.driveline import driveline_map
 from powertrain.trials.driveline_figure import plot_driveline_map
 from powertrain.trials.gears import gear_maps, in_gear, per_speed
 from powertrain.trials.operating import mapped_model, on_rolling_road, operating_map
+from powertrain.trials.tractive_effort import tractive_effort
 from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.dual_clutch_car import DualClutchCar
 from powertrain.vehicles.electric_car import ElectricCar
@@ -175,6 +176,38 @@ def test_a_body_with_friction_takes_nothing_at_rest() -> None:
     assert force == pytest.approx([0, mass * 0.5 + load, -mass * 0.5 + load, 0])
 
 
+class CompositeBody(Body):
+    """A body whose mass is that of a part; ``bound``: the part has its own parameter m."""
+
+    bound: bool = False
+    chassis: Chassis = Chassis()
+
+    def equations(self) -> pt.Equations:
+        if self.bound:
+            yield self.chassis.m == self.m
+        for name in ("front", "rear", "grade", "v", "s", "front_load", "rear_load"):
+            yield pt.connect(getattr(self, name), getattr(self.chassis, name))
+
+
+def test_a_body_whose_parameter_is_not_its_mass_is_rejected() -> None:
+    """Its m of 1,500 kg is a default that its equations do not read."""
+    cycle = DriveCycle("goes", ((0.0, 10.0), (10.0, 12.0)))
+    said = (
+        r"CompositeBody moves like a mass of 2000 kg, but its parameter m is 1500 kg; .*yield self\.part\.m == self\.m"
+    )
+    car = pt.replace(SplitPathCar(), body=CompositeBody(chassis=Chassis(m=2000.0)))
+    for trial in (
+        lambda: demand(car, cycle),
+        lambda: tractive_effort(car, [10.0, 20.0]),
+        lambda: on_rolling_road(car),
+    ):
+        with pytest.raises(pt.ParameterError, match=said):
+            trial()
+    bound = pt.replace(SplitPathCar(), body=CompositeBody(bound=True, m=2000.0))
+    plain = pt.replace(SplitPathCar(), body=VehicleBody(m=2000.0))
+    np.testing.assert_allclose(demand(bound, cycle)[1], demand(plain, cycle)[1], rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("vehicle", "said"),
     [
@@ -222,6 +255,18 @@ def test_a_closed_start_device_turns_the_engine_at_the_ratio_of_the_gear(kind: t
     maps = gear_maps(kind(), np.linspace(0.5, 37, 24), np.linspace(0, 1, 5))
     expected = [ratio * final_drive / 0.3 for ratio in kind().gearbox.gear_ratios]
     assert [per_speed(found) for found in maps] == pytest.approx(expected)
+
+
+def test_a_launch_slips_at_the_speed_of_the_schedule() -> None:
+    """With the clutch slipping, torque over pressure is its capacity: the same with and without launch, which counts beyond kick-down."""
+    pedals = np.array([0.5, 0.9, 1.0])
+    for launch, rise in ((0.0, [0, 0, 0]), (40.0, [0, 20, 40])):
+        first, second, *_ = gear_maps(
+            pt.replace(ManualCar(), {"schedule.launch": launch}), np.array([1.0, 1.5]), pedals
+        )
+        for one, later in ((first, np.array(rise)), (second, 0)):
+            pressure = (one["w"] - 95 - later) / (160 - 95)
+            np.testing.assert_allclose(one["tau"] / pressure, 300, rtol=1e-3)
 
 
 @pytest.mark.slow

@@ -106,3 +106,9 @@ def test_a_car_that_pulls_uphill_gets_slower_as_its_machine_warms_up() -> None:
 def test_in_maps_the_winding_is_as_warm_as_the_liquid() -> None:
     car = on_rolling_road(ElectricCar(machine_cooling=COOLING))
     assert value_at(car, "machine_cooling") == ConditionedMachine(T=330)
+
+
+def test_a_temperature_in_place_of_a_range_is_rejected() -> None:
+    """20 degC are 293.15 K, over which no torque would fade out."""
+    with pytest.raises(pt.ParameterError, match=r"T_band = 293\.15 K is outside its range \(0, 200\] K"):
+        ElectricMachine(T_band="20 degC")  # type: ignore[arg-type]
