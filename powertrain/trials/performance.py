@@ -60,9 +60,7 @@ def full_accelerator(
 
 def _check_moving(result: pt.Result[Any]) -> None:
     """SimulationError, with the run, if the vehicle does not move forward."""
-    parts = anatomy(result.model)
-    path = result[f"{parts.the('body')}.s"]
-    way = float(path[-1] - path[0])
+    parts, way = anatomy(result.model), _covered(result)
     if way <= -MOVES:
         raise pt.SimulationError(
             f"{parts.vehicle} moves backward: with the accelerator fully pressed it covers {way:.3g} m in {result.time[-1]:.0f} s. "
@@ -124,8 +122,14 @@ class Hill:
         Even where the force hardly exceeds the weight: it has left its place, and has not come to rest again.
         """
         result = self.plant.simulate(time, inputs={self.slope: grade}, starts=self.starts, points=100)
-        covered = result[f"{anatomy(result.model).the('body')}.s"][-1]
+        covered = _covered(result)
         return bool(covered > LEFT and _speed(result)[-1] * time > covered / 2)
+
+
+def _covered(result: pt.Result[Any]) -> float:
+    """Distance from the start [m], negative backward."""
+    path = result[f"{anatomy(result.model).the('body')}.s"]
+    return float(path[-1] - path[0])
 
 
 def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:
