@@ -59,20 +59,26 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     ``driveline_map`` (computed here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel there are
     those of the lowest speed. Without a demand the engine idles, against the drag of a converter if there is one; with ``StartStop`` it is
     off while the vehicle stands. The engine is warm, and its inertia is neglected.
-    A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has one map per gear. The schedule chooses the gears for the speeds of the
-    cycle and the pedal positions for the forces; shifts take no time and no fuel.
-    Errors: ParameterError if points of the map have no operating point, and those of ``check_backward``.
+    A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has one map per gear, computed here. The schedule chooses the gears for the
+    speeds of the cycle and the pedal positions for the forces; shifts take no time and no fuel.
+    Errors: ParameterError if points of the map have no operating point, for a map of a vehicle with gears, and those of
+    ``check_backward``.
     """
     import xarray as xr
 
     check_backward(vehicle)
     if found is not None:
         of_kind("backward", found, xr.Dataset, "a map of driveline_map()")
+        if is_geared(vehicle):
+            raise pt.ParameterError(
+                f"backward: {type(vehicle).__name__} has a map in each gear, which its schedule selects along the cycle, and one map does "
+                "not tell them apart: leave found out"
+            )
     cycle = DriveCycle.of(cycle)
     v, force = demand(vehicle, cycle)
     top = 1.02 * cycle.top_speed
     speeds, accelerators = np.linspace(min(SLOWEST, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS)
-    if found is None and is_geared(vehicle):
+    if is_geared(vehicle):
         maps = [_filled(one, k) for k, one in enumerate(gear_maps(vehicle, speeds, accelerators), 1)]
         gears = gears_along(vehicle, cycle.times, v, force, maps)
     else:

@@ -344,6 +344,12 @@ def test_backward_of_a_geared_car() -> None:
     assert {1, 2, 3} <= set(back.gears.tolist())
 
 
+def test_backward_of_a_geared_car_takes_no_map_of_one() -> None:
+    """The map has the highest gear that the schedule keeps, which a drive over the same speeds does not have: less fuel, in gear 1."""
+    with pytest.raises(pt.ParameterError, match="ManualCar has a map in each gear"):
+        backward(ManualCar(), "udds", xr.Dataset())
+
+
 @pytest.mark.slow
 def test_backward_with_start_stop() -> None:
     """30 s of standing less at idle: 18.289 N.m at 85 rad/s with the indicated efficiency 0.38 take 9.5e-5 kg/s of 43 MJ/kg."""
