@@ -36,6 +36,7 @@ from powertrain.components.control import (
     EngineSwitch,
     FixedGear,
     GearSchedule,
+    OperatingLineControl,
     Pedals,
     Shifting,
     SpeedSchedule,
@@ -108,6 +109,13 @@ class Car(Component):
         yield connect(engine.heat_port, cooling.engine)
         yield connect(cooling.warmth, engine.warmth)
         yield connect(self.body.v, cooling.v)
+
+    def _on_its_line(self, engine: Engine, control: OperatingLineControl) -> Equations:
+        """The control of a variable ratio receives the data of the ``engine`` and sets its throttle."""
+        yield connect(engine.speed, control.w)
+        yield control.tau_open.value == engine.full_load(engine.w)
+        yield control.tau_drag.value == engine.motoring(engine.w)
+        yield engine.throttle.value == engine.opening(engine.w, control.throttle.value)
 
 
 class ShiftedCar(Car):
