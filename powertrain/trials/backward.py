@@ -14,6 +14,7 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.language.arguments import of_kind
 from powertrain.language.component import children
 from powertrain.trials.anatomy import anatomy, value_at
+from powertrain.trials.cycle import on_cycle
 from powertrain.trials.driveline import SLOWEST, driveline_map
 from powertrain.trials.gears import gear_maps, gears_along, in_gear, is_geared
 from powertrain.trials.operating import check_stores, operating_map, remembered
@@ -140,10 +141,9 @@ def _pull(vehicle: Any, v: Array, a: Array) -> Array:
 def _climb(vehicle: Any, cycle: DriveCycle) -> Array:
     """The mean component of the weight along the road in every row, N; none at rest, where the brakes hold it."""
     places = np.append(0.0, np.cumsum((cycle.speeds[1:] + cycle.speeds[:-1]) / 2 * np.diff(cycle.times)))
-    parts = anatomy(vehicle)
+    vehicle, parts = on_cycle(vehicle, cycle), anatomy(vehicle)
     body, road = value_at(vehicle, parts.the("body")), value_at(vehicle, parts.the("road"))
-    steps = np.diff(places)
-    climbed = _rises(cycle.slope() if cycle.has_road else road.profile, places)
+    steps, climbed = np.diff(places), _rises(road.profile, places)
     sines = np.divide(climbed, steps, out=np.zeros_like(steps), where=steps > 0)
     return np.asarray(float(body.m) * float(body.g) * sines)
 
