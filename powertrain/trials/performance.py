@@ -23,6 +23,8 @@ MOVES = 1.0
 """Distance [m] within the first minute above which a vehicle moves."""
 LEFT = 0.1
 """Distance [m] from which a vehicle has left its place: more than what its tyres and half shafts yield."""
+CLIMB = 20.0
+"""Time [s] within which a vehicle moves off on a slope."""
 SETTLED = 1e-3
 """Acceleration [m/s2] below which the top speed is reached."""
 STEEPEST = 1.0
@@ -116,14 +118,14 @@ class Hill:
         plant = pt.compile(pt.bench(pressed, without=[parts.the("road")]))
         return cls(plant, f"{parts.the('road')}.grade", checked_starts(plant, starts))
 
-    def climbed(self, grade: float, time: float = 20.0) -> bool:
-        """Whether the vehicle moves off on a slope tan(alpha) = ``grade`` within a time [s].
+    def climbed(self, grade: float) -> bool:
+        """Whether the vehicle moves off on a slope tan(alpha) = ``grade`` within 20 s.
 
         Even where the force hardly exceeds the weight: it has left its place, and has not come to rest again.
         """
-        result = self.plant.simulate(time, inputs={self.slope: grade}, starts=self.starts, points=100)
+        result = self.plant.simulate(CLIMB, inputs={self.slope: grade}, starts=self.starts, points=100)
         covered = _covered(result)
-        return bool(covered > LEFT and _speed(result)[-1] * time > covered / 2)
+        return bool(covered > LEFT and _speed(result)[-1] * CLIMB > covered / 2)
 
 
 def _covered(result: pt.Result[Any]) -> float:
