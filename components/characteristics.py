@@ -26,7 +26,7 @@ def linear(x: Symbol, *, one_direction: bool) -> Symbol:
 
 
 def quadratic(x: Symbol, *, one_direction: bool) -> Symbol:
-    """X |x|, or x^2 where the torque or force has the same direction whichever way the flange moves."""
+    """The product x |x|, or x^2 where the torque or force has the same direction whichever way the flange moves."""
     return x**2 if one_direction else x * ca.fabs(x)
 
 

@@ -11,7 +11,7 @@ BESSEL = (1.3617, 0.6180)
 
 
 def following_position(x: Symbol, v: Symbol, reference: Symbol, exact: bool, f_crit: Symbol) -> Equations:
-    """X = reference, or x + 1.3617 v/w_crit + 0.6180 der(v)/w_crit^2 = reference with w_crit = 2 pi f_crit; v = der(x)."""
+    """Exactly x = reference, or x + 1.3617 v/w_crit + 0.6180 der(v)/w_crit^2 = reference with w_crit = 2 pi f_crit; v = der(x)."""
     yield v == der(x)
     if exact:
         yield x == reference
@@ -21,7 +21,7 @@ def following_position(x: Symbol, v: Symbol, reference: Symbol, exact: bool, f_c
 
 
 def following_speed(x: Symbol, v: Symbol, reference: Symbol, exact: bool, f_crit: Symbol) -> Equations:
-    """V = reference, or der(v) = 2 pi f_crit (reference - v); v = der(x)."""
+    """Exactly v = reference, or der(v) = 2 pi f_crit (reference - v); v = der(x)."""
     yield v == der(x)
     if exact:
         yield v == reference

@@ -19,6 +19,7 @@ from powertrain import (
     variable,
 )
 from powertrain.components.blocks import Constant
+from powertrain.components.body.body import G_N
 from powertrain.components.rotational import Flange as Shaft
 from powertrain.components.rotational import IdealRollingWheel, Inertia
 from powertrain.components.translational import AirDrag, Flange, Mass, OneFlangeAndSupport, RollingResistance, Speed
@@ -28,9 +29,6 @@ __all__ = [
     "GradeForce",
     "Vehicle",
 ]
-
-G_N = 9.80665
-"""Standard gravity [m/s2]."""
 
 
 class GradeForce(OneFlangeAndSupport):

@@ -30,13 +30,13 @@ def one_bus(
     for machine, of_machine in machines:
         yield connect(machine.heat_port, of_machine.machine)
     yield connect(battery.bus, *(machine.bus for machine, _ in machines), accessories.bus)
-    cells, R = battery.ocv.values.max(), float(replace(battery).R)
-    most, rest = cells**2 / (4 * R), [_at_rest(machine) for machine, _ in machines]
-    taken = float(replace(accessories).P) + sum(rest)
+    voltage, R = battery.ocv.values.max(), float(replace(battery).R)
+    load, idle = float(replace(accessories).P), sum(_at_rest(machine) for machine, _ in machines)
+    most, taken = voltage**2 / (4 * R), load + idle
     if most <= taken:
         raise ParameterError(
-            f"{type(vehicle).__name__}.battery delivers at most {most:.3g} W, with {cells:.3g} V and R = {R:.3g} Ohm, but while the "
-            f"vehicle stands the accessories take {taken - sum(rest):.3g} W and the electric machines {sum(rest):.3g} W; "
+            f"{type(vehicle).__name__}.battery delivers at most {most:.3g} W, with {voltage:.3g} V and R = {R:.3g} Ohm, but while the "
+            f"vehicle stands the accessories take {load:.3g} W and the electric machines {idle:.3g} W; "
             "give it an ocv of more cells in series, or a smaller R"
         )
 

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from powertrain import Component, Equations, Input, ModelError, Output, ParameterError, connect, replace, signal_input
+from powertrain import (
+    Component,
+    Equations,
+    Input,
+    ModelError,
+    Output,
+    ParameterError,
+    Symbol,
+    connect,
+    replace,
+    signal_input,
+)
 from powertrain.components.body import (
     Axle,
     Body,
@@ -25,10 +36,12 @@ from powertrain.components.control import (
     EngineSwitch,
     FixedGear,
     GearSchedule,
+    OperatingLineControl,
     Pedals,
     Shifting,
     SpeedSchedule,
 )
+from powertrain.components.control.shift_rule import KickLimits
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.electric import ElectricMachine
 from powertrain.components.engines import AccessoryDrive, Engine, EngineCooling, WarmEngine, WillansEngine, pull_speeds
@@ -97,6 +110,13 @@ class Car(Component):
         yield connect(cooling.warmth, engine.warmth)
         yield connect(self.body.v, cooling.v)
 
+    def _on_its_line(self, engine: Engine, control: OperatingLineControl) -> Equations:
+        """The control of a variable ratio receives the data of the ``engine`` and sets its throttle."""
+        yield connect(engine.speed, control.w)
+        yield control.tau_open.value == engine.full_load(engine.w)
+        yield control.tau_drag.value == engine.motoring(engine.w)
+        yield engine.throttle.value == engine.opening(engine.w, control.throttle.value)
+
 
 class ShiftedCar(Car):
     """Partial: a car with a ``mover``, its engine or electric machine, that drives a gearbox whose gears a schedule changes."""
@@ -114,7 +134,13 @@ class ShiftedCar(Car):
 
         Empty for a gearbox that does not say its ratios.
         """
-        return pulls(self.mover, self.gearbox)
+        ratios = replace(self.gearbox).gear_ratios
+        before = pull_speeds(self.mover, ratios)
+        return list(before), [w * other / one for w, (one, other) in zip(before, pairwise(ratios), strict=True)]
+
+    def kick_limits(self, schedule: SpeedSchedule, gear: Symbol) -> KickLimits:
+        """The speeds of the mover [rad/s] for shifts of the schedule from a gear with a pressed accelerator."""
+        return schedule.kick_limits(gear, *self.pull_speeds())
 
     def check(self) -> Equations:
         """The gearbox has the gear of a ``FixedGear``."""
@@ -124,9 +150,9 @@ class ShiftedCar(Car):
 
     def _shifted(self) -> Equations:
         """The schedule sees the drive and operates the lever."""
-        check_gears(self, self.schedule, self.gearbox)
+        _check_gears(self)
         if isinstance(self.schedule, SpeedSchedule):
-            yield from self.schedule.pulled(*self.pull_speeds())
+            yield from self.schedule.supplied(self.kick_limits(self.schedule, self.schedule.gear))
             yield connect(self.driver.brake, self.schedule.brake)
             yield connect(self.road.grade, self.schedule.grade)
         yield connect(self.body.v, self.schedule.v)
@@ -209,15 +235,9 @@ def _check_road_load(car: Car) -> None:
         )
 
 
-def pulls(mover: Engine | ElectricMachine, gearbox: Shiftable) -> tuple[list[float], list[float]]:
-    """``pull_speeds`` of what drives a gearbox, before and after each upshift."""
-    ratios = replace(gearbox).gear_ratios
-    before = pull_speeds(mover, ratios)
-    return list(before), [w * other / one for w, (one, other) in zip(before, pairwise(ratios), strict=True)]
-
-
-def check_gears(car: Car, schedule: Shifting, gearbox: Shiftable) -> None:
+def _check_gears(car: ShiftedCar) -> None:
     """ModelError if the numbers of gears in a car's schedule and gearbox differ."""
+    schedule, gearbox = car.schedule, car.gearbox
     if isinstance(schedule, SpeedSchedule) and len(schedule.speeds) + 1 != gearbox.gear_count:
         raise ModelError(
             f"{type(car).__name__}.schedule has {len(schedule.speeds)} rows of shift speeds, for {len(schedule.speeds) + 1} gears, "

@@ -14,7 +14,7 @@ from powertrain.components.rotational import BearingFriction, Clutch, IdealGear,
 from powertrain.components.transmissions import SplitPathTransmission, UnitRatio, unit_ratio
 from powertrain.components.wheels import WheelBrake
 from powertrain.vehicles.car import Car
-from powertrain.vehicles.split_path_car import BASIC_RATIO, LAYOUT, TRANSMISSION, shared_ratio
+from powertrain.vehicles.split_path_car import BASIC_RATIO, LAYOUT, TRANSMISSION, by_overall_ratio
 
 V_MIN, V_MAX = (unit_ratio(LAYOUT, BASIC_RATIO, r) for r in (0.15, 2.0))
 W_START = 370.0
@@ -77,10 +77,7 @@ class FlywheelHybrid(Car):
         yield connect(self.driver.brake, self.drive.brake)
         yield connect(self.input.w, self.drive.w_in, self.charge.w_in)
         yield connect(self.output.w, self.drive.w_out)
-        yield connect(self.drive.ratio, self.unit_ratio.r)
-        yield connect(self.unit_ratio.V, self.actuator.demand)
-        yield connect(self.actuator.ratio, self.transmission.ratio)
-        yield from shared_ratio(self.unit_ratio, self.transmission)
+        yield from by_overall_ratio(self.drive.ratio, self.unit_ratio, self.actuator, self.transmission)
         yield connect(self.before.w, self.drive.w_before)
         yield connect(self.drive.clutch, self.clutch.f_normalized)
         yield connect(self.engine.speed, self.charge.w)

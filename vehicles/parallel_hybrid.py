@@ -8,13 +8,13 @@ from powertrain import Equations, ParameterError, Symbol, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import (
     Driver,
-    FixedGear,
     ParallelControl,
     Pedals,
     PowerShiftSchedule,
     Shifting,
     SpeedSchedule,
 )
+from powertrain.components.control.shift_rule import KickLimits
 from powertrain.components.differentials import CrownGear
 from powertrain.components.electric import (
     ConditionedMachine,
@@ -30,7 +30,7 @@ from powertrain.components.transmissions import PowerShiftGearbox, Shiftable
 from powertrain.components.wheels import WheelBrake
 from powertrain.language.makers import arguments_checked
 from powertrain.vehicles.bus import known_machine, one_bus
-from powertrain.vehicles.car import check_gears, pulls
+from powertrain.vehicles.car import ShiftedCar
 from powertrain.vehicles.hybrid import HybridCar
 
 Position = Literal["P0", "P1", "P2", "P3", "P4"]
@@ -59,7 +59,7 @@ PLUG_IN = PolarizedBattery(
 """96 cells of 37 A.h in series: 13 kW.h."""
 
 
-class ParallelHybrid(HybridCar):
+class ParallelHybrid(ShiftedCar, HybridCar):
     """A car of 1,500 kg whose engine drives through a clutch and a gearbox, with a machine at ``position``.
 
     P0 at the crankshaft through a belt, P1 at the crankshaft, P2 at the gearbox input, P3 at its output, P4 at the rear axle. ``coupling``
@@ -105,11 +105,14 @@ class ParallelHybrid(HybridCar):
         control = ParallelControl(v_on=36.0, v_off=33.0, soc_0=0.2, k_soc=150e3)
         return cls(**({"battery": PLUG_IN, "control": control} | parts))
 
-    def check(self) -> Equations:
-        """The gearbox has the gear of a ``FixedGear``."""
-        if isinstance(self.schedule, FixedGear):
-            yield self.schedule.gear <= self.gearbox.gear_count
-            yield self.gearbox.has_reverse or self.schedule.gear >= 1
+    @property
+    def mover(self) -> Engine:
+        """The engine."""
+        return self.engine
+
+    def kick_limits(self, schedule: SpeedSchedule, gear: Symbol) -> KickLimits:
+        """Upper limits only: the engine may stand while the machine drives."""
+        return super().kick_limits(schedule, gear)._replace(earliest=Symbol(0.0), down=Symbol(0.0))
 
     def equations(self) -> Equations:
         """Engine to road, and the machine at its position."""
@@ -134,22 +137,11 @@ class ParallelHybrid(HybridCar):
         yield from self._signals()
 
     def _signals(self) -> Equations:
-        check_gears(self, self.schedule, self.gearbox)
         yield from self._on_the_cycle()
         yield from self._engine_by(self.control)
-        if isinstance(self.schedule, SpeedSchedule):
-            # The engine may stand while the machine drives, so that its speed only sets upper limits.
-            limits = self.schedule.kick_limits(self.schedule.gear, *pulls(self.engine, self.gearbox))
-            yield self.schedule.w_latest.value == limits.latest
-            yield self.schedule.w_kick.value == limits.kick
-            yield connect(self.driver.brake, self.schedule.brake)
-            yield connect(self.road.grade, self.schedule.grade)
-        yield connect(self.body.v, self.schedule.v)
-        yield connect(self.engine.speed, self.schedule.w)
-        yield connect(self.driver.accelerator, self.schedule.accelerator)
+        yield from self._shifted()
         yield connect(self.schedule.throttle, self.control.accelerator)
         yield connect(self.driver.brake, self.control.brake)
-        yield connect(self.schedule.lever, self.gearbox.lever)
         yield self.clutch.f_normalized.value == self._closed()
         at_the_crank = self.position in ("P0", "P1")
         yield self.control.coupled.value == (self._closed() if at_the_crank else 1.0)

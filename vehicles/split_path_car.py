@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powertrain import Equations, connect
+from powertrain import Equations, Output, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import LaggingDriver, OperatingLineControl, Pedals
 from powertrain.components.cvu import CVU, Actuator, RatioActuator
@@ -30,8 +30,16 @@ SHARE = 0.85
 """Share of the full-load torque: a sixth remains for the acceleration of the engine itself."""
 
 
-def shared_ratio(unit: RatioOfUnit, transmission: VariableTransmission) -> Equations:
-    """Give the control the installed differential's basic ratio, so it is not a separate parameter."""
+def by_overall_ratio(
+    ratio: Output, unit: RatioOfUnit, actuator: Actuator, transmission: VariableTransmission
+) -> Equations:
+    """The actuator of the transmission brings its overall ratio to the demand.
+
+    The basic ratio of the installed differential is that of ``unit``, so it is not a separate parameter.
+    """
+    yield connect(ratio, unit.r)
+    yield connect(unit.V, actuator.demand)
+    yield connect(actuator.ratio, transmission.ratio)
     if isinstance(unit, UnitRatio) and isinstance(transmission, SplitPathTransmission):
         built_in = transmission.differential
         if isinstance(built_in, FundamentalDifferential):
@@ -78,18 +86,12 @@ class SplitPathCar(Car):
         yield from self._cooled(self.engine, self.cooling)
         yield connect(self.body.v, self.control.v)
         yield connect(self.driver.accelerator, self.control.accelerator)
-        yield connect(self.engine.speed, self.control.w)
         yield connect(self.output.w, self.control.w_out)
         line = operating_line(self.engine, SHARE)
         yield self.control.w_best.value == line(self.control.power.value)
-        yield self.control.tau_open.value == self.engine.full_load(self.engine.w)
-        yield self.control.tau_drag.value == self.engine.motoring(self.engine.w)
-        yield self.engine.throttle.value == self.engine.opening(self.engine.w, self.control.throttle.value)
+        yield from self._on_its_line(self.engine, self.control)
         yield connect(self.control.clutch, self.clutch.f_normalized)
-        yield connect(self.control.ratio, self.unit_ratio.r)
-        yield connect(self.unit_ratio.V, self.actuator.demand)
-        yield connect(self.actuator.ratio, self.transmission.ratio)
-        yield from shared_ratio(self.unit_ratio, self.transmission)
+        yield from by_overall_ratio(self.control.ratio, self.unit_ratio, self.actuator, self.transmission)
 
     def initial(self) -> Equations:
         """At rest, with the engine idling."""

@@ -206,7 +206,10 @@ class SpeedSchedule(Shifting, Switching):
 
     def pulled(self, before: Sequence[float], after: Sequence[float]) -> Equations:
         """Supply the engine speeds of ``kick_limits``."""
-        limits = self.kick_limits(self.gear, before, after)
+        yield from self.supplied(self.kick_limits(self.gear, before, after))
+
+    def supplied(self, limits: KickLimits) -> Equations:
+        """Supply the engine speeds [rad/s] for shifts with a pressed accelerator."""
         yield self.w_earliest.value == limits.earliest
         yield self.w_latest.value == limits.latest
         yield self.w_down.value == limits.down

@@ -12,14 +12,15 @@ class ElectricVariator(VariableUnit):
     """Two electric machines on a common DC link: one at flange_b controls the speed ratio, one at flange_a keeps the link charged.
 
     T_b = -limited(k (V w_a - w_b), tau_max_b)
-    T_a = limited(P w_a/(w_a^2 + slow^2), tau_max_a),  P = -T_b w_b + losses + k_E (E_0 - E): what the link needs
+    T_a = limited(P w_a/(w_a^2 + slow^2), tau_max_a),  P = -T_b w_b + copper T_b^2 + iron (w_a^2 + w_b^2) + k_E (E_0 - E)
     der(E) = T_a w_a + T_b w_b - losses,  losses = copper (T_a^2 + T_b^2) + iron (w_a^2 + w_b^2)
     limited(u, limit) = u/sqrt(1 + (u/limit)^2)
 
-    The torque into each flange is positive if the machine generates. E is the energy in the link and E_0 its set point. At low speed
-    of flange_a, and beyond its torque limit, the link discharges. An empty link ends a simulation with an error, and there is no operating
-    point if copper T_a^2 - w_a T_a + (other losses - T_b w_b) = 0 has no root within tau_max_a. The machines have quasi-static
-    losses and no inertia. ``ratio`` may have any finite value, also zero (geared neutral); if flange_a passes rest, use ``ElectricPair``.
+    The torque into each flange is positive if the machine generates. E is the energy in the link and E_0 its set point. P is what the link
+    needs, but for the copper loss of the machine at flange_a. At low speed of flange_a, and beyond its torque limit, the link discharges.
+    An empty link ends a simulation with an error, and there is no operating point if copper T_a^2 - w_a T_a + (other losses - T_b w_b) = 0
+    has no root within tau_max_a. The machines have quasi-static losses and no inertia. ``ratio`` may have any finite value, also zero
+    (geared neutral); if flange_a passes rest, use ``ElectricPair``.
     """
 
     k: Parameter = parameter("N.m.s/rad", "Gain of the speed control", default=100.0, above=0)

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 
-from powertrain.components.engines.interfaces import Engine
+from powertrain.components.engines.interfaces import G_KWH, RPM, Engine
 from powertrain.components.engines.operation import FuelLine, best_fuel_line
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-G_KWH = 3.6e9
-"""One kg/J in g/kWh."""
-RPM = 30 / math.pi
 ABOVE_BEST = (1.01, 1.025, 1.05, 1.1, 1.2, 1.35, 1.6, 2.0, 3.0)
 """Contours of equal consumption, relative to the best point."""
 

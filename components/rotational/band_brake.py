@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Input, Parameter, Symbol, Variable, der, friction, parameter, signal_input, variable
+from powertrain import Equations, Input, Parameter, friction, parameter, signal_input
 from powertrain.components.limited import limited
-from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
+from powertrain.components.rotational.interfaces import ShaftWithFriction
 
 
-class BandBrake(TwoFlangesAndSupport, Lossy):
+class BandBrake(ShaftWithFriction):
     """A band around a drum with one fixed end and one end pulled by a force.
 
     Forward rotation tightens the band, backward rotation slackens it.
@@ -28,19 +28,9 @@ class BandBrake(TwoFlangesAndSupport, Lossy):
     mue: Parameter = parameter("1", "Coefficient of friction", default=0.12, min=0)
     F_max: Parameter = parameter("N", "Force at the pulled end at f_normalized = 1", default=2000.0, min=0)
     f_normalized: Input = signal_input("1", "Force over F_max, 0 to 1", default=0.0)
-    w: Variable = variable("rad/s", "Speed of the drum against the support")
-    tau: Variable = variable("N.m", "Friction torque")
 
     def equations(self) -> Equations:
         """A shaft whose friction depends on the direction of rotation."""
-        yield from self._balance()
-        yield self.flange_b.phi == self.flange_a.phi
-        yield self.w == der(self.flange_a.phi - self.support.phi)
-        yield self.flange_a.tau + self.flange_b.tau == self.tau
+        yield from self._turn()
         pull, wound = self.F_max * limited(self.f_normalized.value) * self.radius, self.mue * self.wrap
         yield friction(self.w, self.tau, -pull * (1 - ca.exp(-wound)), pull * (ca.exp(wound) - 1))
-        yield from self._dissipate()
-
-    def loss(self) -> Symbol:
-        """Friction torque times speed."""
-        return self.tau * self.w

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Input, Parameter, Symbol, Variable, der, friction, parameter, signal_input, variable
+from powertrain import Equations, Input, Parameter, Symbol, Variable, friction, parameter, signal_input, variable
 from powertrain.components.friction_table import Table, at_rest, at_speed
-from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
+from powertrain.components.rotational.interfaces import ShaftWithFriction
 
 
-class Brake(TwoFlangesAndSupport, Lossy):
+class Brake(ShaftWithFriction):
     """Coulomb friction between a shaft and the support, proportional to a normal force controlled by a signal.
 
     phi = flange_a.phi - support.phi = flange_b.phi - support.phi,  w = der(phi),  flange_a.tau + flange_b.tau = tau
@@ -28,27 +28,17 @@ class Brake(TwoFlangesAndSupport, Lossy):
     fn_max: Parameter = parameter("N", "Normal force at f_normalized = 1", min=0)
     f_normalized: Input = signal_input("1", "Normal force over fn_max; the brake is open where it is not positive")
     phi: Variable = variable("rad", "Angle of the shaft against the support")
-    w: Variable = variable("rad/s", "Speed of the shaft against the support")
-    tau: Variable = variable("N.m", "Friction torque")
     fn: Variable = variable("N", "Normal force")
 
     def equations(self) -> Equations:
         """A rigid shaft pressed against its support."""
-        yield from self._balance()
+        yield from self._turn()
         yield self.phi == self.flange_a.phi - self.support.phi
-        yield self.flange_b.phi == self.flange_a.phi
-        yield self.w == der(self.phi)
-        yield self.flange_a.tau + self.flange_b.tau == self.tau
         yield self.fn == self.fn_max * self.f_normalized.value
         limit = self.cgeo * ca.fmax(self.fn, 0) * at_speed(self, "mue_pos", self.w, ("rad/s", "1"))
         yield friction(self.w, self.tau, -limit, limit, peak=self.peak)
-        yield from self._dissipate()
 
     @property
     def capacity(self) -> Symbol:
         """Torque of the slowly sliding plates at f_normalized = 1 [N.m]."""
         return self.fn_max * self.cgeo * at_rest(self, "mue_pos")
-
-    def loss(self) -> Symbol:
-        """Friction torque times speed."""
-        return self.tau * self.w

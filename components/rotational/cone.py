@@ -6,9 +6,9 @@ import math
 
 import casadi as ca
 
-from powertrain import Equations, Input, Parameter, Symbol, Variable, der, friction, parameter, signal_input, variable
+from powertrain import Equations, Input, Parameter, Symbol, Variable, friction, parameter, signal_input, variable
 from powertrain.components.friction_table import Table, at_rest, at_speed
-from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy, TwoFlangesAndSupport
+from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy, ShaftWithFriction
 
 
 class _Cone(Lossy):
@@ -62,7 +62,7 @@ class ConeClutch(CompliantWithRelativeStates, _Cone):
         return self.tau * self.w_rel
 
 
-class ConeBrake(TwoFlangesAndSupport, _Cone):
+class ConeBrake(ShaftWithFriction, _Cone):
     """A cone brake between a shaft and the support, pressed by an axial force from a signal.
 
     w = der(flange_a.phi - support.phi),  flange_b.phi = flange_a.phi,  flange_a.tau + flange_b.tau = tau,  fn = fn_max f_normalized
@@ -71,20 +71,9 @@ class ConeBrake(TwoFlangesAndSupport, _Cone):
     The law, its limits and its source are those of ``ConeClutch``. Errors: ParameterError if the cone would stick.
     """
 
-    w: Variable = variable("rad/s", "Speed of the shaft against the support")
-    tau: Variable = variable("N.m", "Friction torque")
-
     def equations(self) -> Equations:
         """A rigid shaft pressed against its support."""
-        yield from self._balance()
-        yield self.flange_b.phi == self.flange_a.phi
-        yield self.w == der(self.flange_a.phi - self.support.phi)
-        yield self.flange_a.tau + self.flange_b.tau == self.tau
+        yield from self._turn()
         yield self.fn == self.fn_max * self.f_normalized.value
         limit = self._limit(self.w)
         yield friction(self.w, self.tau, -limit, limit, peak=self.peak)
-        yield from self._dissipate()
-
-    def loss(self) -> Symbol:
-        """Friction torque times speed."""
-        return self.tau * self.w

@@ -6,12 +6,12 @@ from typing import Literal
 
 import casadi as ca
 
-from powertrain import Equations, Input, Parameter, Symbol, Variable, der, friction, parameter, signal_input, variable
+from powertrain import Equations, Input, Parameter, Symbol, friction, parameter, signal_input
 from powertrain.components.limited import limited
-from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
+from powertrain.components.rotational.interfaces import ShaftWithFriction
 
 
-class DrumBrake(TwoFlangesAndSupport, Lossy):
+class DrumBrake(ShaftWithFriction):
     """Two internal shoes on hinge pins, both pressed to the drum by the same force.
 
     w = der(flange_a.phi - support.phi),  flange_b.phi = flange_a.phi,  flange_a.tau + flange_b.tau = tau,  F = F_max f_normalized
@@ -42,8 +42,6 @@ class DrumBrake(TwoFlangesAndSupport, Lossy):
     mue: Parameter = parameter("1", "Coefficient of friction", default=0.35, min=0)
     F_max: Parameter = parameter("N", "Force on each shoe at f_normalized = 1", default=2000.0, min=0)
     f_normalized: Input = signal_input("1", "Force over F_max, 0 to 1", default=0.0)
-    w: Variable = variable("rad/s", "Speed of the drum against the support")
-    tau: Variable = variable("N.m", "Friction torque")
 
     def check(self) -> Equations:
         """The lining must have a length, the pins be inside the drum (so that M > 0), and no shoe lock itself: N > mue M."""
@@ -54,16 +52,12 @@ class DrumBrake(TwoFlangesAndSupport, Lossy):
 
     def equations(self) -> Equations:
         """A shaft whose friction depends on the direction of rotation."""
-        yield from self._balance()
-        yield self.flange_b.phi == self.flange_a.phi
-        yield self.w == der(self.flange_a.phi - self.support.phi)
-        yield self.flange_a.tau + self.flange_b.tau == self.tau
+        yield from self._turn()
         force = limited(self.f_normalized.value)
         lead, trail = self._torques()
         n = float(self.leading)
         forward, backward = n * lead + (2 - n) * trail, n * trail + (2 - n) * lead
         yield friction(self.w, self.tau, -force * backward, force * forward)
-        yield from self._dissipate()
 
     def torques(self) -> tuple[float, float]:
         """Torques of a leading and of a trailing shoe [N.m] at full force."""
@@ -81,7 +75,3 @@ class DrumBrake(TwoFlangesAndSupport, Lossy):
         span, normal, moment = self._moments()
         arm = self.mue * self.F_max * self.lever * self.radius * span
         return arm / (normal - self.mue * moment), arm / (normal + self.mue * moment)
-
-    def loss(self) -> Symbol:
-        """Friction torque times speed."""
-        return self.tau * self.w

@@ -48,6 +48,27 @@ class TwoFlangesAndSupport(TwoFlanges):
         yield self.flange_a.tau + self.flange_b.tau + self.support.tau == 0
 
 
+class ShaftWithFriction(TwoFlangesAndSupport, Lossy):
+    """Partial: a rigid shaft with the friction torque tau on its support.
+
+    w = der(flange_a.phi - support.phi),  flange_b.phi = flange_a.phi,  flange_a.tau + flange_b.tau = tau
+    """
+
+    w: Variable = variable("rad/s", "Speed of the shaft against the support")
+    tau: Variable = variable("N.m", "Friction torque")
+
+    def _turn(self) -> Equations:
+        yield from self._balance()
+        yield self.flange_b.phi == self.flange_a.phi
+        yield self.w == der(self.flange_a.phi - self.support.phi)
+        yield self.flange_a.tau + self.flange_b.tau == self.tau
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Friction torque times speed."""
+        return self.tau * self.w
+
+
 class Compliant(TwoFlanges):
     """Partial: a massless element that transmits one torque.
 

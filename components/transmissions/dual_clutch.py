@@ -10,12 +10,11 @@ import casadi as ca
 from powertrain import Equations, Input, Map, Parameter, ParameterError, Symbol, connect, parameter, signal_input
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.limited import limited
-from powertrain.components.ratios import gear_ratios
 from powertrain.components.rotational.clutch import Clutch
 from powertrain.components.rotational.ideal_gear import IdealGear
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
-from powertrain.components.transmissions.gearbox import SYNCHRONISER, Shiftable, ratios_decrease
+from powertrain.components.transmissions.gearbox import SYNCHRONISER, MeshedGears, Shiftable, ratios_decrease
 
 PRESELECT = 0.3
 """Share of the lever's travel between gears in which the synchronisers move."""
@@ -28,7 +27,7 @@ class StartingGearbox(Shiftable):
     pressed: Input = signal_input("1", "Demanded pressure of the engaged clutch, 0 open to 1 closed", default=1.0)
 
 
-class DualClutchGearbox(ClutchToClutch, StartingGearbox):
+class DualClutchGearbox(ClutchToClutch, StartingGearbox, MeshedGears):
     """A dual-clutch gearbox: the odd gears on one input shaft, the even ones on another, each with its own clutch.
 
     gear k: w_loose = w_shaft/ratio_k,  synchroniser k: dry friction between the loose wheel and the output shaft
@@ -59,18 +58,8 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox):
     @classmethod
     def of_ratios(cls, *ratios: float | Sequence[float], **parts: Any) -> Self:
         """Gears with these ratios, speed at flange_a over speed at flange_b, first gear first; as separate numbers or as one sequence."""
-        gears = tuple(IdealGear(ratio=ratio) for ratio in gear_ratios(f"{cls.__name__}.of_ratios", ratios))
+        gears = cls._pairs(ratios)
         return cls(**({"gears": gears, "synchronisers": (SYNCHRONISER,) * len(gears)} | parts))
-
-    @property
-    def gear_count(self) -> int:
-        """The number of gears."""
-        return len(self.gears)
-
-    @property
-    def gear_ratios(self) -> tuple[float, ...]:
-        """Those of the gears."""
-        return tuple(float(gear.ratio) for gear in self.gears)
 
     def check(self) -> Equations:
         """Gear ratios must decrease: an upshift slows the engine down. The clutches can carry torque."""

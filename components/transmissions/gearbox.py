@@ -87,7 +87,49 @@ def ratios_decrease(gears: Sequence[IdealGear]) -> Equations:
         yield high.ratio < low.ratio
 
 
-class ManualGearbox(Shiftable):
+class MeshedGears(Shiftable):
+    """Partial: gear pairs in constant mesh, first gear first."""
+
+    gears: tuple[IdealGear, ...] = tuple(IdealGear(ratio=r) for r in (3.6, 2.1, 1.4, 1.05, 0.84, 0.68))
+
+    @classmethod
+    def _pairs(cls, ratios: Sequence[float | Sequence[float]]) -> tuple[IdealGear, ...]:
+        """Gears from the arguments of ``of_ratios``."""
+        return tuple(IdealGear(ratio=ratio) for ratio in gear_ratios(f"{cls.__name__}.of_ratios", ratios))
+
+    @property
+    def gear_count(self) -> int:
+        """The number of gears."""
+        return len(self.gears)
+
+    @property
+    def gear_ratios(self) -> tuple[float, ...]:
+        """Those of the gears."""
+        return tuple(float(gear.ratio) for gear in self.gears)
+
+
+class SynchronisedGears(MeshedGears):
+    """Partial: each gear pair is connected to the output shaft by its own synchroniser."""
+
+    input: Inertia = Inertia(J=0.01)
+    churning: ChurningLoss = ChurningLoss(d=0.003)
+    output: Inertia = Inertia(J=0.01)
+
+    def in_gear(self, k: int) -> SingleGear:
+        """The gearbox with gear k permanently engaged, without the other gears and the synchronisers."""
+        return SingleGear(gear=self.gears[k - 1], input=self.input, churning=self.churning, output=self.output)
+
+    def _meshed(self, synchronisers: Sequence[TwoFlanges]) -> Equations:
+        """Every gear between the two shafts, with its synchroniser."""
+        yield connect(self.flange_a, self.input.flange_a)
+        yield connect(self.input.flange_b, self.churning.flange, *(gear.flange_a for gear in self.gears))
+        for gear, synchroniser in zip(self.gears, synchronisers, strict=True):
+            yield connect(gear.flange_b, synchroniser.flange_a)
+        yield connect(self.output.flange_a, *(synchroniser.flange_b for synchroniser in synchronisers))
+        yield connect(self.output.flange_b, self.flange_b)
+
+
+class ManualGearbox(SynchronisedGears):
     """A gearbox with n gear pairs in constant mesh, each connected to the output shaft by its own synchroniser.
 
     gear k: w_loose = w_a/ratio_k,  synchroniser k: dry friction between the loose wheel and the output shaft, pressed by
@@ -102,47 +144,25 @@ class ManualGearbox(Shiftable):
     ParameterError if the numbers of gears and synchronisers differ, and for ratios that do not decrease from gear to gear.
     """
 
-    gears: tuple[IdealGear, ...] = tuple(IdealGear(ratio=r) for r in (3.6, 2.1, 1.4, 1.05, 0.84, 0.68))
     synchronisers: tuple[Clutch, ...] = (SYNCHRONISER,) * 6
-    input: Inertia = Inertia(J=0.01)
-    churning: ChurningLoss = ChurningLoss(d=0.003)
-    output: Inertia = Inertia(J=0.01)
 
     @classmethod
     def of_ratios(cls, *ratios: float | Sequence[float], synchroniser: Clutch = SYNCHRONISER) -> Self:
         """Gears with these ratios, speed at flange_a over speed at flange_b, first gear first; as separate numbers or as one sequence."""
-        gears = tuple(IdealGear(ratio=ratio) for ratio in gear_ratios(f"{cls.__name__}.of_ratios", ratios))
+        gears = cls._pairs(ratios)
         return cls(gears=gears, synchronisers=(synchroniser,) * len(gears))
-
-    @property
-    def gear_count(self) -> int:
-        """The number of gears."""
-        return len(self.gears)
-
-    @property
-    def gear_ratios(self) -> tuple[float, ...]:
-        """Those of the gears."""
-        return tuple(float(gear.ratio) for gear in self.gears)
-
-    def in_gear(self, k: int) -> SingleGear:
-        """The gearbox with gear k permanently engaged, without the other gears and the synchronisers."""
-        return SingleGear(gear=self.gears[k - 1], input=self.input, churning=self.churning, output=self.output)
 
     def check(self) -> Equations:
         """An upshift slows the engine down."""
         yield from ratios_decrease(self.gears)
 
     def equations(self) -> Equations:
-        """Every gear between the two shafts, with its synchroniser."""
+        """The gears, and the lever that presses their synchronisers."""
         if len(self.gears) != len(self.synchronisers) or not self.gears:
             raise ParameterError(
                 f"{self._path or 'ManualGearbox'}: {len(self.gears)} gears have {len(self.synchronisers)} synchronisers; "
                 "each gear needs one"
             )
-        yield connect(self.flange_a, self.input.flange_a)
-        yield connect(self.input.flange_b, self.churning.flange, *(gear.flange_a for gear in self.gears))
-        for k, (gear, synchroniser) in enumerate(zip(self.gears, self.synchronisers, strict=True), 1):
-            yield connect(gear.flange_b, synchroniser.flange_a)
+        yield from self._meshed(self.synchronisers)
+        for k, synchroniser in enumerate(self.synchronisers, 1):
             yield synchroniser.f_normalized.value == 1 - 2 * ca.fabs(self.lever.value - k)
-        yield connect(self.output.flange_a, *(synchroniser.flange_b for synchroniser in self.synchronisers))
-        yield connect(self.output.flange_b, self.flange_b)

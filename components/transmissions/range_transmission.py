@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Self
 
 import casadi as ca
 
-from powertrain import Equations, ParameterError, Symbol, arguments_checked, connect, reinit, switch, when, within
+from powertrain import Equations, ParameterError, Symbol, arguments_checked, connect, reinit, when
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.cvu.unit import CVU
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.transmissions.ranges import Span, TransmissionOfRanges
-from powertrain.components.transmissions.ratio import STANDSTILL
+from powertrain.components.transmissions.ratio import exact_ratio
 
 HYSTERESIS = 1e-10
 """Drop of the demanded ratio below a shift at which the shift is undone."""
@@ -60,10 +59,7 @@ class RangeTransmission(TransmissionOfRanges):
             below, above = (ca.fabs(self.range - number) < 0.5 for number in (k, k + 1))
             yield when(ca.logic_and(r > shift, below), reinit(self.range, k + 1), initially=True)
             yield when(ca.logic_and(r < shift - HYSTERESIS, above), reinit(self.range, k), initially=True)
-        w_a, w_b = self._unit_speeds(r)
-        size = switch(w_a >= 0, w_a, -w_a, continuous=True)
-        within(size, STANDSTILL, math.inf, name="speed of the unit's shaft a over that of the input", unit="1")
-        yield self.cvu.ratio.value == w_b / w_a
+        yield self.cvu.ratio.value == exact_ratio(*self._unit_speeds(r))
 
     def _above(self) -> list[Symbol]:
         return [ca.if_else(self.range > k + 0.5, 1.0, 0.0) for k, _ in enumerate(self.shifts)]

@@ -13,6 +13,7 @@ from powertrain import (
     Input,
     Output,
     Parameter,
+    Symbol,
     parameter,
     signal_input,
     signal_output,
@@ -24,6 +25,17 @@ from powertrain.components.transmissions.network import Network
 
 STANDSTILL = 1e-6
 """Overall ratio below which the output of an output-coupled transmission counts as at rest."""
+
+
+def turning(w: Symbol, name: str) -> None:
+    """End a simulation where a speed over that of the input, by its ``name``, is zero."""
+    within(switch(w >= 0, w, -w, continuous=True), STANDSTILL, math.inf, name=name, unit="1")
+
+
+def exact_ratio(w_a: Symbol, w_b: Symbol) -> Symbol:
+    """V of a unit with shafts at these speeds over that of the input; a simulation ends where shaft a is at rest."""
+    turning(w_a, "speed of the unit's shaft a over that of the input")
+    return w_b / w_a
 
 
 class RatioOfUnit(Component):
@@ -52,8 +64,7 @@ class UnitRatio(RatioOfUnit):
         if checked(self.coupling) == "input":
             yield self.V.value == (r - R) / (1 - R)
         else:
-            size = switch(r >= 0, r, -r, continuous=True)
-            within(size, STANDSTILL, math.inf, name="size of the overall ratio, output-coupled", unit="1")
+            turning(r, "size of the overall ratio, output-coupled")
             yield self.V.value == (1 - R / r) / (1 - R)
 
 
@@ -69,10 +80,7 @@ class NetworkRatio(RatioOfUnit):
         """Speeds of the unit's shafts."""
         (A_a, B_a), (A_b, B_b) = factors_of_unit(self.network).tolist()
         r = self.r.value
-        w_a, w_b = A_a + B_a * r, A_b + B_b * r
-        size = switch(w_a >= 0, w_a, -w_a, continuous=True)
-        within(size, STANDSTILL, math.inf, name="speed of the unit's shaft a over that of the input", unit="1")
-        yield self.V.value == w_b / w_a
+        yield self.V.value == exact_ratio(A_a + B_a * r, A_b + B_b * r)
 
 
 class OverallRatio(RatioOfUnit):

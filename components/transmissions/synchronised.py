@@ -8,15 +8,9 @@ from typing import Self
 import casadi as ca
 
 from powertrain import Equations, ParameterError, Symbol, connect, replace
-from powertrain.components.differentials.churning import ChurningLoss
-from powertrain.components.ratios import gear_ratios
-from powertrain.components.rotational.ideal_gear import IdealGear
-from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.rotational.synchroniser import Synchroniser
 from powertrain.components.translational.shift_actuator import ShiftActuator
-from powertrain.components.transmissions.gearbox import Shiftable, SingleGear, ratios_decrease
-
-RATIOS = (3.6, 2.1, 1.4, 1.05, 0.84, 0.68)
+from powertrain.components.transmissions.gearbox import SynchronisedGears, ratios_decrease
 
 
 def _both_sides(synchroniser: Synchroniser, count: int) -> tuple[Synchroniser, ...]:
@@ -24,7 +18,7 @@ def _both_sides(synchroniser: Synchroniser, count: int) -> tuple[Synchroniser, .
     return tuple(replace(synchroniser, direction=(-1.0) ** k) for k in range(count))
 
 
-class SynchronisedGearbox(Shiftable):
+class SynchronisedGearbox(SynchronisedGears):
     """A gearbox with n gear pairs in constant mesh, whose synchronisers are shifted in pairs by rails.
 
     gear k: w_loose = w_a/ratio_k,  ``Synchroniser`` between the loose wheel and the output shaft
@@ -37,12 +31,8 @@ class SynchronisedGearbox(Shiftable):
     Errors: ParameterError if the numbers of gears, synchronisers and rails do not match.
     """
 
-    gears: tuple[IdealGear, ...] = tuple(IdealGear(ratio=r) for r in RATIOS)
-    synchronisers: tuple[Synchroniser, ...] = _both_sides(Synchroniser(cones=2.0), len(RATIOS))
+    synchronisers: tuple[Synchroniser, ...] = _both_sides(Synchroniser(cones=2.0), 6)
     rails: tuple[ShiftActuator, ...] = (ShiftActuator(),) * 3
-    input: Inertia = Inertia(J=0.01)
-    churning: ChurningLoss = ChurningLoss(d=0.003)
-    output: Inertia = Inertia(J=0.01)
 
     @classmethod
     def of_ratios(
@@ -56,32 +46,13 @@ class SynchronisedGearbox(Shiftable):
         The ratios are separate numbers or one sequence.
         """
         one, actuator = synchroniser or Synchroniser(cones=2.0), rail or ShiftActuator()
-        gears = tuple(IdealGear(ratio=ratio) for ratio in gear_ratios(f"{cls.__name__}.of_ratios", ratios))
+        gears = cls._pairs(ratios)
         return cls(gears=gears, synchronisers=_both_sides(one, len(gears)), rails=(actuator,) * ((len(gears) + 1) // 2))
 
-    @property
-    def gear_count(self) -> int:
-        """The number of gears."""
-        return len(self.gears)
-
-    @property
-    def gear_ratios(self) -> tuple[float, ...]:
-        """Those of the gears."""
-        return tuple(float(gear.ratio) for gear in self.gears)
-
-    def in_gear(self, k: int) -> SingleGear:
-        """The gearbox with gear k permanently engaged, without the other gears and the synchronisers."""
-        return SingleGear(gear=self.gears[k - 1], input=self.input, churning=self.churning, output=self.output)
-
     def equations(self) -> Equations:
-        """Every gear between the two shafts, with its synchroniser; two synchronisers share a rail."""
+        """The gears; two synchronisers share a rail."""
         self._check()
-        yield connect(self.flange_a, self.input.flange_a)
-        yield connect(self.input.flange_b, self.churning.flange, *(gear.flange_a for gear in self.gears))
-        for gear, synchroniser in zip(self.gears, self.synchronisers, strict=True):
-            yield connect(gear.flange_b, synchroniser.flange_a)
-        yield connect(self.output.flange_a, *(synchroniser.flange_b for synchroniser in self.synchronisers))
-        yield connect(self.output.flange_b, self.flange_b)
+        yield from self._meshed(self.synchronisers)
         for p, rail in enumerate(self.rails):
             pair = self.synchronisers[2 * p : 2 * p + 2]
             yield connect(rail.flange, *(synchroniser.sleeve for synchroniser in pair))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from powertrain import Equations, Input, Parameter, Symbol, Variable, der, friction, parameter, signal_input, variable
+from powertrain import Equations, Input, Parameter, friction, parameter, signal_input
 from powertrain.components.limited import limited
-from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
+from powertrain.components.rotational.interfaces import ShaftWithFriction
 
 
-class WheelBrake(TwoFlangesAndSupport, Lossy):
+class WheelBrake(ShaftWithFriction):
     """A friction brake on the shaft of a wheel (or of an axle), applied by a demand from 0 to 1.
 
     w = der(flange_a.phi - support.phi),  flange_b.phi = flange_a.phi,  flange_a.tau + flange_b.tau = tau
@@ -18,19 +18,9 @@ class WheelBrake(TwoFlangesAndSupport, Lossy):
 
     tau_max: Parameter = parameter("N.m", "Brake torque at full demand", default=3000.0, min=0)
     demand: Input = signal_input("1", "Brake demand from 0 to 1", default=0.0)
-    w: Variable = variable("rad/s", "Speed of the shaft against the support")
-    tau: Variable = variable("N.m", "Friction torque")
 
     def equations(self) -> Equations:
         """A shaft pressed against its support."""
-        yield from self._balance()
-        yield self.flange_b.phi == self.flange_a.phi
-        yield self.w == der(self.flange_a.phi - self.support.phi)
-        yield self.flange_a.tau + self.flange_b.tau == self.tau
+        yield from self._turn()
         limit = self.tau_max * limited(self.demand.value)
         yield friction(self.w, self.tau, -limit, limit)
-        yield from self._dissipate()
-
-    def loss(self) -> Symbol:
-        """Friction torque times speed."""
-        return self.tau * self.w

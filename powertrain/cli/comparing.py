@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from powertrain.cli.options import PAGE, PICTURE, Command, CycleName, Span, settings, starting
-from powertrain.cli.sources import Source, driven, model_of, saved
+from powertrain.cli.options import PAGE, PICTURE, Command, driving, settings
+from powertrain.cli.sources import Drive, Source, driven, model_of, name_of
 from powertrain.cli.text import columns, number, title
 
 if TYPE_CHECKING:
@@ -33,10 +33,8 @@ MOST = 25
     ),
 )
 @click.argument("runs", metavar="VEHICLE|FILE [VEHICLE|FILE]", type=Source(), nargs=-1)
-@click.option("--cycle", type=CycleName(), help="The cycle of vehicles; see run --help. Default: that of each vehicle.")
-@click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")
+@driving
 @settings
-@starting
 @click.option(
     "--signals", multiple=True, metavar="PATTERN", help="Signals to compare, such as 'engine.*'; may be repeated."
 )
@@ -60,7 +58,7 @@ def command(
     """
     import powertrain as pt
 
-    named = _runs(runs, cycle, span, texts, params, begin)
+    named = _runs(runs, Drive(cycle, span, begin), texts, params)
     both = pt.compare(*named.values(), *signals, names=(*named,))  # type: ignore[arg-type]
     click.echo(described(both))
     if plot is not None:
@@ -76,12 +74,7 @@ def command(
 
 
 def _runs(
-    runs: tuple[Path | VehicleArgument, ...],
-    cycle: DriveCycle | None,
-    span: tuple[float, float] | None,
-    texts: tuple[str, ...],
-    params: Path | None,
-    begin: tuple[str, ...],
+    runs: tuple[Path | VehicleArgument, ...], drive: Drive, texts: tuple[str, ...], params: Path | None
 ) -> dict[str, Any]:
     """The two runs by their names."""
     changes = bool(texts or params)
@@ -93,25 +86,21 @@ def _runs(
         one, other = model_of(runs[0], None, ()), model_of(runs[0], params, texts)
         changed = " ".join(texts) or str(params)
         both = {"as it is": one, changed: other}
-        return {name: driven(model, cycle, span, begin, name) for name, model in both.items()}
-    names = [run.stem if isinstance(run, Path) else run.name for run in runs]
+        return {name: driven(model, drive, name) for name, model in both.items()}
+    names = [name_of(run) for run in runs]
     if names[0] == names[1]:
         names = [str(run) if isinstance(run, Path) else run.name for run in runs]
     if names[0] == names[1]:
         names = [f"{name} {k}" for k, name in enumerate(names, 1)]
-    return {name: _run(run, cycle, span, begin, name) for name, run in zip(names, runs, strict=True)}
+    return {name: _run(run, drive, name) for name, run in zip(names, runs, strict=True)}
 
 
-def _run(
-    run: Path | VehicleArgument,
-    cycle: DriveCycle | None,
-    span: tuple[float, float] | None,
-    begin: tuple[str, ...],
-    name: str,
-) -> Any:
-    if isinstance(run, Path) and run.suffix.lower() == ".nc" and not (cycle or span or begin):
-        return saved(run)
-    return driven(model_of(run, None, ()), cycle, span, begin, name)
+def _run(run: Path | VehicleArgument, drive: Drive, name: str) -> Any:
+    import powertrain as pt
+
+    if isinstance(run, Path) and not drive:
+        return pt.load(run)
+    return driven(model_of(run, None, ()), drive, name)
 
 
 def described(both: pt.Comparison) -> str:

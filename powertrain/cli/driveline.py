@@ -16,14 +16,13 @@ from powertrain.components.control import Pedals
 from powertrain.trials import CycleRun, drive_cycle
 from powertrain.trials.driveline import driveline_map
 from powertrain.trials.driveline_figure import plot_driveline_map
-from powertrain.trials.figures import parts_of, variators
+from powertrain.trials.figures import RPM, parts_of, variators
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from powertrain.components.cycles import DriveCycle
 
-RPM = 30 / np.pi
 LINES = 15
 
 

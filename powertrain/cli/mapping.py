@@ -255,9 +255,11 @@ def _dataset(flow: pt.PowerFlow) -> xr.Dataset:
 
 
 def _write(data: xr.Dataset, path: Path) -> None:
+    from powertrain.export import save, suffix
+
     if "case" in data:
         data["case"] = data["case"].astype(str)
-    if path.suffix == ".csv":
+    if suffix(path) == ".csv":
         data.to_dataframe().reset_index().to_csv(path, index=False)
     else:
-        data.to_netcdf(path)
+        save(data, path)

@@ -71,7 +71,7 @@ def command(
     rows = [(what, number(value, DIGITS), unit) for what, (value, unit) in zip(table.index, table.values, strict=True)]
     click.echo(f"{vehicle.name} with the accelerator fully pressed\n\n{columns(rows, right=[1])}")
     if out is not None:
-        run.to_dataframe().to_csv(out) if out.suffix == ".csv" else run.save(out)
+        run.save(out)
     if plot is not None:
         from powertrain.trials.figures import acceleration_figure
 

@@ -168,6 +168,17 @@ def settings(function: F) -> F:
     return params(texts(function))
 
 
+def driving(function: F) -> F:
+    """The options --cycle, --span and --start."""
+    cycle = click.option(
+        "--cycle",
+        type=CycleName(),
+        help="wltc, udds, hwfet, nedc, ..., or a CSV file (header time_s,speed_km_h). Default: that of the vehicle.",
+    )
+    span = click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")
+    return cycle(span(starting(function)))
+
+
 def starting(function: F) -> F:
     """The option --start."""
     return click.option(
@@ -233,7 +244,9 @@ class Interruption:
             raise KeyboardInterrupt
         self.asked = True
 
-    def __exit__(self, *error: object) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         signal.signal(signal.SIGINT, self._before)
         if self._bar is not None:
             self._bar.close()
+        if self.asked and isinstance(error, SimulationError):  # before there was anything to keep
+            raise Interrupted(str(error)) from None

@@ -14,14 +14,12 @@ from powertrain.cli.options import (
     PAGE,
     PICTURE,
     Command,
-    CycleName,
     Interrupted,
     Interruption,
     OutputFile,
-    Span,
+    driving,
     of_the_command_line,
     settings,
-    starting,
     starts_of,
 )
 from powertrain.cli.text import columns, number, title
@@ -58,14 +56,8 @@ PRINTED_FROM = 50.0
     ),
 )
 @click.argument("vehicle", type=VehicleName())
-@click.option(
-    "--cycle",
-    type=CycleName(),
-    help="wltc, udds, hwfet, nedc, ..., or a CSV file (header time_s,speed_km_h). Default: that of the vehicle.",
-)
-@click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")
+@driving
 @settings
-@starting
 @click.option(
     "--write-params", type=OutputFile(".toml"), help="Write all parameters with units and ranges to this TOML file."
 )
@@ -165,13 +157,14 @@ def command(
     for path in (write_params, out, plot, chart, page):
         if path is not None and path.exists():
             click.echo(f"wrote {path}")
-    _end(run, Interrupted if watch.asked else click.ClickException)
+    end(run, watch)
 
 
-def _end(run: CycleRun, kind: type[click.ClickException]) -> None:
-    """An error of this kind for a run with a message."""
+def end(run: CycleRun, watch: Interruption) -> None:
+    """An error for a run with a message, which Ctrl-C or the simulation ended."""
     if run.message:
         early = run.result.time[-1] < run.cycle.times[-1]
+        kind = Interrupted if watch.asked else click.ClickException
         raise kind(f"the run ended at {run.result.time[-1]:.4g} s. {run.message}" if early else run.message)
 
 

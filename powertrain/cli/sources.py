@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,6 @@ from powertrain.cli.options import ArgumentType, Interruption, starts_of
 from powertrain.cli.vehicle import VehicleArgument, VehicleName, configured
 
 if TYPE_CHECKING:
-    import xarray as xr
     from click.shell_completion import CompletionItem
 
     import powertrain as pt
@@ -39,6 +39,18 @@ class Source(ArgumentType):
         return VehicleName().shell_complete(ctx, param, incomplete)
 
 
+@dataclass(frozen=True)
+class Drive:
+    """What a vehicle drives: a cycle, by default its own, or a part of it between two times [s], from values at the start."""
+
+    cycle: DriveCycle | None
+    span: tuple[float, float] | None
+    begin: tuple[str, ...]
+
+    def __bool__(self) -> bool:
+        return bool(self.cycle or self.span or self.begin)
+
+
 def model_of(source: Path | VehicleArgument, params: Path | None, texts: Sequence[str]) -> pt.Component:
     """The vehicle of a source with the values of a file and of the command line. Errors: UsageError for a saved run."""
     if isinstance(source, Path):
@@ -48,34 +60,22 @@ def model_of(source: Path | VehicleArgument, params: Path | None, texts: Sequenc
     return configured(source, params, texts)[0]
 
 
-def driven(
-    model: pt.Component,
-    cycle: DriveCycle | None,
-    span: tuple[float, float] | None,
-    begin: Sequence[str],
-    name: str,
-) -> CycleRun:
-    """The run of a vehicle of this ``name`` over a cycle, or a part of one, from values at the start; by default the vehicle's own.
+def name_of(source: Path | VehicleArgument) -> str:
+    """The name of a saved run's file or of a vehicle."""
+    return source.stem if isinstance(source, Path) else source.name
 
-    A run that ends early is an error.
-    """
+
+def driven(model: pt.Component, drive: Drive, name: str) -> CycleRun:
+    """The run of a vehicle of this ``name``. One that ends early, or does not move, is an error."""
     import powertrain as pt
-    from powertrain.cli.running import spanned
+    from powertrain.cli.running import end, spanned
     from powertrain.trials import drive_cycle
     from powertrain.trials.cycle import so_far
 
-    model, over = spanned(model, cycle, span)
+    model, over = spanned(model, drive.cycle, drive.span)
     plant = pt.compile(model)
-    starts = starts_of(begin, plant)
+    starts = starts_of(drive.begin, plant)
     with Interruption(over, so_far(plant)) as watch:
         run = drive_cycle(plant, starts=starts, progress=watch, name=name)
-    if run.message:
-        raise click.ClickException(f"the run ended at {run.result.time[-1]:.4g} s. {run.message}")
+    end(run, watch)
     return run
-
-
-def saved(path: Path) -> xr.Dataset:
-    """A saved run."""
-    import powertrain as pt
-
-    return pt.load(path)

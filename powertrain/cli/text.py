@@ -13,7 +13,7 @@ from powertrain.cli.docstrings import blocks
 LARGEST_WIDTH = 140
 
 
-def columns(rows: Iterable[Sequence[str]], head: Sequence[str] = (), right: Sequence[int] = (), indent: int = 2) -> str:
+def columns(rows: Iterable[Sequence[str]], head: Sequence[str] = (), right: Sequence[int] = ()) -> str:
     """Rows with aligned columns, those of ``right`` to the right; the last one is wrapped to the terminal."""
     lines = [list(row) for row in rows]
     if not lines:
@@ -22,14 +22,14 @@ def columns(rows: Iterable[Sequence[str]], head: Sequence[str] = (), right: Sequ
         lines.insert(0, list(head))
     widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
     last = len(widths) - 1
-    before = indent + sum(widths[:-1]) + 2 * last
+    before = 2 + sum(widths[:-1]) + 2 * last
     room = max(width() - before, 30)
     shown = []
     for line in lines:
         cells = [c.rjust(w) if k in right else c.ljust(w) for k, (c, w) in enumerate(zip(line, widths, strict=True))]
         if last not in right:
             cells[last] = f"\n{' ' * before}".join(textwrap.wrap(line[last], room) or [""])
-        shown.append((" " * indent + "  ".join(cells)).rstrip())
+        shown.append(("  " + "  ".join(cells)).rstrip())
     return "\n".join(shown)
 
 

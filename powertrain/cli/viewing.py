@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from powertrain.cli.options import PAGE, Command, CycleName, Span, settings, starting
-from powertrain.cli.sources import Source, driven, model_of, saved
+from powertrain.cli.options import PAGE, Command, driving, settings
+from powertrain.cli.sources import Drive, Source, driven, model_of, name_of
 
 if TYPE_CHECKING:
     from powertrain.cli.vehicle import VehicleArgument
@@ -28,10 +28,8 @@ if TYPE_CHECKING:
     ),
 )
 @click.argument("run", metavar="VEHICLE|FILE", type=Source())
-@click.option("--cycle", type=CycleName(), help="The cycle of a vehicle; see run --help. Default: that of the vehicle.")
-@click.option("--span", type=Span(), help="Only this part of the cycle, in seconds, such as 0:200.")
+@driving
 @settings
-@starting
 @click.option("--out", type=PAGE, help="Write the page to this .html file and do not open the browser.")
 def command(
     run: Path | VehicleArgument,
@@ -47,29 +45,22 @@ def command(
     A vehicle, or a parameter file (.toml) of one, is driven over its cycle first. A saved run (.nc) has signals, events and parameters, but
     no power flow. The page is one file that needs no network.
     """
-    path = written(run, cycle, span, texts, params, begin, out)
+    path = written(run, Drive(cycle, span, begin), texts, params, out)
     click.echo(f"wrote {path}")
     if out is None and not webbrowser.open(path.resolve().as_uri()):
         click.echo("no browser could be started: open the file yourself")
 
 
 def written(
-    run: Path | VehicleArgument,
-    cycle: DriveCycle | None,
-    span: tuple[float, float] | None,
-    texts: tuple[str, ...],
-    params: Path | None,
-    begin: tuple[str, ...],
-    out: Path | None,
+    run: Path | VehicleArgument, drive: Drive, texts: tuple[str, ...], params: Path | None, out: Path | None
 ) -> Path:
     """The page of a source, in ``out`` or in the folder of temporary files."""
+    import powertrain as pt
     from powertrain.saved import Saved
     from powertrain.viewer.document import temporary, write
     from powertrain.viewer.recording import recorded
 
-    if isinstance(run, Path) and run.suffix.lower() == ".nc" and not (cycle or span or texts or params or begin):
-        recording = recorded(Saved(saved(run)), run.stem)
-        return write([recording], out or temporary(run.stem))
-    model = model_of(run, params, texts)
-    done = driven(model, cycle, span, begin, run.stem if isinstance(run, Path) else run.name)
+    if isinstance(run, Path) and not (drive or texts or params):
+        return write([recorded(Saved(pt.load(run)), run.stem)], out or temporary(run.stem))
+    done = driven(model_of(run, params, texts), drive, name_of(run))
     return done.explore(out or temporary(f"{done.name}-{done.cycle.name}"))

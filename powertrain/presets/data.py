@@ -88,7 +88,7 @@ def _map(value: Any, folder: Path) -> pt.Map:
 
 def _cycle(value: Any, folder: Path) -> DriveCycle:
     if isinstance(value, str):
-        return DriveCycle.of(folder / value if value.endswith(".csv") else value)
+        return DriveCycle.of(folder / value if Path(value).suffix.lower() == ".csv" else value)
     _check_keys(value, CYCLE_KEYS)
     rows = tuple((float(t), float(v)) for t, v in value["table"])
     return DriveCycle(
@@ -138,7 +138,7 @@ def encoded(found: Adjustable) -> str:
         return _inline({name: content for name, content in fields.items() if content})
     if isinstance(value, pt.Map):
         axes = tuple({"name": a.name, "unit": a.unit, "points": a.points, "outside": a.outside} for a in value.axes)
-        values = _tuples(value.values.tolist())
+        values = plain(value.values.tolist())
         return _inline({"name": value.name, "unit": value.unit, "method": value.method, "axes": axes, "values": values})
     if _is_record(type(value)) or (isinstance(value, tuple) and takes_data(found)):
         return _text(value)
@@ -159,12 +159,9 @@ def _text(value: Any) -> str:
     return str(literal(value))
 
 
-def _tuples(value: Any) -> Any:
-    return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
-
-
-plain = _tuples
-"""A list as the tuple that fields hold."""
+def plain(value: Any) -> Any:
+    """A list as the tuple that fields hold."""
+    return tuple(plain(item) for item in value) if isinstance(value, list) else value
 
 
 def literal(value: Any) -> str | None:

@@ -17,7 +17,7 @@ from powertrain.language.checks import is_rows, is_scalar, rows, scalar
 from powertrain.language.component import variants
 from powertrain.language.fields import is_given
 from powertrain.presets.catalogue import Entry, components, find, fitting
-from powertrain.presets.data import decoded, takes_data
+from powertrain.presets.data import decoded, plain, takes_data
 from powertrain.presets.places import Adjustable, place
 
 MANY, FEW = 12, 4
@@ -223,8 +223,7 @@ def _read(text: str, found: Adjustable) -> Any:
 def _fitted(value: Any, found: Adjustable) -> Any:
     """A value for a plain field, of the type of the one that is there."""
     old = found.value
-    if isinstance(value, list):
-        value = _tuples(value)
+    value = plain(value)
     if is_rows(found.kind):
         return rows(found.path, found.kind, value)
     if is_scalar(found.kind):
@@ -248,10 +247,6 @@ def _check_plain(found: Adjustable) -> None:
         raise pt.ParameterError(
             f"{found.path} (a {type(found.value).__name__}) cannot be set from text, only in Python"
         )
-
-
-def _tuples(value: Any) -> Any:
-    return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
 
 
 def _takes(found: Adjustable) -> str:

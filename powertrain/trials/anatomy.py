@@ -103,6 +103,11 @@ def value_at(vehicle: pt.Component, path: str) -> Any:
     return part
 
 
+def charge_at_start(vehicle: pt.Component, battery: str) -> float:
+    """The state of charge [1] with which the battery at a path starts unless ``starts`` say otherwise."""
+    return float(type(value_at(vehicle, battery))._fields["soc"].start)
+
+
 def _parts(whole: pt.Component, path: str = "") -> Iterator[tuple[str, pt.Component]]:
     """All parts with their paths; parts inside bodies, engines and so on are not included."""
     known = (*ONE.values(), Engine, ElectricMachine, Battery, PolarizedBattery)

@@ -14,6 +14,7 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.language.arguments import of_kind
 from powertrain.language.component import children
 from powertrain.trials.anatomy import anatomy, value_at
+from powertrain.trials.cycle import on_cycle
 from powertrain.trials.driveline import SLOWEST, driveline_map
 from powertrain.trials.gears import gear_maps, gears_along, in_gear, is_geared
 from powertrain.trials.operating import check_stores, operating_map, remembered
@@ -59,20 +60,26 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     ``driveline_map`` (computed here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel there are
     those of the lowest speed. Without a demand the engine idles, against the drag of a converter if there is one; with ``StartStop`` it is
     off while the vehicle stands. The engine is warm, and its inertia is neglected.
-    A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has one map per gear. The schedule chooses the gears for the speeds of the
-    cycle, the pedal positions for the forces and the mean slope of the row; shifts take no time and no fuel.
-    Errors: ParameterError if points of the map have no operating point, and those of ``check_backward``.
+    A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has one map per gear, computed here. The schedule chooses the gears for the
+    speeds of the cycle, the pedal positions for the forces and the mean slope of the row; shifts take no time and no fuel.
+    Errors: ParameterError if points of the map have no operating point, for a map of a vehicle with gears, and those of
+    ``check_backward``.
     """
     import xarray as xr
 
     check_backward(vehicle)
     if found is not None:
         of_kind("backward", found, xr.Dataset, "a map of driveline_map()")
+        if is_geared(vehicle):
+            raise pt.ParameterError(
+                f"backward: {type(vehicle).__name__} has a map in each gear, which its schedule selects along the cycle, and one map does "
+                "not tell them apart: leave found out"
+            )
     cycle = DriveCycle.of(cycle)
     v, force = demand(vehicle, cycle)
     top = 1.02 * cycle.top_speed
     speeds, accelerators = np.linspace(min(SLOWEST, top / 2), top, SPEEDS), np.linspace(0, 1, ACCELERATORS)
-    if found is None and is_geared(vehicle):
+    if is_geared(vehicle):
         maps = [_filled(one, k) for k, one in enumerate(gear_maps(vehicle, speeds, accelerators), 1)]
         gears = gears_along(vehicle, cycle.times, v, force, maps, grades=np.tan(np.arcsin(_sines(vehicle, cycle))))
     else:
@@ -136,9 +143,9 @@ def _pull(vehicle: Any, v: Array, a: Array) -> Array:
 def _sines(vehicle: Any, cycle: DriveCycle) -> Array:
     """The mean sin(alpha) of the road in every row; none at rest, where the brakes hold the vehicle."""
     places = np.append(0.0, np.cumsum((cycle.speeds[1:] + cycle.speeds[:-1]) / 2 * np.diff(cycle.times)))
-    road, steps = value_at(vehicle, anatomy(vehicle).the("road")), np.diff(places)
-    climbed = _rises(cycle.slope() if cycle.has_road else road.profile, places)
-    return np.asarray(np.divide(climbed, steps, out=np.zeros_like(steps), where=steps > 0))
+    vehicle, steps = on_cycle(vehicle, cycle), np.diff(places)
+    road = value_at(vehicle, anatomy(vehicle).the("road"))
+    return np.asarray(np.divide(_rises(road.profile, places), steps, out=np.zeros_like(steps), where=steps > 0))
 
 
 def _rises(profile: pt.Map, places: Array) -> Array:

@@ -15,7 +15,7 @@ import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.errors import suggestion
 from powertrain.language.arguments import by_name, count, of_kind
-from powertrain.trials.anatomy import anatomy, value_at
+from powertrain.trials.anatomy import anatomy, charge_at_start
 from powertrain.trials.cycle import SHARE, CycleRun, drive_cycle, on_cycle
 
 NEC_TOLERANCE = 0.01
@@ -149,7 +149,7 @@ def charge_sustaining(
         for tests that are further from equal charge than from each other: their straight line says nothing about it.
     """
     battery = _the_battery(vehicle, "charge_sustaining")
-    middle = _soc_at_start(vehicle, battery) if soc is None else soc
+    middle = charge_at_start(vehicle, battery) if soc is None else soc
     if len(set(spread)) < 2:
         raise pt.ParameterError(f"charge_sustaining needs two or more different states of charge; spread is {spread!r}")
     plant = pt.compile(on_cycle(vehicle, cycle))
@@ -299,7 +299,3 @@ def _the_battery(vehicle: pt.Component, asked: str) -> str:
             f"{len(parts.engines)} engines"
         )
     return parts.batteries[0]
-
-
-def _soc_at_start(vehicle: pt.Component, battery: str) -> float:
-    return float(type(value_at(vehicle, battery))._fields["soc"].start)

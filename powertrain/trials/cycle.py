@@ -69,6 +69,11 @@ class CycleRun:
         return anatomy(self.plant.model)
 
     @cached_property
+    def vehicle(self) -> Any:
+        """The vehicle with the parameters of the run."""
+        return pt.replace(self.plant.model, self.parameters)
+
+    @cached_property
     def speed(self) -> Array:
         """Speed [m/s] at ``result.time``."""
         return self.result[f"{self.anatomy.the('body')}.v"]
@@ -146,8 +151,7 @@ class CycleRun:
         share: float = SHARE.check(usable, "usable")
         if not (self.electricity > 0 and self.distance > STANDS):
             return math.nan
-        driven = pt.replace(self.plant.model, self.parameters)
-        whole = sum(float(value_at(driven, battery).full_energy()) for battery in self.anatomy.batteries)
+        whole = sum(float(value_at(self.vehicle, battery).full_energy()) for battery in self.anatomy.batteries)
         return share * whole / self.electricity * self.distance
 
     @property
@@ -172,9 +176,7 @@ class CycleRun:
 
     def _marginal(self, path: str) -> tuple[float, float]:
         """Work of an engine [J], and the heat for as much work at its marginal efficiency."""
-        given = {name.removeprefix(f"{path}."): v for name, v in self.parameters.items() if name.startswith(f"{path}.")}
-        engine = pt.replace(value_at(self.plant.model, path), given)
-        power = self._power(path)
+        engine, power = value_at(self.vehicle, path), self._power(path)
         fires = (self.result[f"{path}.firing"] > LITTLE) & (power > 0)
         w, tau = (self.result[f"{path}.{name}"][fires] for name in ("w", "tau"))
         if not w.size:
@@ -222,7 +224,7 @@ class CycleRun:
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """Numbers of the vehicle that look like mistakes, such as a diameter for a radius (``trials.notes``); notes of the simulation."""
-        return (*notes(pt.replace(self.plant.model, self.parameters)), *self.result.notes)
+        return (*notes(self.vehicle), *self.result.notes)
 
     @cached_property
     def table(self) -> pd.DataFrame:

@@ -203,8 +203,7 @@ def plot_operating_points(run: CycleRun, *, ax: Axes | None = None) -> Axes:
 def _on_a_map(run: CycleRun, ax: Axes) -> str:
     """Draw the map of the first prime mover with the parameters of the run; return its path."""
     path = run.anatomy.prime_movers[0]
-    own = {n.removeprefix(f"{path}."): v for n, v in run.parameters.items() if n.startswith(f"{path}.")}
-    part = pt.replace(value_at(run.plant.model, path), own)
+    part = value_at(run.vehicle, path)
     if path in run.anatomy.engines:
         from powertrain.components.engines.figures import plot_engine_map
 

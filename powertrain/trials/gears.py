@@ -142,8 +142,10 @@ def _shifts(vehicle: pt.Component) -> ca.Function:
     """The rule of the schedule as a function of ``Driving``: ``Shifts`` as numbers."""
     schedule = getattr(vehicle, _named(vehicle, SpeedSchedule))
     now = Driving(*(pt.Symbol.sym(name) for name in Driving._fields))
-    pulls = vehicle.pull_speeds() if isinstance(vehicle, ShiftedCar) else ((), ())
-    return ca.Function("shifts", [*now], [*schedule.shifts(now, schedule.kick_limits(now.gear, *pulls))])
+    limits = schedule.kick_limits(now.gear, (), ())
+    if isinstance(vehicle, ShiftedCar):
+        limits = vehicle.kick_limits(schedule, now.gear)
+    return ca.Function("shifts", [*now], [*schedule.shifts(now, limits)])
 
 
 def per_speed(found: xr.Dataset) -> float:

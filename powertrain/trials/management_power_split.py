@@ -14,6 +14,7 @@ import powertrain as pt
 from powertrain.components.control import PlannedPowerSplit, PowerSplit
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import operating_line
+from powertrain.trials.anatomy import charge_at_start
 from powertrain.trials.backward import demand
 from powertrain.trials.cycle import on_cycle
 from powertrain.trials.management import Management, looked_up, with_parameters_of
@@ -66,7 +67,7 @@ def power_split_management(
     started = float(engine.J) * float(operating_line(engine, SHARE)(choices[0])) ** 2 / 2 / heat
     cost, rate = bench.along(*demand(driven, cycle))
     stages = pt.Stages(np.diff(cycle.times), np.array(CHARGES), cost, rate, np.array([[0.0, started], [0.0, 0.0]]))
-    soc = float(type(battery)._fields["soc"].start)
+    soc = charge_at_start(vehicle, "battery")
     planned = pt.replace(vehicle, control=with_parameters_of(vehicle.control, PlannedPowerSplit(), PowerSplit))
     return Management(
         driven, planned, cycle, stages, soc, gained(soc, soc + 0.01) / 0.01 / heat, gained, inputs, "battery.soc"

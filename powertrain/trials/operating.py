@@ -17,7 +17,7 @@ from powertrain.components.cvu import Actuator, IdealActuator
 from powertrain.components.electric import Cooling
 from powertrain.components.engines import EngineCooling, WarmEngine
 from powertrain.language.component import children
-from powertrain.trials.anatomy import Anatomy, anatomy, value_at
+from powertrain.trials.anatomy import Anatomy, anatomy, charge_at_start, value_at
 from powertrain.trials.resistance import check_mass
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ def operating_map(
     taken = [*fuel, *electric]
     speed, pedal = np.asarray(speeds, float), np.asarray(accelerators, float)
     grid: dict[str, Any] = {f"{body}.speed": speed, f"{pedals}.accelerator_set": pedal}
-    grid |= {f"{battery}.soc": _charge(vehicle, battery) for battery in parts.batteries} | dict(held or {})
+    grid |= {f"{battery}.soc": charge_at_start(vehicle, battery) for battery in parts.batteries} | dict(held or {})
     grid |= among or {}
     names = {f"{body}.force": "force", f"{mover}.w": "w", f"{mover}.tau": "tau"}
     outputs: dict[str, Any] = {signal: signal for signal in (*names, *taken)}
@@ -174,8 +174,3 @@ def _first_mover(parts: Anatomy) -> str:
             f"{parts.vehicle} has no map of operating points: it has neither an engine nor a machine"
         )
     return parts.prime_movers[0]
-
-
-def _charge(vehicle: pt.Component, battery: str) -> float:
-    """The initial state of charge of a battery."""
-    return float(type(value_at(vehicle, battery))._fields["soc"].start)

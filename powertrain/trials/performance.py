@@ -23,6 +23,8 @@ MOVES = 1.0
 """Distance [m] within the first minute above which a vehicle moves."""
 LEFT = 0.1
 """Distance [m] from which a vehicle has left its place: more than what its tyres and half shafts yield."""
+CLIMB = 20.0
+"""Time [s] within which a vehicle moves off on a slope."""
 SETTLED = 1e-3
 """Acceleration [m/s2] below which the top speed is reached."""
 STEEPEST = 1.0
@@ -60,9 +62,7 @@ def full_accelerator(
 
 def _check_moving(result: pt.Result[Any]) -> None:
     """SimulationError, with the run, if the vehicle does not move forward."""
-    parts = anatomy(result.model)
-    path = result[f"{parts.the('body')}.s"]
-    way = float(path[-1] - path[0])
+    parts, way = anatomy(result.model), _covered(result)
     if way <= -MOVES:
         raise pt.SimulationError(
             f"{parts.vehicle} moves backward: with the accelerator fully pressed it covers {way:.3g} m in {result.time[-1]:.0f} s. "
@@ -118,14 +118,20 @@ class Hill:
         plant = pt.compile(pt.bench(pressed, without=[parts.the("road")]))
         return cls(plant, f"{parts.the('road')}.grade", checked_starts(plant, starts))
 
-    def climbed(self, grade: float, time: float = 20.0) -> bool:
-        """Whether the vehicle moves off on a slope tan(alpha) = ``grade`` within a time [s].
+    def climbed(self, grade: float) -> bool:
+        """Whether the vehicle moves off on a slope tan(alpha) = ``grade`` within 20 s.
 
         Even where the force hardly exceeds the weight: it has left its place, and has not come to rest again.
         """
-        result = self.plant.simulate(time, inputs={self.slope: grade}, starts=self.starts, points=100)
-        covered = result[f"{anatomy(result.model).the('body')}.s"][-1]
-        return bool(covered > LEFT and _speed(result)[-1] * time > covered / 2)
+        result = self.plant.simulate(CLIMB, inputs={self.slope: grade}, starts=self.starts, points=100)
+        covered = _covered(result)
+        return bool(covered > LEFT and _speed(result)[-1] * CLIMB > covered / 2)
+
+
+def _covered(result: pt.Result[Any]) -> float:
+    """Distance from the start [m], negative backward."""
+    path = result[f"{anatomy(result.model).the('body')}.s"]
+    return float(path[-1] - path[0])
 
 
 def _speed(result: pt.Result[Any]) -> NDArray[np.float64]:

@@ -9,6 +9,7 @@ import numpy as np
 
 import powertrain as pt
 from powertrain.components.body import AxlePath, CoastDownBody, DrivenAxle, LumpedAxle
+from powertrain.components.body.body import G_N
 from powertrain.components.control import BlendedBraking, SpeedSchedule
 from powertrain.components.rotational import Clutch
 from powertrain.components.transmissions import (
@@ -65,7 +66,7 @@ BRAKING = 3.0
 BLENDED = 0.75, 1.33
 """Force of the brakes over the one that the control of blended braking assumes."""
 GEARBOXES = ManualGearbox, SynchronisedGearbox, DualClutchGearbox, PowerShiftGearbox
-GRAVITY, KWH, SPEEDS = 9.80665, 3.6e6, 200
+KWH, SPEEDS = 3.6e6, 200
 
 
 def notes(vehicle: pt.Component) -> tuple[str, ...]:
@@ -119,9 +120,9 @@ def _loaded_twice(vehicle: pt.Component) -> Iterator[str]:
 
 def _road_load(path: str, body: CoastDownBody) -> Iterator[str]:
     m, F_0 = _number(body, "m"), _number(body, "F_0")
-    if m and F_0 is not None and not ROLLING[0] <= F_0 / (m * GRAVITY) <= ROLLING[1]:
+    if m and F_0 is not None and not ROLLING[0] <= F_0 / (m * G_N) <= ROLLING[1]:
         yield (
-            f"{path}.F_0 = {F_0:g} N is {F_0 / (m * GRAVITY):.2%} of the weight, which is unusual ({ROLLING[0]:.1%} to {ROLLING[1]:.0%}); "
+            f"{path}.F_0 = {F_0:g} N is {F_0 / (m * G_N):.2%} of the weight, which is unusual ({ROLLING[0]:.1%} to {ROLLING[1]:.0%}); "
             'the unit is N: coefficients in pounds are written as "26 lbf", "0.25 lbf/mph", "0.0185 lbf/mph2"'
         )
 

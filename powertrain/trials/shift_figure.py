@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,12 +9,12 @@ import numpy as np
 import powertrain as pt
 from powertrain.figures.plot import axes_of
 from powertrain.trials.anatomy import anatomy
+from powertrain.trials.figures import RPM
 from powertrain.trials.shifts import AFTER, clutch_to_clutch, duration, shift_quality, shifts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-RPM = 30 / math.pi
 BEFORE = 0.2
 """Time shown before a shift [s]."""
 POINTS = 2001

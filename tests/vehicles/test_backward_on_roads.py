@@ -11,6 +11,7 @@ from powertrain.components.body import RoadProfile
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials import drive_cycle
 from powertrain.trials.backward import backward, demand
+from powertrain.trials.cycle import on_cycle
 from powertrain.vehicles import ManualCar
 
 WEIGHT = 1300 * 9.80665
@@ -29,6 +30,18 @@ def test_the_weight_does_the_work_of_the_heights() -> None:
     heights = np.array([0.0, 20.0, 0.0, 30.0, 30.0])
     cycle = DriveCycle.from_distance("hills", [0, 500, 1000, 1500, 2000], [0, 15, 15, 15, 0], heights=heights.tolist())
     np.testing.assert_allclose(climbing(ManualCar(), cycle), WEIGHT * np.diff(heights), atol=1e-3)
+
+
+def test_the_road_of_an_earlier_cycle_is_gone() -> None:
+    """As in ``drive_cycle``: a level cycle after a hilly one is driven on the level, and a road of the vehicle's own stays."""
+    table = ((0.0, 0.0), (10.0, 15.0), (30.0, 15.0), (40.0, 0.0))
+    level = DriveCycle("level", table)
+    hilly = on_cycle(ManualCar(), DriveCycle("hilly", table, grades=(0.0, 0.06, 0.06, 0.0)))
+    assert climbing(hilly, level).tolist() == [0, 0, 0]
+    own = ManualCar(road=RoadProfile(profile=pt.Map.constant(0.06, x="s", x_unit="m", name="grade")))
+    assert climbing(on_cycle(own, level), level) == pytest.approx(
+        WEIGHT * 0.06 / np.hypot(1, 0.06) * np.array([75, 300, 75])
+    )
 
 
 @pytest.mark.parametrize("method", ["linear", "smooth"])

@@ -529,6 +529,13 @@ def test_map_of_a_layout(tmp_path: Path) -> None:
     assert "r = 0" in refused("map", "SplitPathCar", "--of", "transmission", "--ratio", "0:1:5")
 
 
+def test_the_ending_of_a_map_may_be_in_capitals(tmp_path: Path) -> None:
+    few = ("map", "SplitPathTransmission", "--ratio", "0.5:0.9:3", "--load", "20:60:2")
+    done(*few, "--out", str(tmp_path / "map.CSV"))
+    done(*few, "--out", str(tmp_path / "map.csv"))
+    assert (tmp_path / "map.CSV").read_text(encoding="utf-8") == (tmp_path / "map.csv").read_text(encoding="utf-8")
+
+
 def test_map_of_a_driveline_with_a_cycle(short: str, tmp_path: Path) -> None:
     out, plot = tmp_path / "map.nc", tmp_path / "map.png"
     few = ("--speed", "20:110:7", "--pedals", "10")

@@ -29,6 +29,7 @@ from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.four_wheel_drive import FourWheelDriveCar
 from powertrain.vehicles.manual_car import ManualCar
+from powertrain.vehicles.parallel_hybrid import ParallelHybrid
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
 from powertrain.vehicles.rear_drive import RearDriveCar
 from powertrain.vehicles.series_hybrid import SeriesHybrid
@@ -378,6 +379,16 @@ def test_an_input_of_the_model_has_its_default_in_a_map() -> None:
     assert forces[1] > 1000
 
 
+def test_a_parallel_hybrid_is_kicked_down_in_its_map_only_where_it_is_on_the_road() -> None:
+    """Not above 17.5/21 of the engine speed after the upshift to sixth gear at its limit: 0.98 670 rad/s 0.7/0.87 17.5/21 = 440 rad/s.
+
+    In sixth gear the engine turns at 440 rad/s at 46 m/s; with ``eager`` = 3 the shift speeds alone would kick down up to 70 m/s.
+    """
+    car = pt.replace(ParallelHybrid(), {"schedule.eager": 3.0})
+    found = driveline_map(car, [45.5, 46.5], [1.0], held={"control.running": 1})
+    assert found["gear"].values.ravel().tolist() == [5, 6]
+
+
 def test_backward_of_a_geared_car() -> None:
     """Over the first hill of the WLTC it takes the gears of the simulation and its fuel, but for shifts and transients."""
     cycle = DriveCycle.named("wltc").part(0, 140)
@@ -387,6 +398,12 @@ def test_backward_of_a_geared_car() -> None:
     driven = np.interp(cycle.times[:-1] + 0.5, run.result.time, run.result["schedule.gear"])
     assert np.mean(np.abs(driven - back.gears) < 0.6) > 0.93
     assert {1, 2, 3} <= set(back.gears.tolist())
+
+
+def test_backward_of_a_geared_car_takes_no_map_of_one() -> None:
+    """The map has the highest gear that the schedule keeps, which a drive over the same speeds does not have: less fuel, in gear 1."""
+    with pytest.raises(pt.ParameterError, match="ManualCar has a map in each gear"):
+        backward(ManualCar(), "udds", xr.Dataset())
 
 
 @pytest.mark.slow

@@ -73,6 +73,19 @@ def test_same_consumption_after_saving_and_loading(tmp_path: Path) -> None:
     assert drive_cycle(again).fuel == drive_cycle(car).fuel
 
 
+def test_a_cycle_beside_its_file_is_not_one_of_that_name_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the ending is in capitals."""
+    beside = tmp_path / "cars"
+    beside.mkdir()
+    for folder, v in (tmp_path, 72), (beside, 36):
+        (folder / "LAP.CSV").write_text(f"time_s,speed_km_h\n0,0\n10,{v}\n20,0\n", encoding="utf-8")
+    (beside / "mine.toml").write_text('class = "ManualCar"\n[cycle]\ncycle = "LAP.CSV"\n', encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert load("cars/mine.toml").cycle.cycle.top_speed == pytest.approx(10.0)
+
+
 def test_a_file_of_ones_own(tmp_path: Path) -> None:
     (tmp_path / "full.csv").write_text("w [rad/s], tau [N.m]\n80,110\n400,160\n650,120\n", encoding="utf-8")
     (tmp_path / "lap.csv").write_text("time_s,speed_km_h\n0,0\n10,36\n30,0\n", encoding="utf-8")

@@ -199,6 +199,12 @@ def test_steep_slopes_stop_the_car() -> None:
     assert not hill.climbed(1.0)
 
 
+def test_a_hill_is_climbed_from_where_the_car_starts() -> None:
+    hill = Hill.of(ElectricCar(), {"body.chassis.path": 1000.0})
+    assert hill.climbed(0.3)
+    assert not hill.climbed(0.9)
+
+
 @pytest.mark.slow
 def test_gradeability_against_the_balance_of_forces() -> None:
     """sin(alpha) + Cr cos(alpha) = 310 N.m 2.5 3.6 0.97/(0.3 m m g): a car that accelerates by a mm/s2 moves off."""

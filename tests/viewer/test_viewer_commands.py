@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import webbrowser
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -112,6 +116,33 @@ def test_runs_from_another_charge_are_viewed_and_compared(saved: Path, tmp_path:
         assert [Page(page).curve("battery.soc", k)[1][0] for k in (0, 1)] == pytest.approx([0.95, 0.95])
     for command in (("view", str(saved)), ("compare", str(saved), str(saved))):
         assert "--start need a vehicle" in called(*command, "--start", "body.v=1", code=2)
+
+
+def test_a_vehicle_that_stands_ends_its_command() -> None:
+    """A run that reached its end without moving did not end there."""
+    for command in ("view", "compare"):
+        text = called(command, "ManualCar", *SHORT, "--set", "body.m=1e7", code=1)
+        assert "it does not move" in text
+        assert "the run ended" not in text
+
+
+@pytest.mark.parametrize("begin", [0.0, 10.0])
+def test_ctrl_c_ends_every_drive_with_130(begin: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages and comparisons are those of whole runs; before the first step there is nothing to keep."""
+    simulate = pt.Plant.simulate
+
+    def interrupted(plant: Any, stop: float, *, progress: Callable[[pt.Present[Any]], None], **options: Any) -> Any:
+        def watch(now: pt.Present[Any]) -> None:
+            if now.time >= begin:
+                os.kill(os.getpid(), signal.SIGINT)
+            progress(now)
+
+        monkeypatch.setattr("powertrain.engine.loop._throttled", lambda watch: watch)
+        return simulate(plant, stop, progress=watch, **options)
+
+    monkeypatch.setattr(pt.Plant, "simulate", interrupted)
+    for command in ("view", "ManualCar"), ("compare", "ManualCar", "--set", "body.m=1500"):
+        assert "interrupted" in called(*command, *SHORT, code=130)
 
 
 def test_a_vehicle_that_stands_has_no_performance() -> None:

@@ -222,6 +222,10 @@ def test_electric_variator_keeps_ratio_and_link() -> None:
     assert result[unit + "E"][-1] == pytest.approx(5e3, rel=2e-2)
     losses = 0.05 * (tau_a**2 + tau_b**2) + 2e-3 * (100**2 + w_b**2)
     assert tau_a * 100 + tau_b * w_b == pytest.approx(losses, rel=1e-6)
+    needed = tau_a / np.sqrt(1 - (tau_a / 300) ** 2) * (100**2 + 1) / 100  # as if the torque had no limit
+    missing = needed + tau_b * w_b - 0.05 * tau_b**2 - 2e-3 * (100**2 + w_b**2)
+    assert result[unit + "E"][-1] == pytest.approx(5e3 - missing / 50, rel=1e-9)
+    assert missing > 0.05 * tau_a**2
 
 
 def test_electric_variator_gives_no_more_than_its_link_holds() -> None:
