@@ -313,7 +313,7 @@ static int resolve(pt_model *a)
         }
         if (!(found = marked(a))) continue;
         clear(a->fire, a->n->timed);
-        return found < 0 ? found : PT_OK;
+        return found < 0 ? found : a->flags[5] > 0 ? PT_CROSSED : PT_OK;
     }
     return PT_RESETS;
 }
@@ -717,7 +717,7 @@ static int event(pt_model *a, int found)
     hold(a);
     a->jumped[0] = jumps ? PT_JUMPED : 0;
     int status = resolve(a);
-    if (a->hosted && (status || a->flags[5] > 0)) return ask(a, crossed);
+    if (a->hosted && status) return ask(a, crossed);
     if (status) return status;
     int changed = differ(a->before, a->m, a->n->m);
     if (changed) {
