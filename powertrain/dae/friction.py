@@ -15,7 +15,7 @@ import math
 import casadi as ca
 
 from powertrain.dae.hybrid import JUMPED, Barrier, Friction, HybridDae
-from powertrain.dae.tolerances import CREEP, EPS, INTEGRATED, LEAST_TORQUE, NO_WIDTH, REVERSED, SWIFT, YIELDING, ZONE
+from powertrain.dae.tolerances import CREEP, EPS, INTEGRATED, NO_WIDTH, NOISE, REVERSED, SWIFT, YIELDING, ZONE
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
@@ -76,10 +76,10 @@ def width_margin(law: Friction) -> ca.SX:
 
 
 def order_margin(dae: HybridDae, law: Friction) -> ca.SX:
-    """Not negative while the lower limit is below the upper one, but for errors of states and instants: a limit may end at zero."""
+    """Not negative while the lower limit is below the upper one, but for the error of the states: a limit may end at zero."""
     width = law.upper - law.lower
-    slopes = ca.densify(ca.jacobian(width, ca.vertcat(dae.t, dae.x, dae.z)))
-    return width + LEAST_TORQUE + REVERSED * ca.dot(ca.fabs(slopes), ca.DM([0.01, *dae.sizes]).T)
+    slopes = ca.densify(ca.jacobian(width, ca.vertcat(dae.x, dae.z)))
+    return width + NOISE + REVERSED * ca.dot(ca.fabs(slopes), ca.DM(dae.sizes).T)
 
 
 def held_margin(dae: HybridDae, law: Friction) -> ca.SX:

@@ -56,8 +56,8 @@ NO_WIDTH = 1e-10
 CROSSED = 1e-6
 """Limits of a sliding law may cross by this share of the largest torque: the hysteresis of a switch in them."""
 REVERSED = 0.1
-"""Limits of a law may cross by what this share of the nominal sizes of the states, or of 0.01 s, makes of them: a limit that ends at zero
-has the error of the integration, in coarse runs a thousandth of the state."""
+"""Limits of a law may cross by what this share of the nominal sizes of the states makes of them: a limit that ends at zero has the error of
+the integration."""
 GIVEN = 1e-11
 """Others prescribe the motion of a law if its own torque moves it by less than this share of the terms that cancel."""
 

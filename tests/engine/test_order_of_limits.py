@@ -58,17 +58,17 @@ class Fading(pt.Component):
 
 
 FALLING = {"press": ([0.0, 2.0], [1.0, -1.0])}
-SAID = r"mode \(the model: .* has a lower limit of 0\.001( N\.m)? above its upper limit of -0\.001( N\.m)? at t = 1\.001 s"
+SAID = "mode .the model: .* has a lower limit of {}( N.m)? above its upper limit of -{}( N.m)? at t = {} s"
 
 
 @pytest.mark.parametrize("compiled", [False, True])
 def test_a_limit_that_becomes_negative_ends_the_run(compiled: bool) -> None:
-    """A millisecond after it has been zero: so much is left to errors of the states and instants."""
-    with pytest.raises(pt.SimulationError, match=SAID) as caught:
+    """As soon as it has been zero; a state that presses has a tenth of its nominal size of 0.01 left to errors."""
+    with pytest.raises(pt.SimulationError, match=SAID.format(r"5\S*e-07", r"5\S*e-07", r"1(.000000\d*)?")) as caught:
         pt.simulate(Rubbing(), 2.0, inputs=FALLING, compile=compiled)
     assert caught.value.result is not None
     assert caught.value.result["tau"].min() > -2e-3
-    with pytest.raises(pt.SimulationError, match=SAID):
+    with pytest.raises(pt.SimulationError, match=SAID.format("0.001", "0.001", "1.001")):
         pt.simulate(Released(), 2.0, compile=compiled)
 
 
@@ -90,12 +90,8 @@ def test_a_limit_may_end_at_zero() -> None:
 def test_the_program_in_c_refuses_it_too(tmp_path: Path) -> None:
     plant = pt.compile(Rubbing())
     model = plant.export_c(tmp_path, inputs=FALLING)
-    with pytest.raises(pt.SimulationError, match="in C: at t = 1.001 s the lower limit .* above its upper limit"):
+    with pytest.raises(pt.SimulationError, match=r"in C: at t = 1(.000000\d*)? s the lower limit .* above its upper limit"):
         model.simulate(2.0, inputs=FALLING)
-    library = plant.export_c(tmp_path).library
-    run = library.pt_instance
-    run.restype = library.pt_start.restype = None
-    assert library.pt_message(-10).decode().endswith("friction would drive")
 
 
 def test_operating_points_have_limits_in_order() -> None:
