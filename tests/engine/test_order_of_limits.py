@@ -68,7 +68,7 @@ def test_a_limit_that_becomes_negative_ends_the_run(compiled: bool) -> None:
         pt.simulate(Rubbing(), 2.0, inputs=FALLING, compile=compiled)
     assert caught.value.result is not None
     assert caught.value.result["tau"].min() > -2e-3
-    with pytest.raises(pt.SimulationError, match=SAID.format("0.001", "0.001", "1.001")):
+    with pytest.raises(pt.SimulationError, match=SAID.format(r"0.001\d*", r"0.001\d*", r"1.001\d*")):
         pt.simulate(Released(), 2.0, compile=compiled)
 
 
