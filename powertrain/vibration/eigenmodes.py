@@ -43,7 +43,7 @@ class Vibrations:
 
     ``values``: eigenvalues with positive imaginary part; ``states`` and ``left``: right and left eigenvectors over all states of the
     model; ``shapes``: the signals asked for, scaled so that the largest one is 1; ``energies``: shares (vibration, component);
-    ``zeros``: how many eigenvalues are zero; ``size``: the number of states.
+    ``zeros``: how many eigenvalues are zero; ``size``: the number of states; ``one_sided``: as in ``Linearization``.
     """
 
     values: Matrix
@@ -54,6 +54,7 @@ class Vibrations:
     signals: tuple[str, ...]
     zeros: int
     size: int
+    one_sided: tuple[str, ...]
 
 
 def eigenmodes(
@@ -69,7 +70,8 @@ def eigenmodes(
     w_0/(2 pi) [Hz] without damping, ``damped_frequency`` [Hz], ``damping`` ratio D [1] (negative: unstable) and ``shape``: amplitude
     and sign or phase of the signals ``shapes`` as complex numbers, scaled so that the largest one is 1. The
     attribute ``zero_eigenvalues`` counts motions without restoring force: two for a rigid body that turns or moves freely, one for an
-    integral such as that of the fuel flow.
+    integral such as that of the fuel flow. The attribute ``notes`` names laws that change their mode at this very point, such as the
+    driving side of an unloaded gear, for which the derivatives are those of one side.
 
     ``energy`` [1] is the share that each ``component`` has in the mean energy of the vibration: kinetic energy in inertias, strain
     energy in springs, from the quadratic form of the energies that the components declare. Without damping both halves are 0.5. A
@@ -117,7 +119,12 @@ def eigenmodes(
         "signal": list(found.signals),
         "component": energies_of(plant).components,
     }
-    return xr.Dataset(data, coordinates, {"zero_eigenvalues": found.zeros})
+    return xr.Dataset(data, coordinates, {"zero_eigenvalues": found.zeros, "notes": notes_of(found.one_sided)})
+
+
+def notes_of(one_sided: Sequence[str]) -> str:
+    """What a linear model says of laws that change their mode at its point."""
+    return f"derivatives of one side of {', '.join(one_sided)}: the mode changes at this very point" if one_sided else ""
 
 
 def shapes_of(plant: Plant[Any], shapes: Sequence[Selector] | None) -> list[Any]:
@@ -149,7 +156,7 @@ def vibrations(plant: Plant[Any], wanted: Sequence[Selector], point: OperatingPo
     energies = energies_of(plant).shares(point, moving[rows])
     return Vibrations(
         found.values[order], moving[rows], left, (shape / largest[:, None]).T, energies, labels[: len(wanted)],
-        len(a) - len(found.values), len(a),
+        len(a) - len(found.values), len(a), linear.one_sided,
     )  # fmt: skip
 
 
