@@ -61,7 +61,7 @@ class Touched(pt.Component):
 
     def equations(self) -> pt.Equations:
         yield pt.der(self.phi) == self.w
-        yield pt.der(self.w) == -9.0 * self.phi - 0.5 * self.w + pt.switch(self.phi > self.limit, 1e-3, 0.0)
+        yield pt.der(self.w) == -9.0 * self.phi - 0.5 * self.w + pt.switch(self.phi > self.limit, 1.0, 0.0)
 
 
 def test_only_the_period_counts() -> None:
