@@ -367,6 +367,29 @@ def test_two_resets_of_one_variable_agree_or_are_refused(tmp_path: Path) -> None
     assert caught.value.result.time[-1] == 0.5
 
 
+class Paused(pt.Component):
+    """A motion given by time that comes to rest, where nothing determines the torque of the brake that a counter needs."""
+
+    s: pt.Variable = pt.variable("1", "Count")
+    w: pt.Variable = pt.variable("rad/s", "Speed")
+    tau: pt.Variable = pt.variable("N.m", "Torque of the brake")
+
+    def equations(self) -> pt.Equations:
+        yield self.w == pt.switch(pt.time < 0.5, 0.5 - pt.time, 0.0, continuous=True)
+        yield pt.friction(self.w, self.tau, -1.0, 1.0)
+        yield pt.der(self.s) == self.tau
+
+
+def test_a_torque_that_nothing_determines_is_refused(tmp_path: Path) -> None:
+    plant = pt.compile(Paused())
+    with pytest.raises(pt.SimulationError, match="nothing determines this torque"):
+        plant.simulate(1.0)
+    with pytest.raises(
+        pt.SimulationError, match=r"in C: at t = 0.5 s a friction law .* rests where nothing determines its torque"
+    ):
+        plant.export_c(tmp_path).simulate(1.0)
+
+
 def test_what_c_cannot_do_is_refused(tmp_path: Path) -> None:
     with pytest.raises(pt.ParameterError, match="is a unilateral contact; impacts are not available in C"):
         pt.compile(Ball()).export_c(tmp_path)

@@ -46,9 +46,9 @@ def linearize(
     The modes are those of the operating point: stuck friction and closed contacts remove states. Friction without a limit there holds
     nothing, such as that of an unloaded gear at rest, in proportion to its torque: it slides forward. Where a law is about to change its
     mode, as an unloaded lossy gear, which either side may drive, there is no derivative: the model has that of one side, and
-    ``linearization.one_sided`` names the law. Sources that change with time are not part of the linear model; discrete variables, such as the output of a sampled
-    controller, keep their values in it. If derivatives of an input occur, the states are shifted by a multiple of the input (see
-    ``Linearization``).
+    ``linearization.one_sided`` names the law. Sources that change with time are not part of the linear model; discrete variables, such as
+    the output of a sampled controller, keep their values in it. If derivatives of an input occur, the states are shifted by a multiple of
+    the input (see ``Linearization``).
 
     Parameters
     ----------

@@ -82,6 +82,12 @@ def order_margin(dae: HybridDae, law: Friction) -> ca.SX:
     return width + NOISE + REVERSED * ca.dot(ca.fabs(slopes), ca.DM(dae.sizes).T)
 
 
+def undetermined(dae: HybridDae, law: Friction) -> bool:
+    """Whether nothing may take the place of the torque of a law at rest: others depend on it, or its speed never changes."""
+    changing = ca.vertcat(dae.t, dae.x, dae.z, dae.m)
+    return law.prescribed and (law.acts or not ca.depends_on(law.w, changing))
+
+
 def held_margin(dae: HybridDae, law: Friction) -> ca.SX:
     """A law at a limit stays there while its share of the load exceeds the limit; including the hysteresis."""
     assert law.share is not None

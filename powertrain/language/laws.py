@@ -106,9 +106,9 @@ def friction(
 
     w > 0: torque = upper;  w < 0: torque = lower;  w = 0: any torque in [peak*lower, peak*upper] that keeps w = 0 (stuck).
 
-    ``torque`` opposes ``w`` if lower <= 0 <= upper: the power torque*w is dissipated. If lower = upper the law is free. A run that starts
-    with lower > upper raises InitializationError: usually ``torque`` has the wrong sign. A law at its
-    limit, peak*lower or peak*upper, counts as stuck if other laws hold it at rest.
+    ``torque`` opposes ``w`` if lower <= 0 <= upper: the power torque*w is dissipated. If lower = upper the law is free. Limits with
+    lower > upper, usually a ``torque`` with the wrong sign, end a run with an error and leave operating points without a solution. A law at
+    its limit, peak*lower or peak*upper, counts as stuck if other laws hold it at rest.
 
     Parameters
     ----------

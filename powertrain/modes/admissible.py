@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import casadi as ca
 
-from powertrain.dae.friction import rest_margin
+from powertrain.dae.friction import rest_margin, undetermined
 from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.dae.tolerances import INTEGRATED, NO_WIDTH, ZONE
 from powertrain.errors import SimulationError
@@ -33,12 +33,7 @@ class Admissible:
         self._self_locking = SelfLocking(dae, memory)
         self._one_way = [(k, law, mode) for k, law in enumerate(dae.frictions) for mode in law.limitless]
         self._limitless = [law for law in dae.frictions if law.limitless and not law.prescribed]
-        changing = ca.vertcat(dae.t, dae.x, dae.z, dae.m)
-        self._prescribed = [
-            (k, law, law.acts or not ca.depends_on(law.w, changing))
-            for k, law in enumerate(dae.frictions)
-            if law.prescribed
-        ]
+        self._prescribed = [(k, law, undetermined(dae, law)) for k, law in enumerate(dae.frictions) if law.prescribed]
 
     @property
     def checks(self) -> bool:

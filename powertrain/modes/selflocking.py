@@ -1,8 +1,9 @@
-"""Laws with limits in the wrong order: no torque lies between them, and the one at a limit would drive.
+"""Laws that are refused in the modes that were found: at rest with a torque that nothing determines, or with limits in the wrong order.
 
-Limits of time and states are so by a slip of the model. Limits that depend on torques are so while a law slides if it is self-locking, as
-a wedge or a brake shoe may be: the limit grows faster than the torque itself. A law that slides forward has the torque T = upper(T). If
-d(upper)/dT > 1, no torque is large enough. Solving the equation anyway gives a torque of the other sign with upper < lower.
+No torque lies between such limits, and the one at a limit would drive. Limits of time and states are so by a slip of the model. Limits
+that depend on torques are so while a law slides if it is self-locking, as a wedge or a brake shoe may be: the limit grows faster than the
+torque itself. A law that slides forward has the torque T = upper(T). If d(upper)/dT > 1, no torque is large enough. Solving the equation
+anyway gives a torque of the other sign with upper < lower.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from powertrain.dae.friction import order_margin
+from powertrain.dae.friction import STUCK, order_margin, undetermined, width_margin
 from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.dae.tolerances import CROSSED, LEAST_TORQUE, ZONE
 from powertrain.errors import SimulationError
@@ -51,8 +52,8 @@ class SelfLocking:
             )
         return (
             f"{law.name} ({law.where}) has a lower limit of {with_unit(f'{low:.6g}', law.unit)} above its upper limit of "
-            f"{with_unit(f'{high:.6g}', law.unit)} at t = {t:.9g} s. A friction torque is positive where it opposes a positive speed, so that torque times speed is the "
-            "loss: write friction(w, torque, -limit, limit) with a limit that is not negative."
+            f"{with_unit(f'{high:.6g}', law.unit)} at t = {t:.9g} s. A friction torque is positive where it opposes a positive speed, "
+            "so that torque times speed is the loss: write friction(w, torque, -limit, limit) with a limit that is not negative."
         )
 
     def found(self, side: int) -> str:
@@ -83,9 +84,14 @@ def _said(law: Friction) -> str:
     return f"{law.name} ({law.where}) is self-locking: its limit grows faster than its own torque"
 
 
-def inverted(dae: HybridDae) -> ca.SX:
-    """Above zero if the limits of a law are in the wrong order, if they depend on torques while it slides."""
-    return ca.SX(ca.mmax(ca.vertcat(-1.0, *[_inverted(dae, law) for law in dae.frictions])))
+def refused(dae: HybridDae) -> ca.SX:
+    """Above zero if the limits of a law are in the wrong order, or if it rests where nothing determines its torque."""
+    return ca.SX(ca.mmax(ca.vertcat(-1.0, *[_refused(dae, law) for law in dae.frictions])))
+
+
+def _refused(dae: HybridDae, law: Friction) -> ca.SX:
+    at_rest = ca.if_else(dae.m[law.index] == STUCK, width_margin(law), -1.0) if undetermined(dae, law) else ca.SX(-1)
+    return ca.fmax(_inverted(dae, law), at_rest)
 
 
 def _inverted(dae: HybridDae, law: Friction) -> ca.SX:

@@ -313,7 +313,7 @@ static int resolve(pt_model *a)
         }
         if (!(found = marked(a))) continue;
         clear(a->fire, a->n->timed);
-        return found < 0 ? found : a->flags[5] > 0 ? PT_CROSSED : PT_OK;
+        return found < 0 ? found : a->flags[5] > 0 ? PT_REFUSED : PT_OK;
     }
     return PT_RESETS;
 }

@@ -169,6 +169,6 @@ const char *pt_message(int status)
         "resets follow one another without end", "too many events at one instant or in one fixed step",
         "two laws reset one variable to different values",
         "a jump throws a one-way law backward, and impacts are not available in C",
-        "the lower limit of a friction law is above its upper limit: friction would drive"};
+        "a friction law has a lower limit above its upper limit, or rests where nothing determines its torque"};
     return status == PT_FULL ? "the record is full" : said[-status];
 }

@@ -75,7 +75,7 @@ def test_a_limit_that_becomes_negative_ends_the_run(compiled: bool) -> None:
 def test_an_input_that_makes_a_limit_negative_ends_the_step() -> None:
     run = pt.compile(Rubbing()).start()
     run.step(0.1)
-    with pytest.raises(pt.SimulationError, match="lower limit of 3 N.m above its upper limit of -3 N.m at t = 0.1 s"):
+    with pytest.raises(pt.SimulationError, match=r"lower limit of 3 N.m above its upper limit of -3 N.m at t = 0\.1 s"):
         run.step(0.1, press=-3.0)
 
 
@@ -90,7 +90,10 @@ def test_a_limit_may_end_at_zero() -> None:
 def test_the_program_in_c_refuses_it_too(tmp_path: Path) -> None:
     plant = pt.compile(Rubbing())
     model = plant.export_c(tmp_path, inputs=FALLING)
-    with pytest.raises(pt.SimulationError, match=r"in C: at t = 1(.000000\d*)? s the lower limit .* above its upper limit"):
+    with pytest.raises(
+        pt.SimulationError,
+        match=r"in C: at t = 1(.000000\d*)? s a friction law has a lower limit",
+    ):
         model.simulate(2.0, inputs=FALLING)
 
 
