@@ -16,7 +16,7 @@ from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed
 from powertrain.analysis.reduction import Matrices, Quotient, free_motion, substitute_inputs, without_unseen
 from powertrain.compiler.assemble import Compiled
 from powertrain.dae.friction import FORWARD
-from powertrain.dae.hybrid import OperatingPoint
+from powertrain.dae.hybrid import Law, OperatingPoint
 from powertrain.dae.tolerances import SAME, ZONE
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language.arguments import flag, listed
@@ -224,7 +224,8 @@ class _Linearizer:
         """The laws that may as well be in another mode at the point, with other derivatives."""
         dae, (slopes, clear, speeds), found = self.compiled.dae, self._at(point, point.m), list[str]()
         count = dae.x.numel() + dae.z.numel() + len(self.outputs)
-        others = [(law, 1.0 - point.m[law.index]) for law, at in zip(dae.switches, clear, strict=True) if at <= 0.0]
+        turning = [law for law, at in zip(dae.switches, clear, strict=True) if at <= 0.0]
+        others: list[tuple[Law, float]] = [(law, 1.0 - point.m[law.index]) for law in turning]
         slow = [law for law, w in zip(dae.frictions, speeds, strict=True) if abs(w) <= ZONE]
         others += [(law, -point.m[law.index]) for law in slow if abs(point.m[law.index]) == FORWARD]
         for law, mode in others:

@@ -80,7 +80,7 @@ class Solver:
         """The laws with an infinite torque, or with their limits in the wrong order."""
         torque, lower, upper = torques[::3], torques[1::3], torques[2::3]
         crossed = lower - upper > balance_tolerance(np.abs(torque).max(axis=0, initial=0.0))
-        return ~(np.abs(torque) <= INFINITE) | crossed
+        return np.asarray(~(np.abs(torque) <= INFINITE) | crossed)
 
     def values(self, grid: Rows, points: Points) -> tuple[Rows, Mask]:
         """The requested values, and which guards are violated."""

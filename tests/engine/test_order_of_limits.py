@@ -100,11 +100,9 @@ def test_the_program_in_c_refuses_it_too(tmp_path: Path) -> None:
 def test_operating_points_have_limits_in_order() -> None:
     """Speeds that are given, and speeds that are found; one by one and as a map."""
     plant, press = pt.compile(Rubbing()), np.array([-1.0, 1.0])
-    for given in ({"w": [1.0, -1.0, 0.0], "press": press}, {"drive": [1.0, 3.0, -5.0, 0.5], "press": press}):
-        axis = next(iter(given))
-        inputs = {} if axis == "drive" else None
-        found = pt.steady(plant, given, outputs="tau", free=["drive"] if axis == "w" else [], inputs=inputs)
-        found = found.transpose("press", axis)
+    free: list[str]
+    for axis, values, free in ("w", [1.0, -1.0, 0.0], ["drive"]), ("drive", [1.0, 3.0, -5.0, 0.5], []):
+        found = pt.steady(plant, {axis: values, "press": press}, outputs="tau", free=free).transpose("press", axis)
         assert (found.status[0] == NONE).all()
         assert np.isnan(found.tau[0]).all()
         assert (found.status[1, :2] == OK).all()
