@@ -9,8 +9,11 @@ import casadi as ca
 import numpy as np
 import pytest
 from cases import few
+from joined import joined
 
 import powertrain as pt
+from powertrain.components.blocks import Constant
+from powertrain.components.rotational import ConstantTorque, DogClutch, Inertia
 
 Condition = Callable[[Any, Any], Any]
 CONDITIONS: dict[str, Condition] = {
@@ -50,3 +53,15 @@ def test_a_window_of_any_width_is_visited_once(condition: str) -> None:
             result = plant.simulate(3.0, parameters={"c": c, "x0": x0})
             assert result["visits"][-1] == 1
             assert result["inside"][-1] == pytest.approx(2 * c, rel=1e-5)
+
+
+def test_dogs_engage_as_the_speeds_pass_each_other() -> None:
+    """100 N.m take a shaft of 1 kg.m2 through the speed of the other, within 5 rad/s of which it is for 0.1 s."""
+    parts = ConstantTorque(tau_constant=-100.0), Inertia(J=1.0), DogClutch(), Inertia(J=1.0), Constant(k=1.0)
+    plant = pt.compile(
+        joined(*parts, joints="0.flange=1.flange_a 1.flange_b=2.flange_a 2.flange_b=3.flange_a 4.y=2.engage")
+    )
+    for w in np.linspace(30.0, 80.0, 11):
+        result = plant.simulate(1.5, starts={"parts[1].w": w, "parts[3].w": 0.0})
+        assert result["parts[2].inside"][-1] == 1
+        assert result["parts[1].w"][-1] == pytest.approx((w - 150.0) / 2, abs=1e-5)
