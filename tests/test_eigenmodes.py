@@ -46,6 +46,22 @@ def test_chain_against_the_generalised_eigenvalue_problem() -> None:
     assert found["frequency"].attrs["units"] == "Hz"
 
 
+@pytest.mark.parametrize(("ratio", "hidden"), [(1e6, False), (1e11, False), (1e13, True), (1e14, True)])
+def test_vibrations_that_round_off_hides_are_told(ratio: float, hidden: bool) -> None:
+    """Two of four inertias are next to rigidly joined: the slow vibrations are those of three inertias."""
+    springs = tuple(SpringDamper(c=c, d=0.0) for c in (100.0, 100.0 * ratio, 50.0))
+    found = pt.eigenmodes(Chain(inertias=tuple(Inertia(J=j) for j in (1.0, 2.0, 3.0, 1.5)), springs=springs))
+    K = np.array([[100.0, -100.0, 0.0], [-100.0, 150.0, -50.0], [0.0, -50.0, 50.0]])
+    slow = np.sqrt(eigh(K, np.diag([1.0, 5.0, 1.5]), eigvals_only=True)[1:]) / (2 * np.pi)
+    if hidden:
+        assert "round-off hides a vibration" in found.notes
+        assert found.zero_eigenvalues > 2
+    else:
+        assert found.notes == ""
+        assert found["frequency"].values[:2] == pytest.approx(slow, rel=1e-6)
+        assert found.zero_eigenvalues == 2
+
+
 class Swing(pt.Component):
     """An inertia on a spring and damper at the ground, a second one behind a clutch."""
 

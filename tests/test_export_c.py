@@ -177,6 +177,28 @@ def test_other_parameters_and_starts_need_no_export(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+class Decay(pt.Component):
+    """A state that decays at a rate which is a number of the model."""
+
+    rate: float
+    y: pt.Variable = pt.variable("1", "State", start=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.y) == -self.rate * self.y
+
+
+def test_a_folder_may_be_used_again(tmp_path: Path) -> None:
+    """A library of the same name that is loaded already must not take the place of the new one."""
+    slow = pt.compile(Decay(rate=1.0)).export_c(tmp_path)
+    assert slow.simulate(1.0)["y"][-1] == pytest.approx(np.exp(-1.0), rel=1e-5)
+    waiting = pt.compile(Decay(rate=2.0)).export_c(tmp_path)
+    fast = pt.compile(Decay(rate=3.0)).export_c(tmp_path)
+    assert fast.simulate(1.0)["y"][-1] == pytest.approx(np.exp(-3.0), rel=1e-5)
+    assert slow.simulate(1.0)["y"][-1] == pytest.approx(np.exp(-1.0), rel=1e-5)
+    with pytest.raises(pt.PowertrainError, match="has other sources than this export wrote; export the model again"):
+        waiting.simulate(1.0)
+
+
 def test_long_runs_fill_the_record_many_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from powertrain.native import driver
 
@@ -343,6 +365,29 @@ def test_two_resets_of_one_variable_agree_or_are_refused(tmp_path: Path) -> None
         model.simulate(1.0)
     assert caught.value.result is not None
     assert caught.value.result.time[-1] == 0.5
+
+
+class Paused(pt.Component):
+    """A motion given by time that comes to rest, where nothing determines the torque of the brake that a counter needs."""
+
+    s: pt.Variable = pt.variable("1", "Count")
+    w: pt.Variable = pt.variable("rad/s", "Speed")
+    tau: pt.Variable = pt.variable("N.m", "Torque of the brake")
+
+    def equations(self) -> pt.Equations:
+        yield self.w == pt.switch(pt.time < 0.5, 0.5 - pt.time, 0.0, continuous=True)
+        yield pt.friction(self.w, self.tau, -1.0, 1.0)
+        yield pt.der(self.s) == self.tau
+
+
+def test_a_torque_that_nothing_determines_is_refused(tmp_path: Path) -> None:
+    plant = pt.compile(Paused())
+    with pytest.raises(pt.SimulationError, match="nothing determines this torque"):
+        plant.simulate(1.0)
+    with pytest.raises(
+        pt.SimulationError, match=r"in C: at t = 0.5 s a friction law .* rests where nothing determines its torque"
+    ):
+        plant.export_c(tmp_path).simulate(1.0)
 
 
 def test_what_c_cannot_do_is_refused(tmp_path: Path) -> None:

@@ -52,6 +52,30 @@ def test_a_period_that_closes_says_nothing() -> None:
     assert "changed over the period: " in str(pt.floquet(result, 1.0, 2.0))
 
 
+class Touched(pt.Component):
+    """As ``Damped``, and a torque while the angle is above a limit."""
+
+    limit: pt.Parameter = pt.parameter("rad", "Limit", default=1.0)
+    phi: pt.Variable = pt.variable("rad", "Angle", start=0.0)
+    w: pt.Variable = pt.variable("rad/s", "Speed", start=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.phi) == self.w
+        yield pt.der(self.w) == -9.0 * self.phi - 0.5 * self.w + pt.switch(self.phi > self.limit, 1.0, 0.0)
+
+
+def test_only_the_period_counts() -> None:
+    """The first swing barely reaches the limit, where a run has no derivative."""
+    plant = pt.compile(Touched())
+    peak = plant.simulate(1.0, points=100_000, **TIGHT)["phi"].max()
+    result = plant.simulate(4.0, parameters={"limit": peak - 1e-9}, **TIGHT)
+    with pytest.raises(pt.SimulationError, match="only just switches"):
+        pt.floquet(result, 0.1, 1.5)
+    found = pt.floquet(result, 1.0, 1.5)
+    exact = np.exp(1.5 * np.roots([1.0, 0.5, 9.0]))
+    np.testing.assert_allclose(sorted(found.multipliers, key=np.angle), sorted(exact, key=np.angle), rtol=1e-8)
+
+
 class Bilinear(pt.Component):
     """A mass on a spring that is stiffer on one side."""
 

@@ -321,6 +321,31 @@ def test_a_map_by_differences_of_gradients() -> None:
     assert pt.hessian(Tabled(), "x", ["a", "x"], stop=1.0).attrs["asymmetry"] < 1e-7
 
 
+AXES = [pt.Axis("x", "1", [0, 1, 2, 3], outside="linear"), pt.Axis("y", "1", [0, 1], outside="linear")]
+KINKED = pt.Map(AXES, [[0.5, 0.5], [2.0, 2.0], [1.0, 1.0], [3.0, 3.0]], "1")
+
+
+class Kinked(pt.Component):
+    """A level that rises past the kinks of a map, at 1 and at 2."""
+
+    a: pt.Parameter = pt.parameter("1", "Rate", default=1.0)
+    x: pt.Variable = pt.variable("1", "Level", start=0.1)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.a * KINKED(self.x, 0.5)
+
+
+def test_differences_say_how_well_they_agree() -> None:
+    """x = (x0 + 1/3) exp(1.5 a t) - 1/3 up to 1; beyond 2, x = 2 + (exp(2 a t - 2 K) - 1)/2 with K = ln(2/0.65)/1.5 + ln 2."""
+    smooth = pt.hessian(Kinked(), "x", ["a"], stop=0.3)
+    assert float(smooth[0, 0]) == pytest.approx((0.1 + 1 / 3) * 0.45**2 * np.exp(0.45), rel=1e-6)
+    assert smooth.attrs["spread"] < 1e-3
+    passing = pt.hessian(Kinked(), "x", ["a"], stop=2.0)
+    exact = 8.0 * np.exp(4.0 - 2.0 * (np.log(2.0 / 0.65) / 1.5 + np.log(2.0)))
+    assert abs(float(passing[0, 0]) / exact - 1.0) < passing.attrs["spread"]
+    assert passing.attrs["spread"] > 1e-3
+
+
 def test_a_clutch_whose_friction_falls_with_speed() -> None:
     """Corners of the friction curve, a slip speed that is an algebraic unknown, and |w| at the event itself."""
     clutch = Clutch(fn_max=200.0, mue_pos=((0.0, 1.0), (20.0, 0.8), (60.0, 0.7), (120.0, 0.65)))

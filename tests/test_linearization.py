@@ -600,6 +600,38 @@ def test_an_unloaded_gear_at_rest_is_not_locked(at: dict[str, float], bearing: f
     assert 2 * np.pi * frequency == pytest.approx(found, rel=1e-6)
 
 
+@pytest.mark.parametrize("w", [5.0, -5.0])
+@pytest.mark.parametrize("tau", [0.0, 1e-3, -1e-3])
+def test_an_unloaded_gear_has_no_derivative(w: float, tau: float) -> None:
+    """1 kg.m2 on either side of i = 2, eta = 0.9: der(w_b) = tau/(2 + 0.5/eta) if the torque drives, with eta for 1/eta if it brakes.
+
+    At no torque the model is one of the two, and says of which law.
+    """
+    model = joined(
+        rot.ConstantTorque(tau_constant=tau), rot.Inertia(J=1.0), rot.Gear(ratio=2.0, efficiency=0.9), rot.Inertia(J=1.0),
+        joints="0.flange=1.flange_a 1.flange_b=2.flange_a 2.flange_b=3.flange_a",
+    )  # fmt: skip
+    found = linearize(model, ["parts[1].flange_a.tau"], ["parts[3].w"], at={"parts[1].w": w})
+    gain = float(np.real(found(1e-3j) * 1e-3j))
+    driven, braked = 1.0 / (2.0 + 0.5 / 0.9), 1.0 / (2.0 + 0.5 * 0.9)
+    if tau:
+        assert gain == pytest.approx(driven if w * tau > 0.0 else braked, rel=1e-9)
+        assert found.linearization.one_sided == ()
+    else:
+        assert min(abs(gain - driven), abs(gain - braked)) < 1e-9
+        assert found.linearization.one_sided == (f"parts[2].switch{0 if w > 0.0 else 1}",)
+
+
+def test_eigenmodes_of_an_unloaded_gear_say_so() -> None:
+    model = joined(
+        rot.Inertia(J=1.0), rot.Gear(ratio=2.0, efficiency=0.9), rot.SpringDamper(c=100.0, d=0.0), rot.Inertia(J=2.0),
+        joints="0.flange_b=1.flange_a 1.flange_b=2.flange_a 2.flange_b=3.flange_a",
+    )  # fmt: skip
+    plant, turning = pt.compile(model), {"parts[0].w": 10.0, "parts[3].w": 5.0}
+    assert "parts[1].switch0" in pt.eigenmodes(plant, at=turning).notes
+    assert pt.eigenmodes(plant, at={**turning, "parts[2].phi_rel": 0.01}).notes == ""
+
+
 def test_the_axle_of_a_standing_car_is_not_locked() -> None:
     """Its shafts carry round-off; a twist of one accelerates the cage between the held wheels, as in a run from that twist."""
     plant, twist, h = pt.compile(RearDriveCar()), "rear.right_shaft.phi_rel", 1e-4

@@ -19,9 +19,11 @@ class Linearization:
 
     ``states``, ``inputs`` and ``outputs`` are the names in the model ('J1.w'), in the order of the matrices; python-control does not allow
     dots and names its signals with '_' instead. ``units`` are their units. ``modes`` are the modes of all laws; ``removed`` are the states
-    that closed contacts and stuck friction remove: they follow from the others. ``shifted``: states that stand for x - g u with the given
-    gains g of each input, because the model contains derivatives of the input. ``unseen``: states left out by ``reduced=True``, because
-    nothing depends on them alone; ``relative``: states taken relative to these, x - g x_unseen with the given gains g.
+    that closed contacts and stuck friction remove: they follow from the others. ``one_sided``: laws that change their mode at this very
+    point, such as the driving side of an unloaded gear; the derivatives are those of one side. ``shifted``: states that stand for
+    x - g u with the given gains g of each input, because the model contains derivatives of the input. ``unseen``: states left out by
+    ``reduced=True``, because nothing depends on them alone; ``relative``: states taken relative to these, x - g x_unseen with the given
+    gains g.
     """
 
     time: float
@@ -32,6 +34,7 @@ class Linearization:
     values: dict[str, float]
     modes: dict[str, float]
     removed: tuple[str, ...]
+    one_sided: tuple[str, ...] = ()
     shifted: dict[str, dict[str, float]] = field(default_factory=dict)
     unseen: tuple[str, ...] = ()
     relative: dict[str, dict[str, float]] = field(default_factory=dict)

@@ -15,7 +15,9 @@ from powertrain.analysis.operating_point import Array, Point, operating_point
 from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, spots, transfer
 from powertrain.analysis.reduction import Matrices, Quotient, free_motion, substitute_inputs, without_unseen
 from powertrain.compiler.assemble import Compiled
-from powertrain.dae.hybrid import OperatingPoint
+from powertrain.dae.friction import FORWARD
+from powertrain.dae.hybrid import Law, OperatingPoint
+from powertrain.dae.tolerances import SAME, ZONE
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language.arguments import flag, listed
 from powertrain.language.component import Component
@@ -42,10 +44,11 @@ def linearize(
     """The linear model at an operating point.
 
     The modes are those of the operating point: stuck friction and closed contacts remove states. Friction without a limit there holds
-    nothing, such as that of an unloaded gear at rest, in proportion to its torque: it slides forward, and the model has the loss of that
-    direction. Sources that change with time are not part of the linear model; discrete variables, such as the output of a sampled
-    controller, keep their values in it. If derivatives of an input occur, the states are shifted by a multiple of the input (see
-    ``Linearization``).
+    nothing, such as that of an unloaded gear at rest, in proportion to its torque: it slides forward. Where a law is about to change its
+    mode, as an unloaded lossy gear, which either side may drive, there is no derivative: the model has that of one side, and
+    ``linearization.one_sided`` names the law. Sources that change with time are not part of the linear model; discrete variables, such as
+    the output of a sampled controller, keep their values in it. If derivatives of an input occur, the states are shifted by a multiple of
+    the input (see ``Linearization``).
 
     Parameters
     ----------
@@ -100,18 +103,22 @@ def linearize(
 
 @dataclass(frozen=True)
 class Linear:
-    """The matrices at an operating point, the indices of their states among those of the model, and the names of the outputs."""
+    """The matrices at an operating point, the indices of their states among those of the model, and the names of the outputs.
+
+    ``one_sided``: as in ``Linearization``.
+    """
 
     matrices: Matrices
     kept: NDArray[np.int64]
     outputs: tuple[str, ...]
+    one_sided: tuple[str, ...]
 
 
 def linear_at(plant: Plant[Any], inputs: Sequence[str], outputs: Sequence[Selector], point: OperatingPoint) -> Linear:
     """A linear model as numbers, for analyses at many operating points; arguments and errors as for ``linearize``."""
     linearizer = _linearizer(plant, tuple(inputs), outputs)
     matrices, kept, *_ = linearizer.reduced(point)
-    return Linear(matrices, kept, linearizer.outputs)
+    return Linear(matrices, kept, linearizer.outputs, linearizer.one_sided(point))
 
 
 def _linearizer(plant: Plant[Any], inputs: tuple[str, ...], outputs: Sequence[Selector]) -> _Linearizer:
@@ -153,7 +160,7 @@ class _Linearizer:
         self._refuse_twice("inputs", inputs)
         self._refuse_twice("outputs", self.outputs)
         self.transfer = transfer(original, self.compiled)
-        self.jacobian = self._derivatives(perturbed)
+        self.derivatives = self._derivatives(perturbed)
 
     def _refuse_unknown(self) -> None:
         known = spots(self.original.source.components)
@@ -169,7 +176,10 @@ class _Linearizer:
             raise ParameterError(f"{kind}: {next(n for n in names if names.count(n) > 1)} appears twice")
 
     def _derivatives(self, perturbed: Perturbed) -> ca.Function:
-        """The Jacobian of (xdot, residual, outputs, motions that laws may hold) by (x, z, parameters, u_0, u_1, ...)."""
+        """The Jacobian of (xdot, residual, outputs, motions that laws may hold) by (x, z, parameters, u_0, u_1, ...).
+
+        Also by how much the condition of each switch is clear of zero, and the speed of each friction law.
+        """
         dae, compiled = self.compiled.dae, self.compiled
         outputs = [p.expression + perturbed.added.get(p.name, 0) for p in self.picked]
         self.holding = [f for f in dae.frictions if not f.algebraic and not f.prescribed]
@@ -183,7 +193,15 @@ class _Linearizer:
         self.kinematic = np.array([_constant(kinematic[i, :], at) for i in range(dae.x.numel())], bool)
         known = [*dae.arguments, perturbed.reference, column(coefficients)]
         self.extra = len(coefficients)
-        return ca.Function("powertrain_linear", known, [ca.densify(ca.jacobian(rows, columns))])
+        clear, speeds = column([ca.fabs(s.g) - s.known for s in dae.switches]), column([f.w for f in dae.frictions])
+        found = [ca.jacobian(rows, columns), clear, speeds]
+        return ca.Function("powertrain_linear", known, [ca.densify(each) for each in found])
+
+    def _at(self, point: OperatingPoint, m: Array) -> tuple[NDArray[np.float64], Array, Array]:
+        """The values of ``_derivatives`` at a point in the modes ``m``."""
+        x, z = self.transfer(point)
+        jacobian, clear, speeds = self.derivatives(point.t, x, z, m, point.p, point.t, np.zeros(self.extra))
+        return jacobian.full(), clear.full().ravel(), speeds.full().ravel()
 
     def at(self, point: OperatingPoint, reduced: bool) -> LinearModel:
         """The linear model at an operating point."""
@@ -195,13 +213,27 @@ class _Linearizer:
     def reduced(self, point: OperatingPoint) -> tuple[Matrices, NDArray[np.int64], NDArray[np.float64], Array]:
         """Matrices, indices of the states, the shifts of the states by the inputs, and the values of all states."""
         x, z = self.transfer(point)
-        jacobian = self.jacobian(point.t, x, z, point.m, point.p, point.t, np.zeros(self.extra))
-        full = self._matrices(np.array(jacobian, float), z.size)
+        full = self._matrices(self._at(point, point.m)[0], z.size)
         proper, gains = substitute_inputs(full, self._improper)
         held = self._held(point.m)
         self._refuse_moved(proper.v[0][held])
         reduced, kept = free_motion(proper, np.array(held, int), self.kinematic)
         return reduced, kept, gains, x
+
+    def one_sided(self, point: OperatingPoint) -> tuple[str, ...]:
+        """The laws that may as well be in another mode at the point, with other derivatives."""
+        dae, (slopes, clear, speeds), found = self.compiled.dae, self._at(point, point.m), list[str]()
+        count = dae.x.numel() + dae.z.numel() + len(self.outputs)
+        turning = [law for law, at in zip(dae.switches, clear, strict=True) if at <= 0.0]
+        others: list[tuple[Law, float]] = [(law, 1.0 - point.m[law.index]) for law in turning]
+        slow = [law for law, w in zip(dae.frictions, speeds, strict=True) if abs(w) <= ZONE]
+        others += [(law, -point.m[law.index]) for law in slow if abs(point.m[law.index]) == FORWARD]
+        for law, mode in others:
+            m = point.m.copy()
+            m[law.index] = mode
+            if not np.allclose(self._at(point, m)[0][:count], slopes[:count], rtol=SAME, atol=SAME):
+                found.append(law.name)
+        return tuple(found)
 
     def _refuse_moved(self, effects: NDArray[np.float64]) -> None:
         for name in self.parameters:
@@ -295,6 +327,7 @@ class _Linearizer:
             values={compiled.states[i]: float(x[i]) for i in range(len(x))},
             modes={name: float(point.m[index]) for name, index in laws},
             removed=tuple(name for i, name in enumerate(compiled.states) if i not in free),
+            one_sided=self.one_sided(point),
             unseen=tuple(gone),
             relative=relative,
             shifted={

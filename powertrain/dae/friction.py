@@ -15,7 +15,7 @@ import math
 import casadi as ca
 
 from powertrain.dae.hybrid import JUMPED, Barrier, Friction, HybridDae
-from powertrain.dae.tolerances import EPS, HELD, INTEGRATED, NO_WIDTH, SWIFT, YIELDING, ZONE
+from powertrain.dae.tolerances import EPS, HELD, INTEGRATED, NO_WIDTH, NOISE, REVERSED, SWIFT, YIELDING, ZONE
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
@@ -75,6 +75,19 @@ def width_margin(law: Friction) -> ca.SX:
     return law.upper - law.lower - NO_WIDTH
 
 
+def order_margin(dae: HybridDae, law: Friction) -> ca.SX:
+    """Not negative while the lower limit is below the upper one, but for the error of the states: a limit may end at zero."""
+    width = law.upper - law.lower
+    slopes = ca.densify(ca.jacobian(width, ca.vertcat(dae.x, dae.z)))
+    return width + NOISE + REVERSED * ca.dot(ca.fabs(slopes), ca.DM(dae.sizes).T)
+
+
+def undetermined(dae: HybridDae, law: Friction) -> bool:
+    """Whether nothing may take the place of the torque of a law at rest: others depend on it, or its speed never changes."""
+    changing = ca.vertcat(dae.t, dae.x, dae.z, dae.m)
+    return law.prescribed and (law.acts or not ca.depends_on(law.w, changing))
+
+
 def held_margin(dae: HybridDae, law: Friction) -> ca.SX:
     """A law at a limit stays there while its share of the load exceeds the limit; including the hysteresis."""
     assert law.share is not None
@@ -93,7 +106,8 @@ def watched(dae: HybridDae, law: Friction) -> list[tuple[ca.SX, ca.SX | float]]:
     known = slow if law.prescribed else ca.if_else(_by_torque(dae, law), law.hysteresis, slow)
     found: list[tuple[ca.SX, ca.SX | float]] = [(_motion(dae, law), known)]
     if law.may_free and ca.depends_on(law.upper - law.lower, ca.vertcat(dae.t, dae.x, dae.z)):
-        found.append((_free(dae, law), EPS))
+        free = _free(dae, law)
+        found.append((ca.if_else(dae.m[law.index] == FREE, ca.fmin(free, order_margin(dae, law)), free), EPS))
     if law.limitless and not law.prescribed:
         found.append((rest_margin(dae, law), EPS))
     return found
@@ -248,7 +262,12 @@ def steady_margins(law: Friction) -> dict[float, ca.SX]:
     """
     modes = (FORWARD, BACKWARD) if law.prescribed else (STUCK, FORWARD, BACKWARD)
     margins = {mode: _steady_stuck(law) if mode == STUCK else _steady_sliding(law, mode) for mode in modes}
-    return {**margins, FREE: -width_margin(law)} if law.may_free else margins
+    if law.may_free:
+        margins[FREE] = -width_margin(law)
+    elif law.prescribed:  # the switches in its limits see to their order
+        return margins
+    ordered = law.upper - law.lower + law.hysteresis
+    return {mode: ca.fmin(margin, ordered) for mode, margin in margins.items()}
 
 
 def _steady_stuck(law: Friction) -> ca.SX:

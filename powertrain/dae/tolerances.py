@@ -55,6 +55,9 @@ NO_WIDTH = 1e-10
 """Limits of a law that differ by less than this (N.m, N) are equal: it transmits nothing, or always the same torque."""
 CROSSED = 1e-6
 """Limits of a sliding law may cross by this share of the largest torque: the hysteresis of a switch in them."""
+REVERSED = 0.1
+"""Limits of a law may cross by what this share of the nominal sizes of the states makes of them: a limit that ends at zero has the error of
+the integration."""
 GIVEN = 1e-11
 """Others prescribe the motion of a law if its own torque moves it by less than this share of the terms that cancel."""
 

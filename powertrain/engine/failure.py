@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.dae.hybrid import HybridDae
+from powertrain.dae.tolerances import LEAST_TORQUE
 from powertrain.numerics.buffers import Array, Memory
 
 OUTSIDE = "A function of the model is evaluated outside its range there."
@@ -36,8 +37,14 @@ def _undetermined(dae: HybridDae, t: float, y: Array, m: Array, p: Array) -> str
     slopes = dae.function("slopes", ca.jacobian(dae.residual, ca.vertcat(dae.x, dae.z)))
     rows = np.array(slopes(t, y[:n], y[n : n + nz], m, p)).reshape(nz, n + nz) * dae.sizes
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
-    if not nz or not np.isfinite(rows).all() or not lengths.all():
+    if not nz or not np.isfinite(rows).all():
         return None
+    if (flat := np.flatnonzero(lengths <= LEAST_TORQUE)).size:
+        unknowns = ", ".join(s.name() for s in ca.symvar(dae.residual[int(flat[0])]) if ca.depends_on(dae.z, s))
+        return (
+            f"at t = {t:.9g} s an equation does not determine {unknowns}: its slope is zero there, as that of w^2 at w = 0. Give what it "
+            f"moves an inertia or a mass.\n  {dae.equation(int(flat[0]))}"
+        )
     left, values, right = np.linalg.svd((rows / lengths)[:, n:])
     if values[-1] > _SINGULAR:
         return None

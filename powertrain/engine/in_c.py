@@ -26,7 +26,7 @@ from powertrain.numerics.compiled import Library, compiler, library
 
 SOURCES = Path(__file__).parents[1] / "native"
 SIGNALS = ("times", "owners", "jumps", "first", "starts", "rows")
-FULL, TOO_STIFF, UNDERFLOW, RATES, GUARD, EVENTS, ASK = 1, 2, -1, -4, -5, -7, -10
+FULL, TOO_STIFF, UNDERFLOW, RATES, GUARD, EVENTS, ASK = 1, 2, -1, -4, -5, -7, -11
 """What C returns besides 0, as in ``powertrain_run.h`` and ``powertrain_loop.h``."""
 _ROWS, _HELD, _INSTANTS = 1000, 500, 200
 """How much of a run is kept in C before Python takes it over."""

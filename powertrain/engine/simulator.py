@@ -148,7 +148,6 @@ class Simulator(Prepared):
             if self.overlaps is not None:
                 self.overlaps.check_start(t, 0)
             self.admissible.check(0)
-            self.admissible.check_order(0)
             self.resolver.check_unique(0)
         except (NotConsistent, SimulationError) as error:
             said = str(error).removeprefix(f"at t = {t:.9g} s ")

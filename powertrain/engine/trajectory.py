@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -101,6 +101,26 @@ class Trajectory:
         """The mode of a law; 0 if it rests at a limit."""
         at_rest = index in self.rests and held[self.rests[index]] > 0.0
         return 0.0 if at_rest else float(held[index])
+
+    def part(self, start: float, end: float) -> Trajectory:
+        """The steps and events from ``start`` to ``end`` within the run, in whole steps."""
+        first, last = int(self.times.searchsorted(start, "right")) - 1, int(self.times.searchsorted(end))
+        if last < len(self.times):
+            at, final, held = float(self.times[last]), self.dense[last, 0], self.held[self.mode_of_step[last]]
+        else:
+            at, final, held = self.end, self.final, self.final_held
+        steps = slice(first, last)
+        return replace(
+            self,
+            times=self.times[steps],
+            sizes=self.sizes[steps],
+            dense=self.dense[steps],
+            mode_of_step=self.mode_of_step[steps],
+            end=at,
+            final=final,
+            final_held=held,
+            instants=tuple(i for i in self.instants if self.times[first] <= i.time <= at),
+        )
 
     def at(self, times: ArrayLike, with_events: bool = True) -> Samples:
         """The run at some times.

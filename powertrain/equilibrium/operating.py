@@ -45,20 +45,21 @@ class Solver:
         frictions = [law for law in problem.laws if isinstance(law, Friction)]
         self._shared = np.array([f.rests is not None for f in frictions], bool)
         guards, wanted = [guard_margin(g) for g in problem.guards], [*problem.outputs, *problem.rates]
+        within = [*guards, *(f.upper - f.lower + f.hysteresis for f in frictions)]
         self.wanted, varying = len(wanted), [*problem.grid, *problem.u, *problem.modes]
         speeds = [*(f.w for f in frictions), *problem.solved]
         limits = [e for f in frictions for e in (f.torque, f.peak * f.lower, f.peak * f.upper)]
-        self._values, self._guards, self._speeds, self._torques = (
+        self._values, self._limits, self._speeds, self._torques = (
             Columns(f"steady_{name}", varying, problem.common, outputs, compile and not self.explicit)
             for name, outputs in (
-                ("values", [*wanted, *guards]), ("guards", guards), ("speeds", speeds), ("torques", limits)
+                ("values", [*wanted, *guards]), ("within", within), ("speeds", speeds), ("torques", limits)
             )
         )  # fmt: skip
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
         self._common = values
-        for each in (self._values, self._speeds, self._torques, self._guards):
+        for each in (self._values, self._speeds, self._torques, self._limits):
             each.set_common(values)
         (self._combinations if self.explicit else self._solutions.laws).set_common(values)
 
@@ -69,11 +70,17 @@ class Solver:
             points = self._combinations.solve(grid, side) if self.explicit else self._together(grid, side)
             known = [grid.T, points.u.T, points.modes.T]
             points.status[~(np.abs(self._speeds.of_points(known)) <= INFINITE).all(axis=0)] = IMMOVABLE
-            locked = ~(np.abs(self._torques.of_points(known)[::3]) <= INFINITE)
-            points.status[(points.status == OK) & locked.any(axis=0)] = NONE
-        points.involved[: len(locked), points.status == NONE] |= locked[:, points.status == NONE]
+            refused = self._refused(self._torques.of_points(known))
+            points.status[(points.status == OK) & refused.any(axis=0)] = NONE
+        points.involved[: len(refused), points.status == NONE] |= refused[:, points.status == NONE]
         points.involved[:, (points.status == OK) | (points.status == IMMOVABLE)] = False
         return points
+
+    def _refused(self, torques: Rows) -> Mask:
+        """The laws with an infinite torque, or with their limits in the wrong order."""
+        torque, lower, upper = torques[::3], torques[1::3], torques[2::3]
+        crossed = lower - upper > balance_tolerance(np.abs(torque).max(axis=0, initial=0.0))
+        return np.asarray(~(np.abs(torque) <= INFINITE) | crossed)
 
     def values(self, grid: Rows, points: Points) -> tuple[Rows, Mask]:
         """The requested values, and which guards are violated."""
@@ -123,10 +130,10 @@ class Solver:
         return np.array([names[n] for n in wanted]).reshape(len(wanted), len(found.y))
 
     def _within(self, grid: Array, found: SolvedPoints) -> Mask:
-        """Which solutions are within the limits of the model."""
-        if not self.problem.guards or not len(grid):
-            return np.ones(len(grid), bool)
-        margins = self._guards.of_points([grid, self._unknowns(found).T, found.modes])
+        """Which solutions are within the limits of the model, and have limits of friction in order."""
+        if not len(grid):
+            return np.ones(0, bool)
+        margins = self._limits.of_points([grid, self._unknowns(found).T, found.modes])
         return np.asarray((margins >= 0.0).all(axis=0))
 
     def _limit(self, grid: Rows, points: Points) -> None:

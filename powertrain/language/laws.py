@@ -6,6 +6,7 @@ modes of all laws together and locates every change as an event.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self, TypeAlias
@@ -107,9 +108,9 @@ def friction(
 
     w > 0: torque = upper;  w < 0: torque = lower;  w = 0: any torque in [peak*lower, peak*upper] that keeps w = 0 (stuck).
 
-    ``torque`` opposes ``w`` if lower <= 0 <= upper: the power torque*w is dissipated. If lower = upper the law is free. A run that starts
-    with lower > upper raises InitializationError: usually ``torque`` has the wrong sign. A law at its
-    limit, peak*lower or peak*upper, counts as stuck if other laws hold it at rest.
+    ``torque`` opposes ``w`` if lower <= 0 <= upper: the power torque*w is dissipated. If lower = upper the law is free. Limits with
+    lower > upper, usually a ``torque`` with the wrong sign, end a run with an error and leave operating points without a solution. A law at
+    its limit, peak*lower or peak*upper, counts as stuck if other laws hold it at rest.
 
     Parameters
     ----------
@@ -162,8 +163,9 @@ def when(condition: Symbol, *resets: Reinit, name: str = "when", initially: bool
     """Apply the resets at the instant at which ``condition`` becomes true; right-hand sides have the values just before the resets.
 
     Every comparison that ``condition`` combines by ``ca.logic_and``, ``ca.logic_or`` and ``ca.logic_not`` is an event of its own, so that
-    they may hold together for any short time. Conditions are judged once all laws and switches have the modes of the instant. ``name`` is
-    the name of the events. A condition that holds at the start of a run becomes true only after it was false, but with ``initially`` it
+    they may hold together for any short time; so is each side of |a| < b and of the smaller or larger of two. Conditions are judged once
+    all laws and switches have the modes of the instant. ``name`` is the name of the events. A condition that holds at the start of a run
+    becomes true only after it was false, but with ``initially`` it
     becomes true at the start. A run ends with an error where two laws become true together and reset one variable to different values.
     A reset happens once and holds nothing: one that puts a variable back to the limit in ``condition`` is named in ``result.notes``.
     """
@@ -178,7 +180,7 @@ def _combined(condition: Symbol, name: str, relations: list[SwitchEntry]) -> Sym
 
     The comparisons join ``relations``.
     """
-    active, found = recorder(), list[Symbol]()
+    active, found, condition = recorder(), list[Symbol](), _unfolded(condition)
 
     def alone(relation: Symbol) -> Symbol:
         found.append(relation)
@@ -199,6 +201,49 @@ def _combined(condition: Symbol, name: str, relations: list[SwitchEntry]) -> Sym
     return g if len(found) < 2 else crossing(condition, held)
 
 
+def _unfolded(condition: Symbol) -> Symbol:
+    """``|a| < b`` as ``a < b`` and ``-a < b``, and so on: a peak of ``b - |a|``, however narrow, lies between two events.
+
+    Only where the parts are affine: others may jump where they do not count, as an angle does that begins anew.
+    """
+    inner = [condition.dep(i) for i in range(condition.n_dep())]
+    for op, join in (ca.OP_AND, ca.logic_and), (ca.OP_OR, ca.logic_or), (ca.OP_NOT, ca.logic_not):
+        if condition.is_op(op):
+            return join(*map(_unfolded, inner))
+    if not (condition.is_op(ca.OP_LT) or condition.is_op(ca.OP_LE)):
+        return condition
+    compare = operator.lt if condition.is_op(ca.OP_LT) else operator.le
+    for k, joins in enumerate(((ca.logic_and, ca.logic_or), (ca.logic_or, ca.logic_and))):
+        for op, join in zip((ca.OP_FMAX, ca.OP_FMIN), joins, strict=True):
+            parts = _parts(inner[k], op)
+            if parts and all(map(_affine, parts)):
+                sides = [(part, inner[1]) if k == 0 else (inner[0], part) for part in parts]
+                return join(*(_unfolded(compare(*side)) for side in sides))
+    return condition
+
+
+def _affine(expression: Symbol) -> bool:
+    """Whether an expression is affine in what changes between events."""
+    moving = [s for s in free_symbols(expression) if key(s) not in recorder().constants]
+    return not moving or bool(ca.is_linear(expression, ca.vertcat(*moving)))
+
+
+def _parts(value: Symbol, op: int) -> list[Symbol]:
+    """What a value is the larger, or the smaller, of: |a| of a and -a, c - |a| of c - a and c + a."""
+    inner, other = [value.dep(i) for i in range(value.n_dep())], ca.OP_FMIN if op == ca.OP_FMAX else ca.OP_FMAX
+    if value.is_op(op):
+        return inner
+    if value.is_op(ca.OP_FABS) and op == ca.OP_FMAX:
+        return [inner[0], -inner[0]]
+    if value.is_op(ca.OP_NEG):
+        return [-part for part in _parts(inner[0], other)]
+    if value.is_op(ca.OP_ADD):
+        return [p + inner[1] for p in _parts(inner[0], op)] or [inner[0] + p for p in _parts(inner[1], op)]
+    if value.is_op(ca.OP_SUB):
+        return [p - inner[1] for p in _parts(inner[0], op)] or [inner[0] - p for p in _parts(inner[1], other)]
+    return []
+
+
 def _residual(relation: Symbol) -> Symbol:
     """The expression that is positive exactly while a comparison holds: of what only events change, its truth."""
     g = relation.dep(1) - relation.dep(0)
@@ -217,7 +262,7 @@ def switch(
     """``a`` while ``condition`` holds, else ``b``; the change is an exact event.
 
     Several switches with the same condition object change together. Every comparison that a condition combines is an event of its own, so
-    that they may hold together for any short time.
+    that they may hold together for any short time; so is each side of |a| < b and of the smaller or larger of two.
 
     Parameters
     ----------

@@ -10,9 +10,9 @@ from typing import NoReturn
 
 import casadi as ca
 
-from powertrain.dae.friction import rest_margin
+from powertrain.dae.friction import rest_margin, undetermined
 from powertrain.dae.hybrid import Friction, HybridDae
-from powertrain.dae.tolerances import INTEGRATED, LEAST_TORQUE, NO_WIDTH, ZONE
+from powertrain.dae.tolerances import INTEGRATED, NO_WIDTH, ZONE
 from powertrain.errors import SimulationError
 from powertrain.modes.jam import resting_note
 from powertrain.modes.selflocking import SelfLocking
@@ -33,12 +33,7 @@ class Admissible:
         self._self_locking = SelfLocking(dae, memory)
         self._one_way = [(k, law, mode) for k, law in enumerate(dae.frictions) for mode in law.limitless]
         self._limitless = [law for law in dae.frictions if law.limitless and not law.prescribed]
-        changing = ca.vertcat(dae.t, dae.x, dae.z, dae.m)
-        self._prescribed = [
-            (k, law, law.acts or not ca.depends_on(law.w, changing))
-            for k, law in enumerate(dae.frictions)
-            if law.prescribed
-        ]
+        self._prescribed = [(k, law, undetermined(dae, law)) for k, law in enumerate(dae.frictions) if law.prescribed]
 
     @property
     def checks(self) -> bool:
@@ -64,29 +59,6 @@ class Admissible:
         for law, (margin, speed) in zip(self._limitless, found.tolist(), strict=True):
             if margin <= 0:
                 self._refuse(law, speed)
-
-    def check_order(self, side: int) -> None:
-        """Reject limits in the wrong order. Only a start is checked: later a limit that ends at zero has the error of the integration.
-
-        Limits that depend on torques have a check of their own (``powertrain.modes.selflocking``).
-        """
-        if not self._given:
-            return
-        values = self.memory.frictions(side)
-        for k, law in self._given:
-            lower, upper = values.lower[k], values.upper[k]
-            if lower - upper > LEAST_TORQUE:
-                raise SimulationError(
-                    f"{law.name} ({law.where}) has a lower limit of {lower:.6g} {law.unit} above its upper limit of {upper:.6g} "
-                    f"{law.unit}. A friction torque is positive where it opposes a positive speed, so that torque times speed is the "
-                    "loss: write friction(w, torque, -limit, limit) with a limit that is not negative."
-                )
-
-    @cached_property
-    def _given(self) -> list[tuple[int, Friction]]:
-        """The laws whose limits depend on no torque or mode, with their places."""
-        found, laws = ca.vertcat(self.dae.z, self.dae.m), enumerate(self.dae.frictions)
-        return [(k, law) for k, law in laws if not ca.depends_on(ca.vertcat(law.lower, law.upper), found)]
 
     @cached_property
     def _rest(self) -> Evaluated:

@@ -10,7 +10,7 @@ import casadi as ca
 from powertrain.dae import contact, friction, switch, when
 from powertrain.dae.hybrid import HybridDae
 from powertrain.dae.tolerances import JUMP
-from powertrain.modes.selflocking import inverted
+from powertrain.modes.selflocking import refused
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Pass:
     """The next held values and what must follow.
 
     ``flags``: number of entries that change; whens with a rising edge; barriers that are struck; sum of all torques; laws at a limit newly
-    held at rest by others; a value above zero if a law slides with its limits in the wrong order; and 1 if motions of laws jump.
+    held at rest by others; a value above zero if a law is refused (``powertrain.modes.selflocking``); and 1 if motions of laws jump.
     """
 
     held: ca.SX
@@ -62,7 +62,7 @@ def _flags(dae: HybridDae, held: Sequence[ca.SX], edges: Sequence[ca.SX], closin
     changes = ca.sum1(ca.vertcat(*held) != dae.m) if held else ca.SX(0)
     torques = sum((law.torque for law in dae.frictions), ca.SX(0))
     idle = sum((friction.idles(dae, law) for law in dae.frictions if law.rests is not None), ca.SX(0))
-    flags = [changes, sum(edges, ca.SX(0)), sum(closing, ca.SX(0)), torques, idle, inverted(dae), _jumps(dae, held)]
+    flags = [changes, sum(edges, ca.SX(0)), sum(closing, ca.SX(0)), torques, idle, refused(dae), _jumps(dae, held)]
     return ca.densify(ca.vertcat(*flags))
 
 

@@ -6,6 +6,7 @@ import ctypes
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -51,6 +52,7 @@ class CModel(Generic[M]):
 
     def __init__(self, compiled: Compiled, folder: Path, method: str, begin: Callable[..., Begun]) -> None:
         self._compiled, self._begin, self.folder, self.method = compiled, begin, folder, method
+        self._sources = self._read()
         self._library: ctypes.CDLL | None = None
 
     def __repr__(self) -> str:
@@ -58,22 +60,35 @@ class CModel(Generic[M]):
 
     @property
     def library(self) -> ctypes.CDLL:
-        """The model as a shared library, compiled at the first use. PowertrainError where there is no compiler or it fails."""
+        """The model as a shared library, compiled at the first use.
+
+        PowertrainError where there is no compiler, where it fails, and where another model has been exported to the folder since.
+        """
         if self._library is None:
-            target = self.folder.resolve() / "model.so"
-            command = [*compiler("export_c"), *FLAGS, *SOURCES, "-o", str(target), "-lm"]
-            done = subprocess.run(
-                command, cwd=self.folder, capture_output=True, text=True, errors="replace", check=False
-            )
-            if done.returncode:
-                raise PowertrainError(f"the C compiler {command[0]} failed:\n{done.stderr[-2000:]}")
-            self._library = ctypes.CDLL(str(target))
+            if self._read() != self._sources:
+                raise PowertrainError(f"{self.folder} has other sources than this export wrote; export the model again")
+            self._library = self._compile()
             self._library.pt_size.restype = ctypes.c_size_t
             self._library.pt_message.restype = ctypes.c_char_p
             self._library.pt_unknowns.restype = ctypes.POINTER(ctypes.c_double)
             self._library.pt_held.restype = ctypes.POINTER(ctypes.c_double)
             self._library.pt_time.restype = ctypes.c_double
         return self._library
+
+    def _read(self) -> list[bytes]:
+        return [(self.folder / name).read_bytes() for name in SOURCES]
+
+    def _compile(self) -> ctypes.CDLL:
+        """The sources, compiled and loaded under a name of their own: a name that has been loaded is not read again."""
+        with TemporaryDirectory(ignore_cleanup_errors=True) as place:
+            target = Path(place) / "model.so"
+            command = [*compiler("export_c"), *FLAGS, *SOURCES, "-o", str(target), "-lm"]
+            done = subprocess.run(
+                command, cwd=self.folder, capture_output=True, text=True, errors="replace", check=False
+            )
+            if done.returncode:
+                raise PowertrainError(f"the C compiler {command[0]} failed:\n{done.stderr[-2000:]}")
+            return ctypes.CDLL(str(target))
 
     def simulate(
         self,

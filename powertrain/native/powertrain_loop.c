@@ -322,7 +322,7 @@ static int resolve(pt_model *a)
             continue;
         }
         clear(a->fire, a->n->timed);
-        return PT_OK;
+        return a->flags[5] > 0 ? PT_REFUSED : PT_OK;
     }
     return PT_RESETS;
 }
@@ -726,7 +726,7 @@ static int event(pt_model *a, int found)
     hold(a);
     a->jumped[0] = jumps ? PT_JUMPED : 0;
     int status = resolve(a);
-    if (a->hosted && (status || a->flags[5] > 0)) return ask(a, crossed);
+    if (a->hosted && status) return ask(a, crossed);
     if (status) return status;
     int changed = differ(a->before, a->m, a->n->m);
     if (changed) {

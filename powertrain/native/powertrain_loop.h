@@ -57,7 +57,7 @@ struct pt_model {
 /* Said to hosts only. */
 enum {
     PT_TOO_STIFF = 2, /* stability limits the steps of the explicit method */
-    PT_ASK = -10      /* the host resolves this event */
+    PT_ASK = -11      /* the host resolves this event */
 };
 
 int pt_begin(pt_model *model);

@@ -168,6 +168,7 @@ const char *pt_message(int status)
         "the implicit equations have no solution near the last one", "a rate is not finite", "a quantity left its range",
         "resets follow one another without end", "too many events at one instant or in one fixed step",
         "two laws reset one variable to different values",
-        "a jump throws a one-way law backward, and impacts are not available in C"};
+        "a jump throws a one-way law backward, and impacts are not available in C",
+        "a friction law has a lower limit above its upper limit, or rests where nothing determines its torque"};
     return status == PT_FULL ? "the record is full" : said[-status];
 }

@@ -18,7 +18,8 @@ enum {
     PT_RESETS = -6,     /* resets follow one another without end */
     PT_EVENTS = -7,     /* too many events at one instant or in one fixed step */
     PT_CONFLICT = -8,   /* two laws reset one variable to different values at one instant */
-    PT_IMPACT = -9      /* a jump throws a one-way law backward: impacts are for the host */
+    PT_IMPACT = -9,     /* a jump throws a one-way law backward: impacts are for the host */
+    PT_REFUSED = -10    /* limits of friction in the wrong order, so that it would drive, or rest where nothing determines its torque */
 };
 
 typedef struct pt_model pt_model;

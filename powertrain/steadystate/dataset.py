@@ -32,7 +32,8 @@ STATUS = {
 _PROBLEMS = {
     STUCK_POINT: "friction is at rest under a prescribed motion; its torque is not determined and given as an interval",
     SEVERAL: "several solutions (laws hold each other in several ways, one held by its peak may slide, or an unknown is not determined)",
-    NONE: "no consistent combination of modes; the mechanism locks itself, or nothing balances the prescribed values",
+    NONE: "no consistent combination of modes; the mechanism locks itself, limits of friction are in the wrong order (lower above "
+    "upper), or nothing balances the prescribed values",
     IMMOVABLE: "cannot move: a speed or ratio is infinite",
     OUTSIDE: "a quantity is outside its range",
     DIVERGED: "no operating point was found, although there may be one; give guesses, or check whether an equilibrium exists",

@@ -22,10 +22,17 @@ _STEP = 1e-4
 Matrix = NDArray[np.float64]
 
 
-def differences(plant: Plant[Any], of: Any, names: Sequence[str], run: Result[Any], options: dict[str, Any]) -> Matrix:
-    """The second derivatives, each mixed one in both orders. NotDifferentiable if neighbouring runs have other events."""
+def differences(
+    plant: Plant[Any], of: Any, names: Sequence[str], run: Result[Any], options: dict[str, Any]
+) -> tuple[Matrix, dict[str, float]]:
+    """The second derivatives, each mixed one in both orders, and measures of their error: ``asymmetry`` and ``spread``.
+
+    These are the largest difference between both orders, and between forward and backward differences, relative to the geometric mean of
+    the diagonal entries. NotDifferentiable if neighbouring runs have other events.
+    """
     here = gradient(run, of, names)
-    found = np.empty((len(names), len(names)))
+    found, spread = np.empty((len(names), len(names))), np.empty((len(names), len(names)))
+    middle = np.array([here[each] for each in names])
     for j, name in enumerate(names):
         h = _STEP * (abs(here.at[name]) or 1.0)
         ends = []
@@ -34,8 +41,9 @@ def differences(plant: Plant[Any], of: Any, names: Sequence[str], run: Result[An
             _refuse_other_events(run, other, name, value)
             slopes = gradient(other, of, names)
             ends.append([slopes[each] for each in names])
-        found[:, j] = (np.array(ends[0]) - np.array(ends[1])) / (2.0 * h)
-    return found
+        after, before = np.array(ends)
+        found[:, j], spread[:, j] = (after - before) / (2.0 * h), (after - 2.0 * middle + before) / h
+    return found, {"asymmetry": _relative(found - found.T, found), "spread": _relative(spread, found)}
 
 
 def _with(plant: Plant[Any], options: dict[str, Any], name: str, value: float) -> dict[str, Any]:
@@ -56,10 +64,8 @@ def _refuse_other_events(run: Result[Any], other: Result[Any], name: str, value:
     )
 
 
-def asymmetry(found: Matrix) -> float:
-    """The largest difference between both orders of a mixed derivative, relative to the geometric mean of the diagonal entries."""
+def _relative(gaps: Matrix, found: Matrix) -> float:
+    """The largest gap relative to the geometric mean of the diagonal entries."""
     diagonal = np.sqrt(np.abs(np.diag(found)))
     scale = np.maximum(np.outer(diagonal, diagonal), np.abs(found + found.T) / 2.0)
-    return float(
-        np.divide(np.abs(found - found.T), scale, out=np.zeros_like(scale), where=scale > 0.0).max(initial=0.0)
-    )
+    return float(np.divide(np.abs(gaps), scale, out=np.zeros_like(scale), where=scale > 0.0).max(initial=0.0))

@@ -70,6 +70,8 @@ def floquet(result: Result[Any], start: float, period: float) -> Floquet:
         raise ParameterError(
             f"the period from {start:g} s to {end:g} s is outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
         )
+    trajectory = trajectory.part(start, end)
+    result = Result(result.compiled, trajectory, [start, end], result.p, result.report)
     system = System(result.compiled, (), ())
     flow = VariationalRates(system, None)
     corners = Corners(system, ca.vertcat(flow.expressions, system.dae.residual))

@@ -12,7 +12,7 @@ from powertrain.errors import ParameterError
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
 from powertrain.plant import Plant, plant_of
-from powertrain.variational.differences import asymmetry, differences
+from powertrain.variational.differences import differences
 from powertrain.variational.functional import functional
 from powertrain.variational.gradients import model_of, quotient
 from powertrain.variational.objectives import objective
@@ -48,9 +48,9 @@ def hessian(plant: Plant[Any] | Component, of: Any, wrt: Sequence[str], **option
     Returns
     -------
     xarray.DataArray
-        Over ``wrt`` and ``wrt_2``, symmetric, with the coordinate ``units``. Differences have the attribute ``asymmetry``: the largest
-        difference between both orders of a mixed derivative, relative to the geometric mean of the diagonal entries, a measure of their
-        error.
+        Over ``wrt`` and ``wrt_2``, symmetric, with the coordinate ``units``. Differences have two attributes that measure their error,
+        relative to the geometric mean of the diagonal entries: ``asymmetry``, the largest difference between both orders of a mixed
+        derivative, and ``spread``, that between forward and backward differences, which is large where a run passes kinks of maps.
 
     Raises
     ------
@@ -87,12 +87,11 @@ def hessian(plant: Plant[Any] | Component, of: Any, wrt: Sequence[str], **option
     model = model_of(result, wanted, number)
     if model not in _known:
         _known[model] = None if _calls(model) else SecondOrder(model)
-    exact, notes = _known[model], {}
+    exact, notes = _known[model], dict[str, float]()
     if exact is not None:
         found = exact(result, wanted, number)
     else:
-        found = differences(plant, target, wanted.names, result, {**_TOLERANCES, **options})
-        notes["asymmetry"] = asymmetry(found)
+        found, notes = differences(plant, target, wanted.names, result, {**_TOLERANCES, **options})
     units = [[quotient(quotient(number.unit, u), v) for v in wanted.units] for u in wanted.units]
     coordinates = {"wrt": list(wanted.names), "wrt_2": list(wanted.names), "units": (("wrt", "wrt_2"), units)}
     return xr.DataArray((found + found.T) / 2.0, coordinates, ("wrt", "wrt_2"), number.label, notes)

@@ -163,5 +163,5 @@ def nearest(instants: Array, times: Array) -> Array:
 
 
 def _inside(trajectory: Trajectory, times: Array) -> Samples:
-    """Right limits at arbitrary times of the run."""
-    return trajectory.at(times, with_events=False)
+    """Right limits at times of the run; rounding may put the first one before its start."""
+    return trajectory.at(np.maximum(times, trajectory.start), with_events=False)

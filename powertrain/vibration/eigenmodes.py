@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ from powertrain.errors import ParameterError
 from powertrain.language.arguments import listed
 from powertrain.language.component import Component
 from powertrain.plant import Plant, plant_of
-from powertrain.vibration.eigenvectors import eigenvectors
+from powertrain.vibration.eigenvectors import Eigenvectors, eigenvectors
 from powertrain.vibration.energies import energies_of
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Vibrations:
 
     ``values``: eigenvalues with positive imaginary part; ``states`` and ``left``: right and left eigenvectors over all states of the
     model; ``shapes``: the signals asked for, scaled so that the largest one is 1; ``energies``: shares (vibration, component);
-    ``zeros``: how many eigenvalues are zero; ``size``: the number of states.
+    ``zeros``: how many eigenvalues are zero; ``size``: the number of states; ``notes``: what is not certain.
     """
 
     values: Matrix
@@ -54,6 +54,7 @@ class Vibrations:
     signals: tuple[str, ...]
     zeros: int
     size: int
+    notes: tuple[str, ...]
 
 
 def eigenmodes(
@@ -69,7 +70,9 @@ def eigenmodes(
     w_0/(2 pi) [Hz] without damping, ``damped_frequency`` [Hz], ``damping`` ratio D [1] (negative: unstable) and ``shape``: amplitude
     and sign or phase of the signals ``shapes`` as complex numbers, scaled so that the largest one is 1. The
     attribute ``zero_eigenvalues`` counts motions without restoring force: two for a rigid body that turns or moves freely, one for an
-    integral such as that of the fuel flow.
+    integral such as that of the fuel flow. The attribute ``notes`` names laws that change their mode at this very point, such as the
+    driving side of an unloaded gear, for which the derivatives are those of one side, and vibrations that round-off hides next to others
+    a million times as fast.
 
     ``energy`` [1] is the share that each ``component`` has in the mean energy of the vibration: kinetic energy in inertias, strain
     energy in springs, from the quadratic form of the energies that the components declare. Without damping both halves are 0.5. A
@@ -117,7 +120,7 @@ def eigenmodes(
         "signal": list(found.signals),
         "component": energies_of(plant).components,
     }
-    return xr.Dataset(data, coordinates, {"zero_eigenvalues": found.zeros})
+    return xr.Dataset(data, coordinates, {"zero_eigenvalues": found.zeros, "notes": "\n".join(found.notes)})
 
 
 def shapes_of(plant: Plant[Any], shapes: Sequence[Selector] | None) -> list[Any]:
@@ -149,8 +152,20 @@ def vibrations(plant: Plant[Any], wanted: Sequence[Selector], point: OperatingPo
     energies = energies_of(plant).shares(point, moving[rows])
     return Vibrations(
         found.values[order], moving[rows], left, (shape / largest[:, None]).T, energies, labels[: len(wanted)],
-        len(a) - len(found.values), len(a),
+        len(a) - len(found.values), len(a), tuple(_notes(linear.one_sided, found)),
     )  # fmt: skip
+
+
+def _notes(one_sided: Sequence[str], found: Eigenvectors) -> Iterator[str]:
+    if one_sided:
+        yield f"the derivatives are those of one side of {', '.join(one_sided)}, whose mode changes at this very point"
+    if found.hidden:
+        stiff = np.abs(found.values).max(initial=0.0) / (2 * np.pi)
+        soft = ", ".join(f"{w / (2 * np.pi):.3g}" for w in found.hidden)
+        yield (
+            f"next to {stiff:.3g} Hz, round-off hides a vibration of about {soft} Hz, which counts among the zero eigenvalues, and slow "
+            "vibrations are not accurate; make the stiffest parts rigid"
+        )
 
 
 def properties(found: Vibrations) -> dict[str, Matrix]:

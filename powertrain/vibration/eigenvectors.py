@@ -13,11 +13,15 @@ Matrix = NDArray[Any]
 
 
 class Eigenvectors(NamedTuple):
-    """``values``; ``right``: a r = s r, columns of length 1; ``left``: l^H a = s l^H, columns with l_i^H r_j = 1 for i = j, else 0."""
+    """``values``; ``right``: a r = s r, columns of length 1; ``left``: l^H a = s l^H, columns with l_i^H r_j = 1 for i = j, else 0.
+
+    ``hidden``: sizes of eigenvalues that may not be zero, but are small enough next to the largest to count as such.
+    """
 
     values: Matrix
     right: Matrix
     left: Matrix
+    hidden: list[float]
 
 
 def eigenvectors(a: Matrix) -> Eigenvectors:
@@ -31,13 +35,16 @@ def eigenvectors(a: Matrix) -> Eigenvectors:
     from scipy.linalg import matrix_balance
 
     inner, scale = matrix_balance(a, permute=False)
-    limit = ROUNDING * len(a) * np.linalg.norm(inner, 2) if len(a) else 0.0
+    size = float(np.linalg.norm(inner, 2)) if len(a) else 0.0
+    limit, certain = ROUNDING * len(a) * size, float(np.finfo(float).eps) * len(a) * size
     turns: list[tuple[Matrix, Matrix, Matrix]] = []
+    hidden: list[float] = []
     while len(inner):
         _, sizes, rows = np.linalg.svd(inner)
         rank = int((sizes > limit).sum())
         if rank == len(inner):
             break
+        hidden += np.sqrt(sizes[rank:][sizes[rank:] > certain] * size).tolist()  # s^2/size is left of a vibration
         null, rest = rows[rank:].T, rows[:rank].T
         turns.append((null, rest, null.T @ inner @ rest))
         inner = rest.T @ inner @ rest
@@ -47,4 +54,4 @@ def eigenvectors(a: Matrix) -> Eigenvectors:
         right, left = null @ (coupling @ right / values) + rest @ right, rest @ left
     right, left = scale @ right, np.linalg.solve(scale.T, left)
     length = np.linalg.norm(right, axis=0)
-    return Eigenvectors(values, right / length, left * length)
+    return Eigenvectors(values, right / length, left * length, hidden)

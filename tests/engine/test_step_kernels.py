@@ -19,7 +19,7 @@ from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.dae.tolerances import EPS
 from powertrain.engine.chatter import Chatter
 from powertrain.integration import fused as steps
-from powertrain.modes.selflocking import inverted
+from powertrain.modes.selflocking import refused
 
 Matrix = np.ndarray[Any, Any]
 
@@ -99,9 +99,9 @@ def test_limits_that_cross_by_more_than_a_hysteresis_lock(crossed: float, locked
     """As shares of the largest torque, 1 kN.m of another law; the limits follow a mode, as those of a lossy mesh do."""
     t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 0), ca.SX.sym("m", 2), ca.SX.sym("p", 0)
     one, large = ca.SX(1), ca.SX(1e3)
-    crossing = Friction("mesh", "", 0, one, one, 1 + 1e3 * m[1], one, one, one)
+    crossing = Friction("mesh", "", 0, one, one, 1 + 1e3 * m[1], one, one, one, may_free=False)
     other = Friction("other", "", 0, one, large, -large, large, one, one)
-    found = inverted(dae(t, x, m, p, ca.SX(0, 1), [], frictions=(crossing, other)))
+    found = refused(dae(t, x, m, p, ca.SX(0, 1), [], frictions=(crossing, other)))
     assert (float(ca.Function("f", [m], [found])([1.0, crossed])) > 0) == locked
     assert float(ca.Function("f", [m], [found])([0.0, 1.0])) < 0  # stuck, it does not slide
 

@@ -255,3 +255,29 @@ def test_run_that_its_observer_ends_is_the_run_until_then(monkeypatch: pytest.Mo
         assert seconds < end < seconds + 0.2
         for name in ("J1.w", "J2.phi", "J2.w"):
             assert result[name][-1] == pytest.approx(float(whole.at([end], name)[0]), abs=1e-7)
+
+
+class Fan(pt.Component):
+    """A shaft, an open clutch, and a fan without inertia, whose torque grows with the square of its speed."""
+
+    shaft: rot.Inertia = rot.Inertia(J=1.0)
+    clutch: rot.Clutch = rot.Clutch(fn_max=20.0)
+    fan: rot.QuadraticSpeedDependentTorque = rot.QuadraticSpeedDependentTorque(
+        tau_nominal=-5.0, w_nominal=50.0, TorqueDirection=False
+    )
+    press: Step = Step(startTime=0.2)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.shaft.flange_b, self.clutch.flange_a)
+        yield pt.connect(self.clutch.flange_b, self.fan.flange)
+        yield pt.connect(self.press.y, self.clutch.f_normalized)
+
+
+def test_a_speed_that_nothing_determines_is_named() -> None:
+    refused(
+        pt.SimulationError,
+        "at t = 0 s an equation does not determine der(fan.flange.phi): its slope is zero there",
+        "Give what it moves an inertia",
+        "fan: yield self.tau == ",
+        do=lambda: pt.simulate(Fan(), 1.0, starts={"shaft.w": 10.0}),
+    )
