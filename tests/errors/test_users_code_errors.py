@@ -161,7 +161,7 @@ def test_reset_of_what_is_no_state_names_the_states() -> None:
     refused(
         pt.ModelError,
         "reinit of gear.carrier.phi",
-        "no state",
+        "not a state of the model",
         "a.phi",
         "b.phi",
         "reset these",
