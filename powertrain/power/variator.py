@@ -71,7 +71,7 @@ def port_motion(compiled: Compiled, name: str) -> Symbol:
     port = named_port(compiled, name)
     potential, _ = pair(port)
     if potential is None:
-        raise ParameterError(f"{name} has no speed")
+        raise ParameterError(f"the port {name} has no speed; name a flange")
     with signals_of(compiled).source.reading(name):
         return der(potential)
 
