@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from reprlib import repr as short
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -88,7 +89,7 @@ class Running(Generic[M]):
     def state(self, state: State) -> None:
         sizes = [tuple(len(v) for v in (s.x, s.z, s.m)) for s in (state, self._state) if isinstance(s, State)]
         if len(set(sizes)) != 1 or len(sizes) != 2:
-            raise ParameterError("state: pass a state from a run of the same model")
+            raise ParameterError(f"state = {short(state)}: pass a state from a run of the same model")
         self._begin(state)
 
     def step(self, dt: float, /, **inputs: float) -> Running[M]:

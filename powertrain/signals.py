@@ -207,7 +207,7 @@ class Signals:
             inside = {key(s) for group in self.inputs for s in scalars(group)}
             for s in free_symbols(column(found)):
                 if key(s) not in inside:
-                    said = f"{s.name()} is no signal of the model after its reduction"
+                    said = f"{s.name()} is not a signal of the compiled model"
                     raise ParameterError(f"{said}; declare it as a variable of a component")
             return found
 

@@ -23,7 +23,8 @@ def _as_one(*wheels: Wheel) -> RigidWheel:
     radii = {float(wheel.radius) for wheel in wheels}
     if len(radii) > 1:
         raise ParameterError(
-            f"wheels of {' and '.join(f'{r:g}' for r in sorted(radii))} m on one axle do not turn as one"
+            f"wheels with radii of {' and '.join(f'{r:g}' for r in sorted(radii))} m on one axle do not turn as one, as maps of operating "
+            "points and the backward calculation assume; give them the same radius"
         )
     n = len(wheels)
     return RigidWheel(

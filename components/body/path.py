@@ -155,8 +155,14 @@ class RoadProfile(Component):
         if places.size != z.size or places.size < 2:
             raise ParameterError(f"a road needs as many heights as places, at least two: {z.size} and {places.size}")
         steps, rises = np.diff(places), np.diff(z)
-        if not ((steps > 0).all() and np.isfinite(z).all()):
-            raise ParameterError("a road needs finite heights at places that increase")
+        if not (steps > 0).all():
+            k = int(np.argmin(steps > 0))
+            raise ParameterError(
+                f"a road needs places that increase: s = {places[k]:g} m is followed by {places[k + 1]:g} m"
+            )
+        if not np.isfinite(z).all():
+            k = int(np.argmin(np.isfinite(z)))
+            raise ParameterError(f"a road needs finite heights: at s = {places[k]:g} m it is {z[k]:g} m")
         if np.any(steep := np.abs(rises) >= steps):
             i = int(np.argmax(steep))
             raise ParameterError(

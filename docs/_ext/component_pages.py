@@ -12,6 +12,7 @@ import pagetext
 
 from powertrain.cli.facts import facts, text_of
 from powertrain.presets.catalogue import Entry, assembled, components
+from powertrain.presets.ordinary import ORDINARY
 
 TITLES = {
     "rotational": "Rotational mechanics",
@@ -45,7 +46,7 @@ def write_pages(docs: Path) -> None:
     families: dict[str, list[Entry]] = {name: [] for name in TITLES}
     for entry in components():
         families.setdefault(entry.family, []).append(entry)
-    families = {name: entries for name, entries in families.items() if entries}
+    families = {name: sorted(found, key=lambda e: e.name.lower()) for name, found in families.items() if found}
     written = {folder / "index.md"}
     pagetext.write(folder / "index.md", _index(families))
     for family, entries in (*families.items(), (VEHICLES, list(assembled()))):
@@ -64,10 +65,22 @@ def _index(families: dict[str, list[Entry]]) -> str:
         "# Components",
         f"{count} components in {len(families)} families, one page each: description and equations, parameters with unit, default and "
         "range, ports, variables, and the source of the equations. The pages are generated from the declarations. `powertrain info NAME` "
-        "prints the same information. See the [conventions](../conventions.md) for signs and names.",
+        "prints the same information. See the [conventions](../conventions.md) for signs and names. If you do not know what a part is "
+        "called here, look for its [ordinary name](#by-ordinary-name) below.",
     ]
     parts += [f"[**{_title(f)}**]({f}/index.md) — {_links(f, entries)}" for f, entries in families.items()]
+    parts += ["## By ordinary name", _ordinary()]
     return "\n\n".join([*parts, _toctree(f"{family}/index" for family in families)])
+
+
+def _ordinary() -> str:
+    """A table of ordinary names, for those who do not know what a class is called."""
+    places = {e.name: f"{e.family}/{e.name}.md" for e in reversed(components())}
+    rows = (
+        f"| {names} | {', '.join(f'[{kind}]({places[kind]})' for kind in kinds)} |"
+        for names, kinds in sorted(ORDINARY.items(), key=lambda row: row[0].lower())
+    )
+    return "\n".join(["| looking for | component |", "| --- | --- |", *rows])
 
 
 def _links(family: str, entries: list[Entry]) -> str:

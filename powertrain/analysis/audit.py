@@ -298,7 +298,7 @@ class EnergyAudit:
             f"  lost      {balance['lost'].sum():12.6g} J"
             + (f"  ({at_once:.6g} J of it at impacts and resets)" if at_once else ""),
             f"  stored    {balance['stored'].sum():12.6g} J",
-            f"  residual  {self.residual:12.3g} J  = {self.closure:.2g} of the {self.turnover:.6g} J turned over",
+            f"  residual  {self.residual:12.3g} J  = {self.closure:.2g} of the {self.turnover:.6g} J exchanged",
         ]
         order = np.argsort(-np.abs(balance["lost"]), kind="stable")
         largest = [

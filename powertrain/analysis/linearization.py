@@ -254,7 +254,8 @@ class _Linearizer:
         if nz:
             if np.linalg.cond(inner) > 1e14:
                 raise ModelError(
-                    "the algebraic equations of the model are singular at the operating point, so there is no linear model"
+                    f"the algebraic equations of {type(self.compiled.source.model).__name__} are singular at this operating point, so "
+                    "it has no linear model there; choose another point"
                 )
             reduced = reduced - jacobian[rows, n : n + nz] @ np.linalg.solve(inner, jacobian[n : n + nz, columns])
         order = np.argsort([self.inputs.index(name) for name in (*self.parameters, *self.driven)])

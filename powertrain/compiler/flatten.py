@@ -323,7 +323,8 @@ class _Nodes:
         sources = [p for p in ports if isinstance(p, Input) and p.outside and "." in p._path]
         if len(sources) > 1:
             raise ModelError(
-                f"{place}: two inputs of the model are connected: {' and '.join(p._path for p in sources)}"
+                f"{place}: two inputs of the model are connected: {' and '.join(p._path for p in sources)}; "
+                "a signal has one source: remove the connection"
             )
         for port in sources:
             _write_unconnected_signal(flat, port, place, top=False)

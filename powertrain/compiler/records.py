@@ -195,7 +195,9 @@ def when_record(
         if len(inside) != 1 or len(free_symbols(root)) != 1:
             names = {key(reduced.expression(k, 0)): u.name for k, u in reversed(flat.unknowns.items())}
             known = ", ".join([names.get(key(s), s.name()) for s in inside or x][:8])
-            said = f"it is no state of the model; {'it follows from' if inside else 'states are'} {known}: reset these"
+            said = (
+                f"it is not a state of the model; {'it follows from' if inside else 'states are'} {known}: reset these"
+            )
             raise ModelError(f"{place}\n  reinit of {reset.variable}: {said}")
         slope = ca.jacobian(root, inside[0])
         state = position[key(inside[0])]

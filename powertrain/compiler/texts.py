@@ -108,7 +108,7 @@ def residual_of(row: Any, place: Place) -> Symbol:
     if isinstance(row, bool | int | float):
         raise ModelError(
             f"{place}: this is the plain value {row!r}, not an equation between symbols; the value of a signal is written "
-            "signal.value, and a text is no symbol"
+            "signal.value, and a string is not a symbol"
         )
     if not isinstance(row, ca.SX):
         raise ModelError(f"{place}: yields {type(row).__name__}; an equation is written  a == b")

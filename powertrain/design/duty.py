@@ -60,7 +60,8 @@ class Duty:
         total = full["weight"].sum()
         if not total > 0 or (full["weight"] < 0).any():
             raise pt.ParameterError(
-                "the weights of a duty are shares of the delivered energy: none may be negative, and at least one must be positive"
+                f"the weights of a duty are shares of the delivered energy: none may be negative, and at least one must be positive; "
+                f"the smallest is {full['weight'].min():g}, their sum {total:g}"
             )
         if (at < low).any() or (at > high).any():
             raise pt.ParameterError(f"the duty has points outside the required range of r from {low:g} to {high:g}")

@@ -98,7 +98,8 @@ def text_conditions(compiled: Compiled) -> list[StartEquation]:
         strange = [s.name() for s in free_symbols(residual) if key(s) not in inside]
         if strange:
             raise InitializationError(
-                f"{equation.place}\n  {strange[0]} is not a variable of the reduced model; state the condition in another way"
+                f"{equation.place}\n  {strange[0]} is not a variable of the compiled model; write the condition in terms of a variable or "
+                "the derivative of a state"
             )
     return [StartEquation(str(e.place), "initial()", r, 0.0) for e, r in zip(initial, residuals, strict=True)]
 

@@ -92,7 +92,7 @@ def rows(where: str, kind: Any, value: Any) -> Any:
     if not isinstance(value, Sequence | np.ndarray):
         said = f"{value!r} is" if np.isscalar(value) else f"{type(value).__name__} is"
         hint = "; write .to_numpy() for its rows" if hasattr(value, "to_numpy") else ""
-        raise ParameterError(f"{where} = {said} no table of rows of numbers{unit and f' [{unit}]'}{hint}")
+        raise ParameterError(f"{where} = {said} not a table of rows of numbers{unit and f' [{unit}]'}{hint}")
     if unit:
         value = tuple(_converted(where, unit, row) for row in value)
     wanted = typing.get_args(typing.get_args(kind)[0])
@@ -102,7 +102,7 @@ def rows(where: str, kind: Any, value: Any) -> Any:
         length = len(listed) if length is None else length
         if not len(listed) or len(listed) != length or not all(_is_a(v, float) and np.isfinite(v) for v in listed):
             said = f"the row {row!r} is not {f'{length} ' if length else ''}finite numbers"
-            raise ParameterError(f"{where} is no table of rows of numbers{unit and f' [{unit}]'}: {said}")
+            raise ParameterError(f"{where} is not a table of rows of numbers{unit and f' [{unit}]'}: {said}")
     return tuple(_plain(row) for row in value)
 
 

@@ -108,7 +108,7 @@ class Component(metaclass=_Kind):
         if bare:
             kind = type(cls.__dict__[bare[0]]).__name__
             raise ModelError(
-                f"{cls.__name__}.{bare[0]} has no annotation, so it is no field of the component; write  {bare[0]}: {kind} = ..."
+                f"{cls.__name__}.{bare[0]} has no annotation, so it is not a field of the component; write  {bare[0]}: {kind} = ..."
             )
         own = {name: spec for name, spec in own.items() if "ClassVar" not in str(hints[name])}
         taken = [name for name in own if name in vars(Component)]

@@ -131,7 +131,7 @@ def _measurement(path: Path, names: tuple[str, ...], time: str) -> pd.DataFrame:
     try:
         from asammdf import MDF  # pyright: ignore[reportMissingImports]
     except ImportError:
-        raise ParameterError(f"{path.name}: measurement files need asammdf; install powertrain[mdf]") from None
+        raise ParameterError(f"{path.name}: MDF files need asammdf: pip install 'powertrain[mdf]'") from None
     from asammdf.blocks.utils import MdfException  # pyright: ignore[reportMissingImports]
 
     try:

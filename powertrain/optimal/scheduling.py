@@ -190,7 +190,7 @@ def dynamic_programming(
         else row("grid", grid)
     )
     if nodes.size < 2 or (np.diff(nodes) <= 0).any():
-        raise ParameterError("grid: at least two ascending states are needed")
+        raise ParameterError(f"grid = {nodes.tolist()} must be at least two ascending values of the state")
     first, target, worth = _start(start, "grid", nodes), number("end", end), number("price", price)
     _checked_mode(stages, mode)
     policy = _CostToGo(stages, nodes, _backward(stages, nodes, worth * np.maximum(target - nodes, 0.0)))

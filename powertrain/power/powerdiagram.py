@@ -68,7 +68,7 @@ def plot_power_flow(flow: _Drawn, ax: Axes | None = None, *, names: dict[str, st
     """
     branches = flow.branches
     if not branches:
-        raise ParameterError("plot: no power flows at this point")
+        raise ParameterError("plot: no power flows at this point; choose another instant or another point of the map")
     circulating = _circulating(flow, branches)
     vertices = _layers(flow, branches)
     largest = max(b.power for b in branches)

@@ -55,7 +55,10 @@ def kinematic_share(compiled: Compiled, ratio: str, shafts: tuple[str, str]) -> 
     change = ca.jacobian(tau, s)
     if ca.jacobian_sparsity(tau, dae.z).nnz():
         if dae.z.numel() > _MOST_IMPLICIT:
-            raise ParameterError("the speeds depend on too many implicit unknowns to be differentiated here")
+            raise ParameterError(
+                f"the speeds of {' and '.join(shafts)} depend on {dae.z.numel()} implicit unknowns; the share K of a variator "
+                f"can be computed with at most {_MOST_IMPLICIT}"
+            )
         inner = ca.solve(ca.densify(ca.jacobian(dae.residual, dae.z)), ca.densify(ca.jacobian(dae.residual, s)))
         change = change - ca.mtimes(ca.jacobian(tau, dae.z), inner)
     slope = ca.jacobian(V, s)
@@ -68,7 +71,7 @@ def port_motion(compiled: Compiled, name: str) -> Symbol:
     port = named_port(compiled, name)
     potential, _ = pair(port)
     if potential is None:
-        raise ParameterError(f"{name} has no speed")
+        raise ParameterError(f"the port {name} has no speed; name a flange")
     with signals_of(compiled).source.reading(name):
         return der(potential)
 

@@ -14,6 +14,7 @@ from types import ModuleType
 import powertrain as pt
 from powertrain.errors import suggestion
 from powertrain.language.connectors import Connector
+from powertrain.presets.ordinary import ordinary
 
 NO_PARTS = {"figures", "animation"}
 """Modules without components of their own, which need not be imported."""
@@ -76,7 +77,7 @@ def fitting(kind: object) -> list[Entry]:
 
 
 def find(name: str, among: Iterable[Entry], what: str) -> Entry:
-    """The entry of a name; case, - and _ do not matter. Errors: ParameterError for an unknown and for an ambiguous name."""
+    """The entry of a name; case, spaces, - and _ do not matter. Errors: ParameterError for an unknown and for an ambiguous name."""
     entries = list(among)
     wanted = _plain(name)
     found = [
@@ -87,7 +88,8 @@ def find(name: str, among: Iterable[Entry], what: str) -> Entry:
         return found[0]
     if found:
         raise pt.ParameterError(f"{name} is ambiguous: {', '.join(e.full_name for e in found)}")
-    near = suggestion(name, [e.name for e in entries])
+    called = [kind for kind in ordinary(name) if any(e.name == kind for e in entries)]
+    near = f"; see {', '.join(called)}" if called else suggestion(name, [e.name for e in entries])
     few = "" if len(entries) > 25 else f"; choose from {', '.join(e.name for e in entries)}"
     raise pt.ParameterError(f"unknown {what} {name!r}{near}{few}")
 
@@ -104,7 +106,7 @@ def is_named(kind: type[pt.Component], name: str) -> bool:
 
 
 def _plain(name: str) -> str:
-    return name.lower().replace("-", "").replace("_", "")
+    return name.lower().replace("-", "").replace("_", "").replace(" ", "")
 
 
 def _entries(package: ModuleType, root: str) -> Iterator[Entry]:

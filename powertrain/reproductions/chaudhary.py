@@ -100,7 +100,7 @@ def pressure_angles() -> Table:
             )
         )
         unclear = (
-            "16.62 rad is no angle"
+            "16.62 rad is not a possible pressure angle"
             if greatest == "16.62"
             else "follows from no reading of 4.2; computed: where two cycles cross"
         )

@@ -134,7 +134,7 @@ def lever_and_cage() -> Figure:
         ["Fig. 5.22: lever, along the C axis", "Fig. 5.22: lever, from above", "Fig. 5.25: cage; blue: from the lever"],
         3,
         4.6,
-        4.4,
+        5.2,
     )
     acting = {"coupler": [(points[f"S_{s}"] - centre, getattr(found, f"S_{s}")[0]) for s in ("left", "right")]}
     C_force, C_moment = found.C_force[0], found.C_moment[0]

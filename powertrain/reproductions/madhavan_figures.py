@@ -50,7 +50,7 @@ def wheel_speeds() -> Figure:
     figure, axes = panels(["Fig. 5.10: speeds in the bend of 7 m", "over the curvature"])
     bend = in_bend(DUTY.w, DUTY.radius, DUTY.track)
     time = np.array([0.0, 2 * math.pi / bend.differential])
-    values = {"ω_2, outer wheel": bend.outer, "cage": DUTY.w, "ω_6, inner wheel": bend.inner}
+    values = {"$\\omega_2$, outer wheel": bend.outer, "cage": DUTY.w, "$\\omega_6$, inner wheel": bend.inner}
     _curves(axes[0], time, {name: np.full(2, w) for name, w in values.items()}, "t  [s]", "speed  [rad/s]")
     curvature = np.linspace(1e-9, 0.3, 50)
     found = [in_bend(DUTY.w, 1 / k, DUTY.track) for k in curvature]
@@ -121,7 +121,7 @@ def greatest_angle() -> Figure:
     theta = np.radians(np.linspace(1, 179, 179))
     ratio = np.array([ratio_from_theta(float(t)) for t in theta])
     figure, axes = panels(["Fig. 6.1: greatest angle of the lever"], 1, 6.0, 3.6)
-    _curves(axes[0], ratio, {"": np.degrees(theta)}, "a/b  [1]", "θ_max  [°]")
+    _curves(axes[0], ratio, {"": np.degrees(theta)}, "a/b  [1]", "$\\theta_{max}$  [°]")
     return figure
 
 

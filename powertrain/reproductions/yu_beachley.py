@@ -56,7 +56,7 @@ def worked_example() -> Table:
     P_f, P_fv = (-p[f"{part}.lossPower"] for part in (GEAR, UNIT))
     P_in = p["transmission.flange_a.tau"] * p["drive.w"]
     w_a, w_rel = EXAMPLE * p["drive.w"], p[f"{GEAR}.w_rel"]
-    misprint = "printed as −(P_a + P_b)/P_b, which is no efficiency; the number is that of −(P_a + P_H)/P_b"
+    misprint = "printed as −(P_a + P_b)/P_b, which is not an efficiency; the number is that of −(P_a + P_H)/P_b"
     named = "by eq. (29), power into the unit; the nomenclature has its output"
     rows = [
         Row("R_o = r_ab^h from 90 and 153 teeth", "1", "p. 15, eq. (3)", "-1.7", float(DIFFERENTIAL.ratio)),

@@ -86,7 +86,10 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
         maps = [driveline_map(vehicle, speeds, accelerators) if found is None else found]
         gears = np.ones(v.size, np.intp)
     if missing := sum(int(one["force"].isnull().sum()) for one in maps):
-        raise pt.ParameterError(f"backward: {missing} points of the map have no operating point")
+        raise pt.ParameterError(
+            f"backward: the map of {type(vehicle).__name__} has no operating point at {missing} of its points; "
+            "the status in driveline_map(...) says why"
+        )
     slowest = float(maps[0]["speed"][0])
     rate, most = np.empty_like(v), np.empty_like(v)
     for k, one in enumerate(maps, 1):

@@ -33,7 +33,7 @@ class UtilityFactor:
     def __post_init__(self) -> None:
         positive("normalized", self.normalized)
         if not self.coefficients:
-            raise pt.ParameterError("utility factor: give at least one coefficient")
+            raise pt.ParameterError("UtilityFactor.coefficients is empty; give at least one coefficient")
         for i, value in enumerate(self.coefficients, 1):
             number(f"coefficient {i} of the utility factor", value)
 

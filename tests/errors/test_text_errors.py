@@ -234,7 +234,7 @@ class Partial(pt.Component):
         (SamePort, ["connect(self.J1.flange_b, self.J1.flange_b)", "joins J1.flange_b to itself"]),
         (OtherUnit, ["connect(self.torque, self.source.w_ref)", "torque [N.m] and source.w_ref [rad/s]"]),
         (Rotations, ["yield self.J1.w == self.n", "in rad/s, the right side in rpm; nothing is converted"]),
-        (TextOfAnAngle, ['yield self.J1.phi == "1 rad"', "plain value False", "a text is no symbol"]),
+        (TextOfAnAngle, ['yield self.J1.phi == "1 rad"', "plain value False", "a string is not a symbol"]),
         (NoValue, ["yield self.source.tau == 1.0", "plain value False", "is written signal.value"]),
         (Returned, ["the equations of Returned are", "J1.w==1", "an equation is written  yield a == b"]),
         (NoPort, ["connect() joins ports, but J1 is a component; its ports are J1.flange_a, J1.flange_b"]),

@@ -161,7 +161,7 @@ def test_reset_of_what_is_no_state_names_the_states() -> None:
     refused(
         pt.ModelError,
         "reinit of gear.carrier.phi",
-        "no state",
+        "not a state of the model",
         "a.phi",
         "b.phi",
         "reset these",
@@ -172,15 +172,15 @@ def test_reset_of_what_is_no_state_names_the_states() -> None:
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        (((0.0, 0.0), (1.0,)), "TimeTable.table is no table of rows of numbers: the row (1.0,) is not 2 finite"),
+        (((0.0, 0.0), (1.0,)), "TimeTable.table is not a table of rows of numbers: the row (1.0,) is not 2 finite"),
         (((0.0, "a"), (1.0, 2.0)), "the row (0.0, 'a')"),
         (((0.0, 0.0), (1.0, math.nan)), "the row (1.0, nan)"),
         ("flat", "the row 'f'"),
-        (5, "table = 5 is no table"),
+        (5, "table = 5 is not a table"),
         ((), "it has rows"),
         (
             pd.DataFrame({"t": [0.0, 1.0], "y": [0.0, 2.0]}),
-            "DataFrame is no table of rows of numbers; write .to_numpy()",
+            "DataFrame is not a table of rows of numbers; write .to_numpy()",
         ),
         (((1.0, 0.0), (0.0, 1.0)), "times do not decrease"),
     ],

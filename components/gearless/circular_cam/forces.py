@@ -87,7 +87,9 @@ def forces_at(
         if not np.all((angle >= 0) & (angle < np.pi / 2)):
             raise ParameterError(f"{name} = {np.degrees(angle).tolist()} degrees must lie in [0, 90)")
     if not np.isfinite(T).all():
-        raise ParameterError("forces: the torque of the cage must be finite")
+        raise ParameterError(
+            f"forces: the torque of the cage must be finite, not {T[~np.isfinite(T)].ravel()[0]:g} N.m"
+        )
     if np.any((a_out == 0) & (a_in == 0)):
         raise ParameterError("alpha_out and alpha_in are both 0: tracks without inclination transmit no torque")
     n, D_out, D_in = cams.outer.n, cams.outer.D, cams.inner.D

@@ -39,7 +39,7 @@ def latent_efficiency(kappa: ArrayLike) -> Array:
 def _coefficient(kappa: ArrayLike) -> Array:
     k = np.asarray(kappa, float)
     if not (k >= 0).all():
-        raise ParameterError("kappa must be zero or positive: friction takes power")
+        raise ParameterError(f"kappa must be zero or positive, not {k[~(k >= 0)].ravel()[0]:g}: friction takes power")
     return k
 
 

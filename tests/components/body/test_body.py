@@ -165,8 +165,10 @@ def test_roads_that_are_none() -> None:
         pt.compile(Hill(road=RoadProfile(profile=heights)))
     with pytest.raises(pt.ParameterError, match=r"cannot rise by 30 m from s = 20 m to 40 m, over 20 m of its length"):
         RoadProfile.from_heights([0, 20, 40], [0, 0, 30])
-    with pytest.raises(pt.ParameterError, match="places that increase"):
+    with pytest.raises(pt.ParameterError, match="places that increase: s = 20 m is followed by 10 m"):
         RoadProfile.from_heights([0, 20, 10], [0, 0, 1])
+    with pytest.raises(pt.ParameterError, match="finite heights: at s = 20 m it is nan m"):
+        RoadProfile.from_heights([0, 20, 40], [0, np.nan, 1])
     with pytest.raises(pt.ParameterError, match="as many heights as places, at least two: 1 and 2"):
         RoadProfile.from_heights([0, 20], [0])
 

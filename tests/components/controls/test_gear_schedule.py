@@ -377,8 +377,8 @@ def test_shift_speeds_with_units() -> None:
     ("speeds", "said"),
     [
         ([["15 km", "9 km"]], "schedule.speeds = '15 km': km cannot be converted to m/s"),
-        ([["15", "9"]], r"schedule.speeds is no table of rows of numbers \[m/s\]: the row \('15', '9'\) is not 2"),
-        ("15 km/h", r"schedule.speeds is no table of rows of numbers \[m/s\]: the row '1'"),
+        ([["15", "9"]], r"schedule.speeds is not a table of rows of numbers \[m/s\]: the row \('15', '9'\) is not 2"),
+        ("15 km/h", r"schedule.speeds is not a table of rows of numbers \[m/s\]: the row '1'"),
     ],
 )
 def test_shift_speeds_that_are_none(kind: dict[str, str], speeds: Any, said: str) -> None:

@@ -377,7 +377,7 @@ def test_limit_of_slippery_disks(mu: float) -> None:
         (lambda: RollerContact(0.015, 0.1, 0.02, nu=0.6), "no material has E = 2e.11 Pa .* and nu = 0.6"),
         (lambda: track_contacts(OUTER, R_concave=0.02), "R_m = 0.005 m must be greater than the roller's radius"),
         (lambda: similar(TABLE_1, 0.0), "alpha_max = 0 degrees"),
-        (lambda: bias_ratio([0.2, -0.5]), "kappa must be zero or positive"),
+        (lambda: bias_ratio([0.2, -0.5]), "kappa must be zero or positive, not -0.5"),
         (lambda: bias_ratio(math.nan), "kappa must be zero or positive"),
         (lambda: latent_efficiency(-0.5), "kappa must be zero or positive"),
         (lambda: optimal_outer_angle(0.1, -0.5), "optimal_outer_angle: xi = -0.5 must be positive"),
@@ -391,7 +391,7 @@ def test_limit_of_slippery_disks(mu: float) -> None:
         (lambda: forces(TABLE_1, math.nan, 260.0), "theta must be finite"),
         (lambda: TABLE_1.kappa([0.1, math.inf]), "theta must be finite"),
         (lambda: forces_at(TABLE_1, math.nan, 0.1, 260.0), r"alpha_out = nan degrees must lie in \[0, 90\)"),
-        (lambda: forces(TABLE_1, 0.1, math.nan), "torque of the cage must be finite"),
+        (lambda: forces(TABLE_1, 0.1, math.nan), "torque of the cage must be finite, not nan N.m"),
         (lambda: replace(TABLE_1, inner=replace(INNER, phase=0.1)), "must be half an arc"),
     ],
 )
