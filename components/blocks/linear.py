@@ -94,8 +94,8 @@ class TransferFunction(Filter):
     Butterworth low-pass of fourth order. With m = n the input acts on the output directly. The coefficients are structure: a model with
     others is compiled again.
 
-    The states x are those of the controllable canonical form, in a unit of time in which they are of the size of u. The start is steady,
-    der(x) = 0, or with ``initType="InitialState"`` at x = 0.
+    The states x are those of the controllable canonical form, in a unit of time in which they are of the size of u. At the start they are
+    in their steady state, or zero with ``initType="InitialState"``.
     Errors: ParameterError for m > n, n = 0, a[0] = 0, and for a steady start with a[n] = 0: a function that integrates has none.
 
     Source: Modelica Standard Library 4.0.0, Blocks.Continuous.TransferFunction.

@@ -45,8 +45,13 @@ def in_gear(vehicle: pt.Component, k: int) -> pt.Component:
     shifting, name = _named(vehicle, SpeedSchedule), _named(vehicle, Shiftable)
     schedule, box = getattr(vehicle, shifting), getattr(vehicle, name)
     alone = box.in_gear(k)
-    clutch = {name: float(getattr(schedule, name)) for name in ("w_open", "w_closed", "kick", "launch")}
-    held = FixedGear(gear=min(k, alone.gear_count), **(clutch if k == 1 else clutch | {"launch": 0.0}))
+    held = FixedGear(
+        gear=min(k, alone.gear_count),
+        w_open=float(schedule.w_open),
+        w_closed=float(schedule.w_closed),
+        kick=float(schedule.kick),
+        launch=float(schedule.launch) if k == 1 else 0.0,
+    )
     return pt.replace(vehicle, {shifting: held, name: alone})
 
 
