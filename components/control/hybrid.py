@@ -115,7 +115,7 @@ class ParallelControl(HybridControl, BlendedBraking):
     torque = running pressed power/w, at most tau_open,  pressed = accelerator/0.05 within 0..1
     tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  w_machine at least w_low, 0.1 rad/s for the brakes
     rest = max(asked pressed - torque w, 0) - turning min(max(torque w_shaft - asked pressed, 0), left),  w_shaft within 0..w
-    left = charge_power - regenerated v,  turning = w_machine/w_fade within 0..1,  tau at least -limit
+    left = charge_power - regenerated v,  turning = w_machine/w_fade within 0..1
     friction = brake - coupled regenerated/F_brake,  regenerated and most as in ``ElectricDriveControl``
 
     While the engine is stopped the machine drives alone. While it runs, it covers the driver's demand and the charge, and the machine
@@ -146,9 +146,8 @@ class ParallelControl(HybridControl, BlendedBraking):
         yield self.throttle.value == firing * self.opening.value
         most = self._most(w_machine, self.charge_power.value)
         yield from self._recover(v, w_machine, self.charge_power.value)
-        braking = self._braking(v, w_machine)
         drive = ca.fmin(self._rest(self.asked * pressed) / ca.fmax(w_machine, self.w_low), most)
-        yield self.tau.value == coupled * (ca.fmax(drive, braking - self.limit.value) - braking)
+        yield self.tau.value == coupled * (drive - self._braking(v, w_machine))
         yield self.friction.value == self.brake.value - coupled * self.regenerated / self.F_brake
 
     def _rest(self, asked: Symbol) -> Symbol:

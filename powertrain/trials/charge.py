@@ -124,6 +124,8 @@ def charge_sustaining(
     The cycle is driven from several states of charge. A least-squares line through consumption over electric energy has the slope K, which
     corrects the test with the smallest change of charge:
       FC_CS = FC - K_fuel EC,  EC = energy gained by the battery/distance
+    The energy gained is that of the charge, at the open-circuit voltage: equal charge is an equal state of charge. At the terminals the
+    battery takes more, by its losses.
 
     Parameters
     ----------
