@@ -21,8 +21,8 @@ PIVOT = 1e-13
 """Entries below this share of the largest in their column are round-off."""
 LARGE = 0.01
 """Among tied rows, only pivots of at least this share of the largest are considered."""
-ZERO = 1e3 * float(np.finfo(np.longdouble).eps)
-"""An artificial variable below this is zero but for round-off, as ``q`` is of the order of one."""
+LEFT = 1e-10
+"""A ray on which the artificial variable is below this is a solution: the rest, of ``q`` of the order of one, is round-off."""
 _MOST = 50
 """Pivots per variable after which round-off must have made the method cycle."""
 
@@ -56,14 +56,22 @@ def lemke(M: Array | Long, q: Array | Long) -> Solution:
         small = PIVOT * np.abs(column).max()
         rows = np.flatnonzero(column > small)
         if not rows.size:
+            if tableau[basis.index(artificial), -1] <= LEFT:  # round-off broke a tie with it
+                return _solution(tableau, basis, pivots)
             growing = {basis[k] % n for k in np.flatnonzero(np.abs(column) > small) if basis[k] != artificial}
             return Solution(None, None, tuple(sorted(growing | {entering % n})), pivots)
         leaving = _exchange(tableau, basis, _leaving_row(tableau, rows, entering, basis.index(artificial)), entering)
-        if leaving == artificial or tableau[basis.index(artificial), -1] <= ZERO:  # round-off may break a tie with it
-            values = np.zeros(2 * n + 1, np.longdouble)
-            values[basis] = np.maximum(tableau[:, -1], 0)
-            return Solution(values[n:artificial], values[:n], (), pivots + 1)
+        if leaving == artificial:
+            return _solution(tableau, basis, pivots + 1)
     return Solution(None, None, (), _MOST * n)
+
+
+def _solution(tableau: Long, basis: list[int], pivots: int) -> Solution:
+    """The solution of a basis in which the artificial variable is zero, or that it has left."""
+    n = len(basis)
+    values = np.zeros(2 * n + 1, np.longdouble)
+    values[basis] = np.maximum(tableau[:, -1], 0)
+    return Solution(values[n : 2 * n], values[:n], (), pivots)
 
 
 def _leaving_row(tableau: Long, rows: NDArray[np.intp], entering: int, artificial: int) -> int:

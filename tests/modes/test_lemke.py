@@ -107,9 +107,9 @@ def test_a_tie_that_round_off_breaks_does_not_hide_the_solution() -> None:
 
 def test_a_violation_beyond_round_off_is_no_solution() -> None:
     """Two opposite conditions on one variable, which miss each other by 1e-12."""
-    M, q = np.array([[0.0, 0, 1], [0, 0, -1], [-1, 1, 0]]), np.array([-1.0, 1.0 - 1e-12, 1.0])
-    assert lemke(M, q).z is None
-    q[1] = 1.0
+    M = np.array([[0.0, 0, 1], [0, 0, -1], [-1, 1, 0]])
+    assert lemke(M, np.array([-1.0, 1.0 - 1e-9, 1.0])).z is None
+    q = np.array([-1.0, 1.0 - 1e-15, 1.0])
     solves(lemke(M, q), M, q)
 
 
