@@ -9,6 +9,7 @@ from cases import few
 
 import powertrain as pt
 from powertrain.dae.hybrid import Friction, HybridDae
+from powertrain.equilibrium.points import NONE, OK
 from powertrain.modes.selflocking import _slope, refused
 
 
@@ -38,6 +39,17 @@ def test_what_cannot_slide_is_called_self_locking(size: str, mu: float, k: float
     with pytest.raises(pt.PowertrainError, match=r"mode .*pt\.friction\(.* is self-locking.*stiffness") as caught:
         pt.simulate(Shoe(size=size, mu=mu, k=k), 1.0)
     assert "algebraic loop" not in str(caught.value)
+
+
+def test_a_map_has_no_points_where_a_shoe_cannot_slide() -> None:
+    """F = 5 N/(1 - k/2), which would drive beyond k = 2; rows of a map are filled with the modes of points nearby."""
+    k = np.linspace(1.0, 3.0, 4001)
+    found = pt.steady(Shoe(), {"w": [1.0, 2.0], "k": k}, outputs="F", held=["w"])
+    slides, locked = found.isel(k=slice(0, 2000)), found.isel(k=slice(2001, None))
+    assert (slides.status == OK).all()
+    np.testing.assert_allclose(slides.F.sel(w=1.0), 5.0 / (1.0 - slides.k / 2.0), rtol=1e-9)
+    assert (locked.status == NONE).all()
+    assert np.isnan(locked.F).all()
 
 
 @pytest.mark.parametrize("scale", [-0.5, 1.0, 4.0])
