@@ -14,6 +14,8 @@ from powertrain.components.limited import limited
 
 NEVER = 1e9
 """A speed, in m/s or rad/s, that nothing reaches."""
+STANDS = 1.0
+"""A limit in rad/s below which there is none: an engine may stand while a machine drives."""
 PRESSED, RESUMED = 0.01, 0.2
 """Brake position at which a driver begins to slow down, and accelerator position at which he drives on. Below it he may hold the speed of a
 descent: the accelerator at which an engine delivers no torque is its motoring torque over the torque of combustion at full load."""
@@ -114,7 +116,8 @@ class ShiftRule:
         up, down = (_of(now.gear, [row[k] for row in self.speeds], 1 + k, far) for k, far in ((0, NEVER), (1, -NEVER)))
 
         released = _any(now.since_kick > self.patience, now.v > up * (1 + self.eager))
-        by_schedule = _all(now.v > _of(now.gear, ups, 1, NEVER), released, now.w > depth * limits.earliest)
+        pulls = _any(limits.earliest < STANDS, now.w > depth * limits.earliest)
+        by_schedule = _all(now.v > _of(now.gear, ups, 1, NEVER), released, pulls)
         at_the_latest = _all(now.v > up, now.w > limits.latest)
         lost = G_N * now.grade / ca.sqrt(1 + now.grade**2) * self.pause
         upshift = _all(_any(by_schedule, at_the_latest), now.v - lost > _of(now.gear, downs, 1, -NEVER))

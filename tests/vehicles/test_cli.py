@@ -574,10 +574,11 @@ def test_run_of_what_drives_without_the_engine(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_run_far_from_equal_charge_is_not_corrected() -> None:
-    """A plug-in hybrid that drives on its battery; on the way, a hybrid is near its charge."""
+    """A plug-in hybrid burns fuel above 36 m/s only, for seconds of the WLTC; on the way, a hybrid is near its charge."""
     text = done("run", "ParallelHybrid.plug_in()")
     assert re.search(r"consumption, corrected to equal charge \(battery\) +-  l/100 km", text)
-    assert "the battery gave 174% of the fuel's energy, too far from equal charge" in text.replace("\n", " ")
+    far = r"the battery gave 2\d\d\d% of the fuel's energy, too far from equal charge"
+    assert re.search(far, text.replace("\n", " "))
     assert "No consumption at equal charge" not in done("run", "ParallelHybrid", "--span", "0:500")
 
 

@@ -18,7 +18,7 @@ TWICE = (*ONCE, *((t + 40, v) for t, v in ONCE[1:]))
 
 @pytest.mark.filterwarnings("ignore:charge_depleting")
 def test_two_cycles_are_one_of_twice_the_length(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The battery, 3 kJ/K from -10 degC, warms by 3 K in a cycle. The engine stands and cools from 60 degC, its ``starts`` value."""
+    """The battery, 3 kJ/K from -10 degC, warms by 2.7 K in a cycle. The engine stands and cools from 60 degC, its ``starts`` value."""
     cold = PassivelyCooledBattery(C=3e3, G=0.0, T_air=263.15)
     car = ParallelHybrid.plug_in(cooling=CoolantCircuit(T_air=263.15), battery_cooling=cold)
     warm, runs = {"cooling.engine.T": "60 degC"}, list[CycleRun]()
@@ -30,7 +30,7 @@ def test_two_cycles_are_one_of_twice_the_length(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(charge, "drive_cycle", recorded)
     charge_depleting(car, DriveCycle("once", ONCE), soc=0.6, most=2, starts=warm)
     both = drive_cycle(car, DriveCycle("twice", TWICE), starts={"battery.soc": 0.6} | warm).result
-    assert both["battery_cooling.T"][-1] - both["battery_cooling.T"][0] > 6
+    assert both["battery_cooling.T"][-1] - both["battery_cooling.T"][0] > 5
     for name in ("battery_cooling.T", "cooling.T"):
         found = [run.result[name][k] for run in runs for k in (0, -1)]
         assert found == pytest.approx([both.at(float(t), name) for t in (0, 40, 40, 80)], abs=0.02)

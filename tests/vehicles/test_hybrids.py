@@ -220,6 +220,14 @@ def test_equal_charge_must_be_within_reach_of_the_tests(charges: tuple[float, ..
         _check_reach(tests)
 
 
+def test_gears_change_while_the_engine_stands() -> None:
+    """The fourth gear at 14 m/s; in the first, where it used to remain, the machine would turn at 14/0.3 x 4.1 x 3.8 = 727 rad/s."""
+    cycle = DriveCycle("electric", ((0.0, 0.0), (20.0, 14.0), (30.0, 14.0)))
+    run = drive_cycle(ParallelHybrid.plug_in(), cycle, starts={"battery.soc": 0.9})
+    assert np.abs(run.result["engine.w"]).max() < 1e-6
+    assert run.result["schedule.gear"][-1] == 4
+
+
 @pytest.fixture(scope="module")
 def depleting() -> pd.DataFrame:
     small = pt.replace(ParallelHybrid.plug_in(), {"battery.Q": 3600 * 2.0, "battery.R": 0.4})
