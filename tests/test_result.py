@@ -161,7 +161,7 @@ def test_names_fit_patterns(result: Result[Drive]) -> None:
         (lambda m: m.gear, r"Drive has no field gear \(its fields: scale, flywheel, clutch, disc, wheels\)"),
         (lambda m: m.flywheel, "not a Inertia"),
         (3, "by its path or a selector"),
-        (lambda m: pt.Symbol.sym("alien"), "alien is no signal"),
+        (lambda m: pt.Symbol.sym("alien"), "alien is not a signal"),
     ],
 )
 def test_unknown_signals(result: Result[Drive], what: Any, said: str) -> None:

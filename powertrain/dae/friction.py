@@ -15,7 +15,7 @@ import math
 import casadi as ca
 
 from powertrain.dae.hybrid import JUMPED, Barrier, Friction, HybridDae
-from powertrain.dae.tolerances import EPS, HELD, INTEGRATED, NO_WIDTH, NOISE, REVERSED, SWIFT, YIELDING, ZONE
+from powertrain.dae.tolerances import EPS, INTEGRATED, NO_WIDTH, NOISE, REVERSED, SWIFT, YIELDING, ZONE
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
@@ -196,13 +196,11 @@ def _slides_on(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
 def takes_more(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
     """Whether a law at a limit, at rest, would take more: its rate decides; where others hold it, so that this is their creep, its share.
 
-    An excess beyond the uncertainty of its torque moves a law that nothing holds by a rate above ``HELD``; what is below is round-off.
     A law that has no share, because it shares its motion with none or is nonlinear in the torques, always goes by its rate, and slides also
     within the uncertainty of a rate of zero.
     """
     if law.share is not None:
-        moves = rate_margin(law, dae.m[law.index], -HELD)
-        return ca.if_else(_rests(dae, law), held_margin(dae, law), moves) > 0
+        return ca.if_else(_rests(dae, law), held_margin(dae, law), dae.m[law.index] * law.rate) > 0
     nothing = ca.logic_and(slack > 0, ca.fabs(law.upper - law.lower) <= law.hysteresis)
     return ca.logic_or(rate_margin(law, dae.m[law.index], ca.fmax(slack, _rests(dae, law))) > 0, nothing)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from powertrain.dae.hybrid import JUMPED, START
-from powertrain.dae.tolerances import EPS, HELD, JUMP, NOW, SHORTEST
+from powertrain.dae.tolerances import EPS, JUMP, LEAST_TORQUE, NOW, SHORTEST
 from powertrain.engine.location import AIM, CLOSE, ITERATIONS, LARGEST, MOST_IDLE
 from powertrain.integration.step_control import (
     FAILED,
@@ -17,14 +17,14 @@ from powertrain.integration.step_control import (
     STIFF_STEPS,
 )
 from powertrain.modes.resolve import PASSES
-from powertrain.modes.resting import SINGULAR
+from powertrain.modes.resting import NOTHING, SINGULAR
 from powertrain.numerics.buffers import INFO
 
 _LIMITS = {
     "EPS": EPS, "JUMP": JUMP, "NOW": NOW, "SHORTEST": SHORTEST, "AIM": AIM, "CLOSE": CLOSE, "LARGEST": LARGEST, "ITERATIONS": ITERATIONS,
     "MOST_IDLE": MOST_IDLE, "INFO": INFO, "FINEST": FINEST, "HALVINGS": HALVINGS, "ORDER": ORDER, "SAFETY": SAFETY, "GROWTH": GROWTH,
     "FAILED": FAILED, "LEAST_ORDER": LEAST_ORDER, "STIFF": STIFF, "STIFF_STEPS": STIFF_STEPS, "PASSES": PASSES, "SINGULAR": SINGULAR,
-    "HELD": HELD, "START": START, "JUMPED": JUMPED,
+    "NOTHING": NOTHING, "LEAST_TORQUE": LEAST_TORQUE, "START": START, "JUMPED": JUMPED,
 }  # fmt: skip
 
 

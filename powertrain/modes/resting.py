@@ -5,7 +5,8 @@ such a law follows from those of the holding laws, w = c w_C, so its rate a = b 
 
     G_i - c G_C = 0,  b_i - c b_C = 0,  c = G_iC G_CC^+.
 
-It stays at rest as long as they hold. A prescribed motion leaves a difference in b only.
+It stays at rest as long as they hold. A prescribed motion leaves a difference in b only. A law that no torque moves, as between shafts that
+gears tie to each other, needs none that hold it: c = 0.
 (See ``powertrain.modes.complementarity`` for G.)
 """
 
@@ -18,12 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.dae.hybrid import Friction, HybridDae, Opened, OperatingPoint
-from powertrain.dae.tolerances import HELD, INTEGRATED
+from powertrain.dae.tolerances import INTEGRATED, LEAST_TORQUE
 from powertrain.modes.complementarity import Complementarity
 from powertrain.numerics.buffers import PREFIX
 
 SINGULAR = 1e-10
 """Relative rank tolerance: smaller mobilities left by the holding laws count as held. It is also the uncertainty of c."""
+NOTHING = 1e-8
+"""Rates are the same combination if they differ by less than this share of their terms."""
 
 
 def resting(dae: HybridDae, problem: Complementarity, point: OperatingPoint) -> list[int]:
@@ -31,13 +34,13 @@ def resting(dae: HybridDae, problem: Complementarity, point: OperatingPoint) -> 
     modes, count = point.m[problem.laws.index], problem.laws.frictions
     holds = np.concatenate([modes[:count] == 0.0, modes[count:] == 1.0])
     limited = [k for k, law in enumerate(dae.frictions) if law.rests is not None and abs(modes[k]) == 1.0]
-    if not limited or not holds.any():
+    if not limited:
         return []
     near = problem.laws.at(point, np.zeros(problem.laws.count))
     if not np.isfinite(near.rate_slope).all():
         return []
     size = np.sqrt(_own(-np.diag(near.rate_slope), near.reach))
-    held = _follow(-near.rate_slope / np.outer(size, size), near.rate / size, limited, holds)
+    held = _follow(-near.rate_slope / np.outer(size, size), near.rate / size, LEAST_TORQUE * size, limited, holds)
     rest = problem.laws.at_rest(point, near, INTEGRATED)
     marks = [dae.frictions[k].rests for k, follows in zip(limited, held, strict=True) if follows and rest[k]]
     return [place for place in marks if place is not None]
@@ -48,14 +51,19 @@ def _own(own: NDArray[np.float64], terms: NDArray[np.float64]) -> NDArray[np.flo
     return np.where(np.abs(own) > SINGULAR * terms, np.abs(own), np.where(terms > 0.0, terms, 1.0))
 
 
-def _follow(G: NDArray[np.float64], b: NDArray[np.float64], rows: list[int], holds: NDArray[np.bool_]) -> list[bool]:
-    """Whether each of these rates is a combination of the rates of the holding laws, each scaled by its own size."""
+def _follow(
+    G: NDArray[np.float64], b: NDArray[np.float64], zero: NDArray[np.float64], rows: list[int], holds: NDArray[np.bool_]
+) -> list[bool]:
+    """Whether each of these rates is a combination of the rates of the holding laws, each scaled by its own size.
+
+    Rates below ``zero`` are nothing: what remains of a motion that has died away.
+    """
     c = np.linalg.lstsq(G[np.ix_(holds, holds)], G[holds][:, rows], rcond=SINGULAR)[0]
     left = np.abs(G[rows] - c.T @ G[holds]).max(axis=1)
     moved = np.abs(b[rows] - c.T @ b[holds])
     terms = np.abs(b[rows]) + np.abs(c.T) @ np.abs(b[holds])
-    known = HELD * terms + SINGULAR * np.abs(b[holds]).sum()
-    return [bool(one) for one in (left <= HELD) & (moved <= known)]
+    known = zero[rows] + NOTHING * terms + SINGULAR * np.abs(b[holds]).sum()
+    return [bool(one) for one in (left <= NOTHING) & (moved <= known)]
 
 
 def mobility(dae: HybridDae) -> ca.Function | None:

@@ -237,7 +237,8 @@ static int marked(pt_model *a)
         double left = 0, mode = fabs(a->m[law]);
         while (a->of->frictions[i] != law) i++;
         for (int j = 0; j < n; j++) left = fmax(left, fabs(a->mobility[i * n + j]));
-        int held = mode == 1 && a->calm[k] && left <= PT_HELD && fabs(a->rate[i]) <= PT_HELD * a->terms[i] + unknown;
+        double known = PT_LEAST_TORQUE * a->size[i] + PT_NOTHING * a->terms[i] + unknown;
+        int held = mode == 1 && a->calm[k] && left <= PT_NOTHING && fabs(a->rate[i]) <= known;
         changed |= a->m[place] != held;
         a->m[place] = held;
     }

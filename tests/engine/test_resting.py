@@ -15,6 +15,8 @@ from powertrain.components import blocks
 from powertrain.components import rotational as rot
 from powertrain.modes.resting import _follow, _own
 
+NO_MOTION = np.zeros(2)
+
 
 @pytest.mark.parametrize(
     ("free", "held"), [((10.0, 5.0), True), ((0.0, 0.0), True), ((10.0, 0.0), False), ((0.0, 1e-3), False)]
@@ -22,18 +24,18 @@ from powertrain.modes.resting import _follow, _own
 def test_a_law_is_held_that_moves_as_those_that_hold(free: tuple[float, float], held: bool) -> None:
     """Two laws of which the first moves twice as fast as the second, which holds; a prescribed motion between them adds to one alone."""
     G = np.array([[4.0, 2.0], [2.0, 1.0]])
-    assert _follow(G, np.array(free), [0], np.array([False, True])) == [held]
+    assert _follow(G, np.array(free), NO_MOTION, [0], np.array([False, True])) == [held]
 
 
 def test_a_law_with_a_motion_of_its_own_is_not_held() -> None:
     G = np.array([[4.0, 2.0], [2.0, 1.5]])
-    assert _follow(G, np.zeros(2), [0], np.array([False, True])) == [False]
+    assert _follow(G, np.zeros(2), NO_MOTION, [0], np.array([False, True])) == [False]
 
 
 @pytest.mark.parametrize(("left", "held"), [(2e-9, True), (1e-7, False)])
 def test_a_motion_of_its_own_counts_from_1e_8_of_the_whole(left: float, held: bool) -> None:
     G = np.array([[1.0 + left, 1.0], [1.0, 1.0]])
-    assert _follow(G, np.zeros(2), [0], np.array([False, True])) == [held]
+    assert _follow(G, np.zeros(2), NO_MOTION, [0], np.array([False, True])) == [held]
 
 
 def test_laws_are_scaled_by_what_moves_them_even_where_it_cancels() -> None:
@@ -45,8 +47,14 @@ def test_the_round_off_of_other_rates_is_no_motion() -> None:
     """A law that moves as the second does, at zero; the third, far from both, has a rate of 1e3 in which it has no share but round-off."""
     G = np.array([[1.0, 1.0, 1e-15], [1.0, 1.0, 0.0], [1e-15, 0.0, 1.0]])
     holds = np.array([False, True, True])
-    assert _follow(G, np.array([1e-24, 0.0, 1e3]), [0], holds) == [True]
-    assert _follow(G, np.array([1e-5, 0.0, 1e3]), [0], holds) == [False]
+    assert _follow(G, np.array([1e-24, 0.0, 1e3]), np.zeros(3), [0], holds) == [True]
+    assert _follow(G, np.array([1e-5, 0.0, 1e3]), np.zeros(3), [0], holds) == [False]
+
+
+def test_what_remains_of_a_motion_that_has_died_away_is_no_motion() -> None:
+    G, holds = np.ones((2, 2)), np.array([False, True])
+    for rate, held in ((0.9e-9, True), (1.1e-9, False)):
+        assert _follow(G, np.array([rate, 0.0]), np.full(2, 1e-9), [0], holds) == [held]
 
 
 KNOTS = np.linspace(0.0, 5.0, 11)
