@@ -331,7 +331,7 @@ def test_axles_are_lumped_on_a_rolling_road() -> None:
     ours, theirs = (driveline_map(c, [10.0, 20.0], [0.3, 0.8]) for c in (car, SplitPathCar()))
     np.testing.assert_allclose(ours["efficiency"], theirs["efficiency"], rtol=1e-9)
     uneven = pt.replace(car, {"front.left.radius": 0.31})
-    with pytest.raises(pt.ParameterError, match=r"wheels of 0\.3 and 0\.31 m on one axle"):
+    with pytest.raises(pt.ParameterError, match=r"wheels with radii of 0\.3 and 0\.31 m on one axle"):
         on_rolling_road(uneven)
 
 
