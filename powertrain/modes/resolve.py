@@ -84,7 +84,7 @@ class ModeResolver:
             if (state := self._state(side)) in seen:
                 break
             seen.add(state)
-        names = sorted({name for name, _ in self.extra})
+        names = sorted({name for name, _ in self.extra} | {w.name for w in self.dae.whens if w.index in self.applied})
         if not names:
             at_limit = [f.index for f in self.dae.frictions if f.rests is not None]
             raise SimulationError(not_found_message(self.dae, memory, side, at_limit))

@@ -104,3 +104,19 @@ def test_equal_values_and_later_ones_are_not(laws: Callable[[Reset], pt.Equation
     assert result["held"][-1] == pytest.approx(5.0, abs=1e-8)
     assert np.abs(result["other.w"][-1]) < 1e-8
     assert result["other.phi"][-1] == pytest.approx(2 * 0.5, abs=1e-8)
+
+
+class Relay(pt.Component):
+    """A relay that switches itself on as soon as it is off, and off as soon as it is on."""
+
+    on: pt.Discrete = pt.discrete("1", "1 while the relay is on")
+
+    def equations(self) -> pt.Equations:
+        yield pt.when(pt.time > 1.0, pt.reinit(self.on, 1.0), name="key")
+        yield pt.when(self.on > 0.5, pt.reinit(self.on, 0.0), name="opens")
+        yield pt.when(self.on < 0.5, pt.reinit(self.on, 1.0), name="closes")
+
+
+def test_resets_of_discrete_variables_without_end_are_named() -> None:
+    with pytest.raises(pt.SimulationError, match="t = 1 s resets follow one another without end: closes, key, opens"):
+        pt.simulate(Relay(), 2.0)
