@@ -201,7 +201,7 @@ class ModeResolver:
         for varied in (few, all_at_rest) if len(few) < len(all_at_rest) else (few,):
             # the pieces before the event come first
             tried: list[Alternatives] = [([i], [(start[i],), (1.0 - start[i],)]) for i in pieces]
-            tried += self._alternatives(side, varied)
+            tried += self._alternatives(varied)
             places = [i for group, _ in tried for i in group]
             for modes in islice(product(*(values for _, values in tried)), _MOST_COMBINATIONS):
                 m[places] = [value for values in modes for value in values]
@@ -212,18 +212,16 @@ class ModeResolver:
             raise SimulationError(not_found_message(self.dae, self.memory, side, sorted({*laws, *pieces})))
         return self._jam(side, laws, 2 ** len(pieces))
 
-    def _alternatives(self, side: int, varied: set[int]) -> list[Alternatives]:
-        """The possible modes of these laws; at its limit a law with a peak keeps the peak if it is at rest, but not if it moves."""
+    def _alternatives(self, varied: set[int]) -> list[Alternatives]:
+        """The possible modes of these laws; those that others hold at their limits are marked when modes are judged."""
         found: list[Alternatives] = []
-        for k, law in enumerate(self.dae.frictions):
+        for law in self.dae.frictions:
             if law.index not in varied:
                 continue
             if law.rests is None:
                 found.append(([law.index], [(STUCK,), (FORWARD,), (BACKWARD,)]))
-                continue
-            has_peak = self.memory.frictions(side).peak[k] > 1.0
-            kept = [(FORWARD, 1.0), (BACKWARD, 1.0)] if has_peak else []
-            found.append(([law.index, law.rests], [(STUCK, 0.0), *kept, (FORWARD, 0.0), (BACKWARD, 0.0)]))
+            else:
+                found.append(([law.index, law.rests], [(STUCK, 0.0), (FORWARD, 0.0), (BACKWARD, 0.0)]))
         return found + [([c.index], [(OPEN,), (CLOSED,)]) for c in self.dae.contacts if c.index in varied]
 
     def _linearized(self, side: int, held: bool) -> tuple[bool | None, set[int]]:

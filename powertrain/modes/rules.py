@@ -32,8 +32,7 @@ def mode_pass(dae: HybridDae, fire: ca.SX, jumped: ca.SX, slack: ca.SX) -> Pass:
 
     ``fire`` marks timed laws whose instant is now. ``jumped`` is ``START``, ``JUMPED`` or 0. ``slack`` is 1 for modes from the
     complementarity problem and for single trials, else 0: a law at rest that shares its motion with none, or is nonlinear in the torques,
-    may then count as sliding while its rate is negative within its
-    uncertainty. Laws with a ``share`` do not depend on it.
+    may then count as sliding while its rate is negative within its uncertainty. Laws with a ``share`` do not depend on it.
     """
     held = [dae.m[i] for i in range(dae.m.numel())]
     fires = switch.firing(dae, fire)
