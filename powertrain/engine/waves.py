@@ -21,6 +21,10 @@ PART = 1 / 8
 
 If such a parabola comes closer to zero than that, steps are halved (``survey``).
 """
+MOST = 12
+"""A product counts as at most this many times as fast as the fastest sine in it: elimination multiplies by a ratio again and again, and what
+it computes changes no faster for that. It covers powers up to 48.
+"""
 
 
 class Waves:
@@ -88,12 +92,13 @@ class _Wave:
 class _Speeds:
     """The rates (rad/s) of angles that are functions of time alone and appear in a sine or cosine.
 
-    One pass finds those of all expressions, which share most of their operations. A product of two sines has the sum of their rates.
+    One pass finds those of all expressions, which share most of their operations. A product of two sines has the sum of their rates, up to
+    ``MOST`` times that of one.
     At its extremum the power n of a sine, 1 - n u^2/2 + (3n - 2) n u^4/24, bends like a sine that is sqrt(3n - 2) times as fast.
     """
 
     def __init__(self, dae: HybridDae, expressions: Sequence[ca.SX]) -> None:
-        self._time, self._speeds = dae.t, list[ca.SX]()
+        self._time, self._speeds, self._sines = dae.t, list[ca.SX](), 0
         states, symbols = set(map(key, scalars(ca.vertcat(dae.x, dae.z)))), free_symbols(column(list(expressions)))
 
         def argument(_: int, j: int) -> _Wave:
@@ -122,8 +127,10 @@ class _Speeds:
             return _Wave(None, marks)
         speed = self._speed(code, values, inner)
         if not speed.is_zero():
+            mark = 1 << len(self._speeds)
             self._speeds.append(speed)
-            marks |= 1 << (len(self._speeds) - 1)
+            self._sines |= mark if code in (ca.OP_SIN, ca.OP_COS) else 0
+            marks |= mark
         return _Wave(applied(code, values), marks)
 
     def _speed(self, code: int, operands: Sequence[ca.SX], inner: Sequence[int]) -> ca.SX:
@@ -131,12 +138,17 @@ class _Speeds:
         if code in (ca.OP_SIN, ca.OP_COS):
             return ca.SX(ca.jacobian(operands[0], self._time))
         if code == ca.OP_SQ:
-            return 2 * self._fastest(inner[0])
+            return self._of_product(inner[0], inner[0])
         if code in (ca.OP_MUL, ca.OP_DIV) and all(inner):
-            return self._fastest(inner[0]) + self._fastest(inner[1])
+            return self._of_product(*inner)
         if code in (ca.OP_POW, ca.OP_CONSTPOW) and operands[1].is_constant() and (n := float(operands[1])) > 1:
             return float(np.sqrt(3 * n - 2)) * self._fastest(inner[0])
         return ca.SX(0)
+
+    def _of_product(self, first: int, second: int) -> ca.SX:
+        """The rate of the product of two expressions with these marks."""
+        most = MOST * self._fastest((first | second) & self._sines)
+        return ca.fmin(self._fastest(first) + self._fastest(second), most)
 
     def _fastest(self, marks: int) -> ca.SX:
         """The largest of the rates with these marks."""

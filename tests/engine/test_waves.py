@@ -13,8 +13,9 @@ import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components import translational as tr
 from powertrain.components.blocks import Sine
+from powertrain.components.transmissions import SwitchedSplitPathTransmission
 from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
-from powertrain.engine.waves import PART, Waves, _follows, _Speeds
+from powertrain.engine.waves import MOST, PART, Waves, _follows, _Speeds
 from powertrain.modes.indicators import indicators
 
 
@@ -235,6 +236,32 @@ def test_a_power_is_as_fast_as_it_bends(n: float) -> None:
     rates = [abs(float(rate)) for rate in _Speeds(dae, [wave]).of(0)]
     assert max(rates) == pytest.approx(5 * n if n == int(n) else s)
     assert max(rates) > 0.999 * s
+
+
+class VariedRatio(pt.Component):
+    """A transmission whose ratio follows a sine, between two inertias."""
+
+    drive: rot.ConstantTorque = rot.ConstantTorque(tau_constant=2.0)
+    rotor: rot.Inertia = rot.Inertia(J=1.6)
+    ratio: Sine = Sine(amplitude=0.3, offset=0.6, f=1.65)
+    transmission: SwitchedSplitPathTransmission = SwitchedSplitPathTransmission()
+    wheel: rot.Inertia = rot.Inertia(J=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.rotor.flange_a)
+        yield pt.connect(self.rotor.flange_b, self.transmission.flange_a)
+        yield pt.connect(self.transmission.ratio, self.ratio.y)
+        yield self.transmission.shift.value == 0.0
+        yield pt.connect(self.transmission.flange_b, self.wheel.flange_a)
+
+
+def test_a_ratio_that_elimination_multiplies_again_and_again_does_not_shorten_the_steps() -> None:
+    """The clutches at rest follow the ratio, which the torques at the mesh contain some twenty times over."""
+    plant = pt.compile(VariedRatio())
+    dae = plant.compiled.dae
+    waves, closed, values = Waves(dae, indicators(dae)), np.zeros(dae.m.numel()), np.array(list(plant.parameters.values()))
+    assert waves.longest_step(0.0, 2.0, closed, values) > PART / 1.65 / (MOST + 1)
+    assert plant.simulate(2.0).statistics["steps"] < 2000
 
 
 def test_laws_follow_time_where_nothing_is_integrated() -> None:
