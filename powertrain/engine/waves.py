@@ -22,8 +22,8 @@ PART = 1 / 8
 If such a parabola comes closer to zero than that, steps are halved (``survey``).
 """
 MOST = 12
-"""A product counts as at most this many times as fast as the fastest sine in it: elimination multiplies by a ratio again and again, and what
-it computes changes no faster for that. It covers powers up to 48.
+"""A product counts as at most this many times as fast as the fastest sine in it, which covers powers up to 48: elimination multiplies by a
+ratio again and again, and what it computes changes no faster for that.
 """
 
 

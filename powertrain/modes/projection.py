@@ -16,6 +16,7 @@ import casadi as ca
 
 from powertrain.compiler.cancellation import terms
 from powertrain.dae.hybrid import Contact, HybridDae
+from powertrain.dae.tolerances import ZONE
 from powertrain.language.symbols import column
 
 _DEPENDENT = 1e-13
@@ -32,7 +33,7 @@ def at_rest(dae: HybridDae) -> ca.SX:
     for law in dae.frictions:
         if law.algebraic or law.prescribed:
             continue
-        stuck = dae.m[law.index] == 0
+        stuck = ca.logic_or(dae.m[law.index] == 0, ca.fabs(law.w) <= ZONE)
         i = place.get(law.w.element_hash()) if law.w.is_symbolic() else None
         if i is None:
             coupled.append((stuck, law.w))

@@ -259,7 +259,11 @@ def test_a_ratio_that_elimination_multiplies_again_and_again_does_not_shorten_th
     """The clutches at rest follow the ratio, which the torques at the mesh contain some twenty times over."""
     plant = pt.compile(VariedRatio())
     dae = plant.compiled.dae
-    waves, closed, values = Waves(dae, indicators(dae)), np.zeros(dae.m.numel()), np.array(list(plant.parameters.values()))
+    waves, closed, values = (
+        Waves(dae, indicators(dae)),
+        np.zeros(dae.m.numel()),
+        np.array(list(plant.parameters.values())),
+    )
     assert waves.longest_step(0.0, 2.0, closed, values) > PART / 1.65 / (MOST + 1)
     assert plant.simulate(2.0).statistics["steps"] < 2000
 
