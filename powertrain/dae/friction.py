@@ -57,7 +57,8 @@ def rest_margin(dae: HybridDae, law: Friction) -> ca.SX:
     rises, long before this speed is reached.
     """
     yields = ca.fabs(law.rate) > YIELDING * law.reach * ca.fabs(law.torque)
-    return ca.if_else(ca.logic_and(dae.m[law.index] == STUCK, yields), INTEGRATED - ca.fabs(law.w), 1.0)
+    moved = ca.logic_and(dae.m[law.index] == STUCK, yields)  # without a load a matter of round-off, at a speed of zero
+    return INTEGRATED - ca.if_else(moved, ca.fabs(law.w), 0.0)
 
 
 def speed_margin(law: Friction, mode: ca.SX | float, known: ca.SX | float) -> ca.SX:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -11,7 +14,7 @@ import powertrain as pt
 from powertrain.components import translational as tr
 from powertrain.components.blocks import Ramp
 from powertrain.dae.contact import pressure_margin
-from powertrain.dae.friction import torque_margins
+from powertrain.dae.friction import STUCK, rest_margin, torque_margins
 from powertrain.dae.hybrid import Contact, Friction
 from powertrain.dae.tolerances import LEAST_TORQUE
 
@@ -31,6 +34,21 @@ def test_margins_are_the_same_on_both_sides(lower: float, torque: float) -> None
     below, above = margins(torque, lower, 3.0)
     assert (below, above) == pytest.approx((torque - lower + 0.25, 3.0 - torque + 0.25))
     assert margins(-torque, -3.0, -lower) == pytest.approx((above, below))
+
+
+def test_a_load_of_round_off_does_not_move_a_one_way_law() -> None:
+    """Whether its rate exceeds its torque is then accidental: the margin must not depend on it. A motion that others prescribe counts."""
+
+    def margin(tau: float, rate: float, w: float) -> float:
+        law = Friction(
+            "law", "", 0, ca.SX(w), ca.SX(tau), ca.SX(-np.inf), NONE, ca.SX(1.0), ca.SX(rate), reach=ca.SX(15.6)
+        )
+        dae: Any = SimpleNamespace(m=ca.SX(STUCK))
+        return float(rest_margin(dae, law))
+
+    samples = [margin(3e-17, rate, 1.3e-18) for rate in (-4e-16, 0.0, 0.0, 4e-16)]
+    assert samples == pytest.approx([samples[0]] * 4, rel=1e-9)
+    assert min(samples) > 0.0 > margin(1e8, 9.0, 4e-7)
 
 
 @pytest.mark.parametrize("restitutions", [(0.5,), (0.0, 0.5), (0.5, 0.0), (0.2, 0.0, 0.7)])
