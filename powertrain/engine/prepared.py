@@ -230,8 +230,7 @@ class Prepared:
         if self._model is None:
             rows = None
             if self.algebra is not None:
-                jacobian = self.dae.residual
-                pattern = ca.jacobian(jacobian, self.dae.z).sparsity()
+                pattern = ca.jacobian(self.dae.residual, self.dae.z).sparsity()
                 try:
                     rows = match_rows(pattern, self.algebra.jacobian(0))
                 except ValueError as error:

@@ -277,10 +277,6 @@ class ModeResolver:
             modes, pieces = [self.memory.m.copy(), *others], self.uniqueness.pieces
             raise SimulationError(several_message(self.dae, self.memory, side, modes, pieces))
 
-    def forget(self) -> None:
-        """Drop the notes of the last run."""
-        self.notes.clear()
-
     def _solvable(self, side: int) -> bool:
         """Solve the algebraic equations for the present modes; False, and the unknowns as they were, if they have no solution."""
         if self.algebra is None:
@@ -313,7 +309,7 @@ class ModeResolver:
         m[resting(self.dae, self._problem, self._point(side))] = 1.0
         return not np.array_equal(m[self._rests], before)
 
-    def _apply_rules(self, side: int, slack: float = 0.0) -> None:
+    def _apply_rules(self, side: int, slack: float) -> None:
         """One pass of the mode rules; ``slack`` as in ``mode_pass``."""
         self.memory.jumped[1] = slack
         self._update[side].call()
