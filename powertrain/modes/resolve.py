@@ -214,15 +214,10 @@ class ModeResolver:
 
     def _alternatives(self, varied: set[int]) -> list[Alternatives]:
         """The possible modes of these laws; those that others hold at their limits are marked when modes are judged."""
-        found: list[Alternatives] = []
-        for law in self.dae.frictions:
-            if law.index not in varied:
-                continue
-            if law.rests is None:
-                found.append(([law.index], [(STUCK,), (FORWARD,), (BACKWARD,)]))
-            else:
-                found.append(([law.index, law.rests], [(STUCK, 0.0), (FORWARD, 0.0), (BACKWARD, 0.0)]))
-        return found + [([c.index], [(OPEN,), (CLOSED,)]) for c in self.dae.contacts if c.index in varied]
+        dae = self.dae
+        options = [(STUCK, FORWARD, BACKWARD)] * len(dae.frictions) + [(OPEN, CLOSED)] * len(dae.contacts)
+        groups = [each for each in zip(self._groups, options, strict=False) if each[0][0] in varied]
+        return [(places, [(mode, 0.0)[: len(places)] for mode in modes]) for places, modes in groups]
 
     def _linearized(self, side: int, held: bool) -> tuple[bool | None, set[int]]:
         """Linearise the laws at the last solution and solve for their modes, until these are consistent.
