@@ -188,7 +188,8 @@ class Complementarity:
         wide = _widened(base, bend, holds, np.where(rest, known, 0.0))
         answer = _Problem(laws, *wide, tau, rest, zone).answer(self.switches)
         for law, hold in zip(self.dae.frictions, holds, strict=False):
-            if law.rests is not None and hold > 1.0:  # at its peak, but not sliding yet
+            # at its peak, but not sliding yet; on a light part its creep would be too large to tell that others hold it
+            if law.rests is not None and hold > 1.0:
                 answer.modes[law.rests] = float(abs(answer.modes.get(law.index, 0.0)) == 1.0)
         return answer
 
