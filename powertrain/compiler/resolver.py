@@ -89,7 +89,7 @@ class Resolver:
 
     def now(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of roots in terms of (t, x, z, m, p)."""
-        return self.close(self._in_torques(_substituted(expressions, self.names, self._opened)))
+        return self.close(self.opened(expressions))
 
     def _in_torques(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of the torques' root variables, in terms of the torques."""
@@ -125,23 +125,16 @@ class Resolver:
         return self._along(value)
 
     def _along(self, value: Symbol) -> Symbol:
-        """d/dt of an expression in (t, x, z, m, p)."""
-        result = ca.jacobian(value, time)
-        if self.x.numel():
-            result = result + ca.jacobian(value, self.x) @ self._rates()
-        z = self.z
-        if any(key(s) in {key(u) for u in z} for s in free_symbols(value)):
-            unknowns = column(z)
-            residual = column(self.residuals())
-            moved = ca.jacobian(residual, time)
-            if self.x.numel():
-                moved = moved + ca.jacobian(residual, self.x) @ self._rates()
-            result = result - ca.jacobian(value, unknowns) @ ca.solve(ca.jacobian(residual, unknowns), moved)
-        return result
+        """d/dt of an expression in (t, x, z, m, p); the unknowns z move so that their residual R stays zero: R_z dz/dt = -dR/dt."""
+        rates, z = column(self.close(self._open_rates())), column(self.z)
 
-    def _rates(self) -> Symbol:
-        recorder = self.reduced.flat.recorder
-        return column(self.now([recorder.derivative(s) for s in scalars(self.x)]))
+        def at_given_z(moving: Symbol) -> Symbol:
+            return ca.jacobian(moving, time) + ca.jacobian(moving, self.x) @ rates
+
+        if not contains(value, z):
+            return at_given_z(value)
+        residual = column(self.residuals())
+        return at_given_z(value) - ca.jacobian(value, z) @ ca.solve(ca.jacobian(residual, z), at_given_z(residual))
 
     def _open_rates(self) -> list[Symbol]:
         """The rates of the states for given torques."""
@@ -154,14 +147,14 @@ class Resolver:
 
     def acts(self, k: int) -> bool:
         """Whether any motion depends on the torque of this law, even through a sensor."""
-        rates = [*self._open_rates(), *self.opened([*self._residuals])]
+        rates = [*self._open_rates(), *self.open_residuals()]
         rates += [law.rate for i, law in enumerate(self.laws) if i != k]
         slopes = [e for rate in rates for e in scalars(ca.jacobian(rate, self.tau[k]))]
         return any(not e.is_zero() and not cancels(e) for e in slopes)
 
     def residuals(self) -> list[Symbol]:
         """The equations of the implicit unknowns ``z``: the model's own, and those of laws that are nonlinear in the torques."""
-        return self.now([*self._residuals]) + self.close([*self._implicit_laws])
+        return self.now(self._residuals) + self.close(self._implicit_laws)
 
     def meeting(self, opened: Symbol) -> Symbol:
         """The sizes of the contributions of the laws' torques to an opened expression, sum_j |d/dtau_j tau_j|."""
@@ -257,7 +250,7 @@ class Resolver:
 
     def open_residuals(self) -> list[Symbol]:
         """The model's implicit equations for given torques."""
-        return self.opened([*self._residuals])
+        return self.opened(self._residuals)
 
     def open_conditions(self, entries: Sequence[SwitchEntry]) -> list[Symbol]:
         """Conditions for given torques."""
