@@ -202,7 +202,7 @@ class Component(metaclass=_Kind):
 
     @classmethod
     def _slot_types(cls) -> dict[str, Any]:
-        if cls.__dict__.get("_slots") is None or cls._slots is None:
+        if cls._slots is None:  # of this class: __init_subclass__ sets it anew
             slots: dict[str, Any] = {}
             for base in reversed(cls.__mro__):
                 scope = vars(sys.modules.get(base.__module__, typing))
