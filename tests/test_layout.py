@@ -43,7 +43,7 @@ ORDER = [
     "numerics: batch many newton_abreast",
     "numerics: replay folding",
     "compiler: matching calls cancellation generic",
-    "compiler: texts operations walks flatten binding source jumps alias index torques structure blocks resolver continuity "
+    "compiler: texts operations walks flatten binding source jumps alias index law_torques structure blocks torques resolver continuity "
     "records assemble",
     "modes: lemke",
     "modes: complementarity indicators rules projection jam guards selflocking admissible algebra uniqueness",

@@ -14,6 +14,7 @@ from powertrain.compiler.continuity import smooth_variables
 from powertrain.compiler.flatten import Equation, Flat, ModelConstant, ModelVariable, flatten
 from powertrain.compiler.index import differentiate, select_states
 from powertrain.compiler.jumps import refuse_jumps
+from powertrain.compiler.law_torques import LawTorque, declare_torques, with_rates
 from powertrain.compiler.records import (
     Held,
     contact_record,
@@ -29,7 +30,6 @@ from powertrain.compiler.records import (
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.source import Source, source_of
 from powertrain.compiler.structure import check_structure
-from powertrain.compiler.torques import LawTorque, declare_torques, with_rates
 from powertrain.dae.hybrid import HybridDae, TimeSignal
 from powertrain.language.component import Component
 from powertrain.language.fields import NOMINAL

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.flatten import Flat
 from powertrain.compiler.generic import generic_values
+from powertrain.compiler.law_torques import LawTorque
 from powertrain.compiler.resolver import Resolver
-from powertrain.compiler.torques import LawTorque, is_prescribed, limits_follow
+from powertrain.compiler.torques import is_prescribed, limits_follow
 from powertrain.dae.hybrid import Contact, Friction, Guard, HybridDae, Opened, Reset, Switch, TimeSignal, When
 from powertrain.dae.tolerances import alone_tolerance
 from powertrain.errors import ModelError

@@ -12,9 +12,9 @@ from powertrain.compiler.alias import Reduced
 from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
 from powertrain.compiler.generic import generic_values
+from powertrain.compiler.law_torques import LawTorque
 from powertrain.compiler.torques import (
     COMPLIANCE,
-    LawTorque,
     Motion,
     cancels,
     compliance,

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.compiler.torques import LawTorque, _replaceable, compliance, solve_torques
+from powertrain.compiler.law_torques import LawTorque
+from powertrain.compiler.torques import _replaceable, compliance, solve_torques
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
