@@ -26,6 +26,7 @@ ORDER = [
     "language: texttable",
     "language: dimensions",
     "language: quantities",
+    "language: gridtable",
     "language: recorder",
     "language: checks makers",
     "language: law",
