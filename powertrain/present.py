@@ -29,10 +29,7 @@ class Present(Generic[M]):
 
     def __getitem__(self, what: str | Callable[[M], Any]) -> float:
         """The present value of a signal or of an expression of signals. ParameterError for an unknown name."""
-        picked = self._signals.pick(what)
-        if picked.name in self._signals.entries:
-            return float(self._signals.compute([picked.name], self._sample, self._p)[picked.name][0])
-        return float(self._signals.evaluate([picked.expression], self._sample, self._p)[0, 0])
+        return float(self._signals.values(self._signals.pick(what), self._sample, self._p)[0])
 
     def __repr__(self) -> str:
         return f"Present({type(self._signals.model).__name__} at t = {self.time:g} s)"

@@ -237,6 +237,12 @@ class Signals:
             found.update(zip(block, values, strict=True))
         return found
 
+    def values(self, picked: Picked, samples: Samples, p: Array) -> Array:
+        """What was picked, one value per sample."""
+        if picked.name in self.entries:
+            return self.compute([picked.name], samples, p)[picked.name]
+        return self.evaluate([picked.expression], samples, p)[:, 0]
+
     def explicit(self, name: str) -> bool:
         """Whether a signal follows from states and held values alone, in a model with algebraic unknowns."""
         if name not in self._explicit:
