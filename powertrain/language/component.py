@@ -93,30 +93,24 @@ class Component(metaclass=_Kind):
                 f"{cls.__name__}.equations would replace the equations of {bases[0].__name__}: a class is either partial or final; "
                 "use the component as a part instead"
             )
-        own = {
-            name: cls.__dict__.get(name, MISSING) for name in cls.__dict__.get("__annotations__", {}) if name[0] != "_"
-        }
-        hidden = [n for n, spec in cls.__dict__.items() if n[0] == "_" and isinstance(spec, Quantity | Port)]
-        if hidden:
-            raise ModelError(
-                f"{cls.__name__}.{hidden[0]}: the name of a quantity or port must not begin with an underscore"
-            )
         hints = cls.__dict__.get("__annotations__", {})
-        bare = [
-            n for n, spec in cls.__dict__.items() if isinstance(spec, Quantity | Port | Component) and n not in hints
-        ]
-        if bare:
-            kind = type(cls.__dict__[bare[0]]).__name__
-            raise ModelError(
-                f"{cls.__name__}.{bare[0]} has no annotation, so it is not a field of the component; write  {bare[0]}: {kind} = ..."
-            )
-        own = {name: spec for name, spec in own.items() if "ClassVar" not in str(hints[name])}
-        taken = [name for name in own if name in vars(Component)]
-        if taken:
+        for name, spec in cls.__dict__.items():
+            if name[0] == "_" and isinstance(spec, Quantity | Port):
+                raise ModelError(
+                    f"{cls.__name__}.{name}: the name of a quantity or port must not begin with an underscore"
+                )
+            if name not in hints and isinstance(spec, Quantity | Port | Component):
+                raise ModelError(
+                    f"{cls.__name__}.{name} has no annotation, so it is not a field of the component; "
+                    f"write  {name}: {type(spec).__name__} = ..."
+                )
+        names = [name for name, hint in hints.items() if name[0] != "_" and "ClassVar" not in str(hint)]
+        if taken := [name for name in names if name in vars(Component)]:
             raise ModelError(
                 f"{cls.__name__}.{taken[0]}: a field cannot have this name, because {taken[0]} of a component has a meaning of its own; "
                 "choose another name"
             )
+        own = {name: cls.__dict__.get(name, MISSING) for name in names}
         cls._fields = {**{n: s for b in reversed(cls.__mro__[1:]) for n, s in getattr(b, "_fields", {}).items()}, **own}
         cls._slots = None
 
