@@ -9,12 +9,14 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+from powertrain.compiler.assemble import Compiled
+from powertrain.engine.loop import Progress
 from powertrain.engine.trajectory import Samples
 from powertrain.errors import ParameterError
 from powertrain.language.component import Component
 from powertrain.numerics.background import progress as building
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Signals
+from powertrain.signals import Signals, signals_of
 
 M = TypeVar("M", bound=Component)
 
@@ -66,6 +68,20 @@ def watcher(progress: bool | Watch, start: float, stop: float) -> Watch | None:
             f"progress = {progress!r} must be True or False, or a function of the run at the time reached"
         )
     return Bar(start, stop) if progress else None
+
+
+def told(compiled: Compiled, p: Array, watch: Watch | None) -> Progress | None:
+    """How the engine tells how far it is."""
+    if watch is None:
+        return None
+    signals, n = signals_of(compiled), compiled.dae.x.numel()
+    nz, held = compiled.dae.z.numel(), compiled.dae.m.numel()
+
+    def tell(t: float, y: Array, m: Array) -> None:
+        y, m = y.copy(), m.copy()
+        watch(Present(signals, t, y[:n], y[n : n + nz], m[:held], p))
+
+    return tell
 
 
 def _bar(start: float, stop: float) -> Any:

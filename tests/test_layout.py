@@ -32,6 +32,7 @@ ORDER = [
     "language: law",
     "language: fields",
     "language: component",
+    "language: packing",
     "language: connectors",
     "language: laws",
     "language: replacing",

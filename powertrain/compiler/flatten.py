@@ -140,7 +140,7 @@ def _with_each(flat: Flat, new: Callable[[Symbol], Symbol]) -> Flat:
 
 def flatten(model: Component) -> Flat:
     """The flat model of ``model``; a ModelError quotes the line that cannot be read."""
-    checked_model(model)
+    _refuse_other(model)
     flat, nodes = Flat(), _Nodes()
     root = _bind(model, "", flat)
     with reading(flat.recorder):
@@ -162,14 +162,13 @@ def flatten(model: Component) -> Flat:
     return flat
 
 
-def checked_model(model: Any) -> Any:
-    """A component; ParameterError for anything else."""
-    if isinstance(model, Component):
-        return model
-    kind = model.__name__ if isinstance(model, type) else ""
-    raise ParameterError(
-        f"a model is a component, not {f'the class {kind}; write {kind}(...)' if kind else repr(model)}"
-    )
+def _refuse_other(model: object) -> None:
+    """ParameterError for what is not a component."""
+    if not isinstance(model, Component):
+        kind = model.__name__ if isinstance(model, type) else ""
+        raise ParameterError(
+            f"a model is a component, not {f'the class {kind}; write {kind}(...)' if kind else repr(model)}"
+        )
 
 
 def _bind(component: Component, path: str, flat: Flat, above: tuple[int, ...] = ()) -> Component:
