@@ -28,7 +28,7 @@ ORDER = [
     "language: quantities",
     "language: gridtable",
     "language: recorder",
-    "language: checks makers",
+    "language: checks makers conditions",
     "language: law",
     "language: fields",
     "language: component",
