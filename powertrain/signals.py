@@ -145,7 +145,7 @@ class Signals:
         raise ParameterError(f"the model has no signal {what}{suggestion(what, [*self.names, *self.parameters])}")
 
     def identity(self, picked: Picked) -> str:
-        """What tells expressions apart: the name of a signal; of others the labels are the same if they differ in a late digit only."""
+        """A key that tells expressions apart: the name of a signal, else the whole expression, whose label rounds its numbers."""
         return picked.name or str(ca.Function("powertrain_identity", self.inputs, [picked.expression]).serialize())
 
     def _selected(self, selector: Callable[[Any], Any]) -> Picked:

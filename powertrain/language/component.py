@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 Equations: TypeAlias = "Generator[Symbol | Law | bool, None, None]"
 LONGEST_TEXT = 400
-"""Characters of the text of a component from which its parts are abridged."""
+"""Length of the representation of a component from which its parts are abridged."""
 NAMED = 4
 """Classes that an error names for a slot."""
 shortened = reprlib.Repr()
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 else:
 
     class _Kind(type):
-        """The class of component classes: a name that a class does not have is answered with the variants that it makes."""
+        """The class of component classes; the error for an unknown attribute lists the variants of the class."""
 
         def __getattr__(cls, name):
             makers = variants(cls) if not name.startswith("_") else []
@@ -259,7 +259,7 @@ class Component(metaclass=_Kind):
 
 
 def _abridged(name: str, given: Mapping[str, Any]) -> str:
-    """A long text of a component: its parts by their classes, rows of parts by their number, long values cut."""
+    """The representation of a large component: parts by their classes, rows of parts by their number, long values cut."""
     shown = []
     for n, v in given.items():
         if isinstance(v, tuple) and any(isinstance(item, Component) for item in v):
