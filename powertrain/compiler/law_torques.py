@@ -50,9 +50,9 @@ def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tu
         if not isinstance(law, FrictionLaw | UnilateralLaw):
             others.append((place, law))
             continue
-        plain = law.torque if isinstance(law, FrictionLaw) else law.force
+        plain = law.effort
         law = law.mapped(reduced.rewrite)
-        value = law.torque if isinstance(law, FrictionLaw) else law.force
+        value = law.effort
         inside = [s for s in free_symbols(value) if key(s) not in flat.recorder.constants]
         linear_root = (
             len(inside) == 1 and ca.jacobian(value, inside[0]).is_constant() and key(inside[0]) in reduced.symbols

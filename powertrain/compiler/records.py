@@ -72,7 +72,7 @@ def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Fri
     law, given = t.law, opened.law
     assert isinstance(law, FrictionLaw)
     assert isinstance(given, FrictionLaw)
-    tied, prescribed = limits_follow(given, column(resolver.tau)), is_prescribed(opened, resolver.tau[k])
+    tied, prescribed = limits_follow(given, column(resolver.tau)), is_prescribed(opened)
     return Friction(
         t.mode.name(), str(t.place), held.place(t.mode), t.speed, law.torque, law.lower, law.upper, law.peak, t.rate,
         unit=resolver.reduced.flat.unknowns[key(t.symbol)].unit if key(t.symbol) in resolver.reduced.flat.unknowns else "1",

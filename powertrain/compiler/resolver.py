@@ -52,8 +52,8 @@ class Resolver:
         self._opened = self._in_torques([self._opened])[0]
         laws = [self._open_law(t, own) for t, own in zip(torques, self.tau, strict=True)]
         laws = self._through_implicit(laws, column(solved.implicit))
-        self.laws = set_apart(laws, self.tau, Motion(x, column(self._open_rates()), column(solved.implicit)))
-        found = solve_torques(self.laws, self.tau)
+        self.laws = set_apart(laws, Motion(x, column(self._open_rates()), column(solved.implicit)))
+        found = solve_torques(self.laws)
         self.torque, self._creep = column(found.tau), found.creep
         self.assigned = self.close([self._opened])[0]
         self._implicit_laws, self._implicit = found.residuals, found.implicit
@@ -66,7 +66,7 @@ class Resolver:
 
         v(z) with R(z, tau) = 0 becomes v - v_z R_z^-1 R: the same value, with the slope of the implicit function theorem.
         """
-        hidden = [k for k, own in enumerate(self.tau) if is_prescribed(laws[k], own) and contains(laws[k].rate, z)]
+        hidden = [k for k, law in enumerate(laws) if is_prescribed(law) and contains(law.rate, z)]
         if not hidden:
             return laws
         residual = column(self.open_residuals())
@@ -216,11 +216,11 @@ class Resolver:
 
     def shares(self, k: int) -> bool:
         """Whether the torques of other laws take part in the motion of this one."""
-        return shares(self.laws[k], self.tau[k], self._tau_column)
+        return shares(self.laws[k], self._tau_column)
 
     def held_by_others(self, k: int) -> bool:
         """Whether other laws may hold the motion of this one."""
-        return held_by_others(self.laws[k], self.tau[k], self._tau_column)
+        return held_by_others(self.laws[k], self._tau_column)
 
     def reach(self, k: int) -> Symbol:
         """The effect of the torque of a law on its own rate; 1 if there is none."""
@@ -233,7 +233,7 @@ class Resolver:
     @cached_property
     def open_reaches(self) -> list[Symbol]:
         """The reach of every law for given torques."""
-        slopes = [ca.jacobian(law.rate, own) for law, own in zip(self.laws, self.tau, strict=True)]
+        slopes = [ca.jacobian(law.rate, law.law.effort) for law in self.laws]
         return [Symbol(1) if slope.is_zero() else mobility(slope) for slope in slopes]
 
     def explicit(self, k: int) -> bool:
@@ -246,7 +246,7 @@ class Resolver:
 
     def open_compliance(self, k: int) -> Symbol:
         """The compliance of a stuck law for given torques."""
-        return compliance(self.laws[k], self.tau[k], self._tau_column)
+        return compliance(self.laws[k], self._tau_column)
 
     def open_residuals(self) -> list[Symbol]:
         """The model's implicit equations for given torques."""
@@ -267,7 +267,7 @@ def _torque_symbols(torques: list[LawTorque]) -> tuple[Symbol, list[Symbol], Sym
     """The root variables of the torques of all laws, the torques, and the roots in terms of these."""
     tau, given = [], []
     for t in torques:
-        value = t.law.torque if isinstance(t.law, FrictionLaw) else t.law.force
+        value = t.law.effort
         slope = ca.jacobian(value, t.symbol)
         if value.is_symbolic() or slope.is_zero():  # the symbol is the torque itself, or equals it by an equation
             own, root = t.symbol, t.symbol

@@ -53,7 +53,7 @@ class Motion:
     implicit: Symbol
 
 
-def set_apart(laws: Sequence[LawTorque], tau: Sequence[Symbol], motion: Motion) -> list[LawTorque]:
+def set_apart(laws: Sequence[LawTorque], motion: Motion) -> list[LawTorque]:
     """The laws, with a mark on those that others cannot hold for any parameters: their rows of G are independent of the others.
 
     Such a law moves a state that no other law moves, apart from laws already marked. Laws that are independent only for most parameters
@@ -62,19 +62,19 @@ def set_apart(laws: Sequence[LawTorque], tau: Sequence[Symbol], motion: Motion) 
     """
     if not laws or not motion.x.numel():
         return list(laws)
-    own = [_constantly_moved(t, torque, motion) for t, torque in zip(laws, tau, strict=True)]
+    own = [_constantly_moved(t, motion) for t in laws]
     moved = [_moved(t, motion) for t in laws]
     left = set(range(len(laws)))
     while found := {i for i in left if own[i].difference(*(moved[k] for k in left - {i}))}:
         left -= found
     if len(left) < len(laws):
-        left |= _replaceable(laws, tau)
+        left |= _replaceable(laws)
     return [replace(t, apart=i not in left) for i, t in enumerate(laws)]
 
 
-def _replaceable(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> set[int]:
+def _replaceable(laws: Sequence[LawTorque]) -> set[int]:
     """The laws whose columns of G are combinations of the others, for parameters without special values; all if that is not known."""
-    slopes = generic_values(ca.jacobian(column([t.rate for t in laws]), column(list(tau)))).full()
+    slopes = generic_values(ca.jacobian(column([t.rate for t in laws]), column([t.law.effort for t in laws]))).full()
     if not np.isfinite(slopes).all():
         return set(range(len(laws)))
     sizes = np.sqrt(np.abs(np.diag(slopes)))
@@ -95,11 +95,11 @@ def _moved(t: LawTorque, motion: Motion) -> set[int]:
     return set(ca.jacobian_sparsity(t.speed, motion.x).get_col())
 
 
-def _constantly_moved(t: LawTorque, own: Symbol, motion: Motion) -> set[int]:
+def _constantly_moved(t: LawTorque, motion: Motion) -> set[int]:
     """The states that the torque of a law moves, and on which its speed depends with a constant coefficient."""
     if t.algebraic or contains(t.speed, motion.implicit):
         return set()
-    slopes, driven = ca.jacobian(t.speed, motion.x), set(ca.jacobian_sparsity(motion.rates, own).row())
+    slopes, driven = ca.jacobian(t.speed, motion.x), set(ca.jacobian_sparsity(motion.rates, t.law.effort).row())
     return {j for j in driven if slopes[j].is_constant() and not slopes[j].is_zero()}
 
 
@@ -124,22 +124,22 @@ class LawTorques:
     residuals: list[Symbol]
 
 
-def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorques:
-    """All torques for given modes; ``laws`` in terms of states and of the torques ``tau``."""
+def solve_torques(laws: Sequence[LawTorque]) -> LawTorques:
+    """All torques for given modes; ``laws`` in terms of states and of their own torques."""
     if not laws:
         return LawTorques([], [], [], [])
     modes = [t.mode == 0 if isinstance(t.law, FrictionLaw) else t.mode == 1 for t in laws]
-    held = [_rate_held(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
-    loose = [_loose(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
-    n = len(laws)
-    short, parts = _affine([*held, *loose, *(t.rate for t in laws)], list(tau))
+    tau, n = [t.law.effort for t in laws], len(laws)
+    torques = column(tau)
+    held, loose = [_rate_held(t, torques) for t in laws], [_loose(t, torques) for t in laws]
+    short, parts = _affine([*held, *loose, *(t.rate for t in laws)], tau)
     held, loose = short[:n], short[n : 2 * n]
     laws = [replace(t, rate=rate) for t, rate in zip(laws, short[2 * n :], strict=True)]
     rows = [ca.if_else(mode, a, b) for mode, a, b in zip(modes, held, loose, strict=True)]
-    curved = _curved(rows, list(tau))
+    curved = _curved(rows, tau)
     explicit = [i for i in range(len(laws)) if i not in curved]
     signs = [1 if isinstance(t.law, UnilateralLaw) else -1 for t in laws]  # a friction torque opposes its rate
-    yields = [sign * compliance(t, own, column(list(tau))) for t, own, sign in zip(laws, tau, signs, strict=True)]
+    yields = [sign * compliance(t, torques) for t, sign in zip(laws, signs, strict=True)]
     soft = {i: ca.if_else(modes[i], yields[i], 0) for i in range(len(laws))}
     kept = _Rows(
         [modes[i] for i in explicit],
@@ -148,12 +148,10 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
         [tau[i] for i in explicit],
     )
     steps = kept.solved([COMPLIANCE * soft[i] for i in explicit])
-    first, whole = list(tau), list(tau)
+    first, whole = [*tau], [*tau]
     for i, yielding, value in zip(explicit, *steps, strict=True):
         first[i], whole[i] = yielding, value
-    both = [
-        ca.substitute(column([t.rate for t in laws]), column(list(tau)), column(torques)) for torques in (first, whole)
-    ]
+    both = [ca.substitute(column([t.rate for t in laws]), torques, column(values)) for values in (first, whole)]
     creep = scalars(both[0] + both[1])
     for i, rates in zip(explicit, kept.rates(*steps), strict=True):
         creep[i] = rates
@@ -163,19 +161,19 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
     return LawTorques(everything[:n], everything[n : 2 * n], curved, everything[2 * n :])
 
 
-def _rate_held(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
+def _rate_held(t: LawTorque, tau: Symbol) -> Symbol:
     """The expression that is zero while the law is stuck or the contact closed.
 
     If its torque changes no motion, a law has the smallest torque within its bounds.
     """
-    if isinstance(t.law, UnilateralLaw) or not is_prescribed(t, own):
+    if isinstance(t.law, UnilateralLaw) or not is_prescribed(t):
         return t.rate
-    return own - (Symbol(0) if limits_follow(t.law, tau) else least_torque(t.law.lower, t.law.upper))
+    return t.law.effort - (Symbol(0) if limits_follow(t.law, tau) else least_torque(t.law.lower, t.law.upper))
 
 
-def is_prescribed(t: LawTorque, own: Symbol) -> bool:
+def is_prescribed(t: LawTorque) -> bool:
     """Whether its own torque never changes the motion of a law."""
-    return not contains(t.rate, own)
+    return not contains(t.rate, t.law.effort)
 
 
 def limits_follow(law: FrictionLaw, tau: Symbol) -> bool:
@@ -183,15 +181,15 @@ def limits_follow(law: FrictionLaw, tau: Symbol) -> bool:
     return contains(ca.vertcat(law.lower, law.upper), tau)
 
 
-def _loose(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
+def _loose(t: LawTorque, tau: Symbol) -> Symbol:
     """The expression that is zero while the law slides or the contact is open.
 
     A law held at rest by others does not slide: its limit is the peak torque.
     """
     if isinstance(t.law, UnilateralLaw):
-        return own
-    holds = ca.if_else(t.rests, t.law.peak, 1) if breaks_away(t.law) and held_by_others(t, own, tau) else 1
-    return own - holds * sliding_torque(t.mode, t.law.lower, t.law.upper, is_prescribed(t, own))
+        return t.law.effort
+    holds = ca.if_else(t.rests, t.law.peak, 1) if breaks_away(t.law) and held_by_others(t, tau) else 1
+    return t.law.effort - holds * sliding_torque(t.mode, t.law.lower, t.law.upper, is_prescribed(t))
 
 
 def breaks_away(law: FrictionLaw) -> bool:
@@ -199,26 +197,26 @@ def breaks_away(law: FrictionLaw) -> bool:
     return not (law.peak.is_constant() and float(law.peak) == 1.0)
 
 
-def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
+def compliance(t: LawTorque, tau: Symbol) -> Symbol:
     """The compliance of a law relative to eps: the effect of its torque on its own rate.
 
     A law that others cannot hold shares its torque with none; it has a compliance only if others prescribe its motion.
     """
-    slope = ca.jacobian(t.rate, own)
+    slope = ca.jacobian(t.rate, t.law.effort)
     if slope.is_zero():
         return Symbol(0)
-    return _or_terms(slope, ca.fabs(slope) if held_by_others(t, own, tau) else Symbol(0))
+    return _or_terms(slope, ca.fabs(slope) if held_by_others(t, tau) else Symbol(0))
 
 
-def shares(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
+def shares(t: LawTorque, tau: Symbol) -> bool:
     """Whether the torques of other laws take part in the motion of this one."""
-    others = [s for s in scalars(tau) if key(s) != key(own)]
+    others = [s for s in scalars(tau) if key(s) != key(t.law.effort)]
     return contains(t.rate, column(others))
 
 
-def held_by_others(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
+def held_by_others(t: LawTorque, tau: Symbol) -> bool:
     """Whether other laws may hold the motion of this one; its torque then does not follow from its own rest."""
-    return not t.apart and shares(t, own, tau)
+    return not t.apart and shares(t, tau)
 
 
 def mobility(slope: Symbol) -> Symbol:

@@ -44,6 +44,11 @@ class FrictionLaw(Law):
     peak: Symbol
     name: str
 
+    @property
+    def effort(self) -> Symbol:
+        """The torque or force that the law determines."""
+        return self.torque
+
 
 @dataclass(frozen=True)
 class UnilateralLaw(Law):
@@ -53,6 +58,11 @@ class UnilateralLaw(Law):
     force: Symbol
     restitution: Symbol
     name: str
+
+    @property
+    def effort(self) -> Symbol:
+        """The torque or force that the law determines."""
+        return self.force
 
 
 @dataclass(frozen=True)
