@@ -26,11 +26,13 @@ ORDER = [
     "language: texttable",
     "language: dimensions",
     "language: quantities",
+    "language: gridtable",
     "language: recorder",
-    "language: checks makers",
+    "language: checks makers conditions",
     "language: law",
     "language: fields",
     "language: component",
+    "language: packing",
     "language: connectors",
     "language: laws",
     "language: replacing",
@@ -43,7 +45,7 @@ ORDER = [
     "numerics: batch many newton_abreast",
     "numerics: replay folding",
     "compiler: matching calls cancellation generic",
-    "compiler: texts operations walks flatten binding source jumps alias index torques structure blocks resolver continuity "
+    "compiler: texts operations walks flatten binding source jumps alias index law_torques structure blocks torques resolver continuity "
     "records assemble",
     "modes: lemke",
     "modes: complementarity indicators rules projection jam guards selflocking admissible algebra uniqueness",

@@ -20,7 +20,7 @@ from powertrain.variational.functional import Functional
 from powertrain.variational.instants import NotDifferentiable
 from powertrain.variational.objectives import Reading
 from powertrain.variational.partials import Block, Partials, System
-from powertrain.variational.record import STAGES, Record, record
+from powertrain.variational.record import STAGES, Record
 from powertrain.variational.saltation import Saltation, SaltationMap, row_of
 from powertrain.variational.simultaneous import Parts
 from powertrain.variational.transitions import WEIGHTS, Batch, Reverse, VariationalRates, batches, transitions
@@ -86,9 +86,7 @@ class Passage:
 
 def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional, cuts: Array) -> Passage:
     """Everything of a run except the matrices of its steps. NotDifferentiable names an event without a derivative."""
-    cuts = np.union1d(of.cuts, cuts)
-    corners = model.corners.passed(result, record(result, cuts))
-    run = record(result, np.union1d(cuts, [c.time for c in corners]))
+    run, corners = model.corners.cut(result, np.union1d(of.cuts, cuts))
     jumps = model.saltation.jumps(run)
     boundaries = [run.steps.before(t) for t in run.instants.times.tolist()]
     begin = np.zeros((model.flow.size, len(wanted.names)))
