@@ -54,7 +54,7 @@ def pareto_front(
     bounds
         (low, high) of each parameter, in its unit.
     points
-        Number of points of the front; with "nsga2" the size of the population.
+        Number of points of the front, for three or more results at least; with "nsga2" the size of the population.
     method
         "gradient": each point minimises the largest weighted distance from the ideal results, plus a small share of their sum
         (Wierzbicki, Mathematical Modelling 3 (1982) 391-405), by SLSQP with exact gradients; local, for smooth results, also on concave
@@ -163,22 +163,18 @@ def _scalarised(problem: _Problem, points: int) -> Iterator[Array]:
     yield from corners
     if not (width > 0.0).all():
         return
-    for weights in _lattice(k, points):
-        if weights.min() > 0.0:
-            start = (
-                (1.0 - weights) / (k - 1) @ np.array(corners)
-            )  # start away from the minima of results with large weights
-            yield _nearest(problem, start, ideal, width * weights)
+    for weights in _lattice(k, points - k):
+        start = (1.0 - weights) / (k - 1) @ np.array(corners)  # away from the minima of results with large weights
+        yield _nearest(problem, start, ideal, width * weights)
 
 
 def _lattice(k: int, points: int) -> Iterator[Array]:
-    """Weights that sum to one, evenly spaced; about ``points`` of them, including the corners (Das and Dennis)."""
-    parts = 1
-    while comb(parts + k - 1, k - 1) < points:
+    """Positive weights that sum to one, evenly spaced, at least ``points`` of them (Das and Dennis, without the edges)."""
+    parts = k
+    while comb(parts - 1, k - 1) < points:
         parts += 1
-    for bars in combinations(range(parts + k - 1), k - 1):
-        edges = np.array([-1, *bars, parts + k - 1])
-        yield (np.diff(edges) - 1.0) / parts
+    for cuts in combinations(range(1, parts), k - 1) if points > 0 else ():
+        yield np.diff([0, *cuts, parts]) / parts
 
 
 def _least(problem: _Problem, start: Array, i: int) -> Array:
@@ -192,12 +188,12 @@ def _sizes(problem: _Problem, u: Array) -> Array:
     """The sizes of the results at a point: their values, or their changes over the bounds if these are larger."""
     values, slopes = problem.slopes(u)
     sizes = np.maximum(np.abs(values), np.abs(slopes).max(axis=1))
-    return np.where(sizes > 0.0, sizes, 1.0)
+    return np.asarray(np.where(sizes > 0.0, sizes, 1.0))
 
 
 def _weighted(problem: _Problem, weights: Array, start: Array) -> Array:
     """The minimum of a weighted sum of the results."""
-    return _minimum(lambda u: weights @ problem.slopes(u)[0], lambda u: weights @ problem.slopes(u)[1], start)
+    return _minimum(lambda u: float(weights @ problem.slopes(u)[0]), lambda u: weights @ problem.slopes(u)[1], start)
 
 
 def _nearest(problem: _Problem, start: Array, ideal: Array, width: Array) -> Array:
