@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     from powertrain.optimal.experiment import Experiment, read_experiment
     from powertrain.optimal.fitting import Fit, fit
     from powertrain.optimal.pareto import pareto_front
-    from powertrain.optimal.planning import Plan, optimal_control
+    from powertrain.optimal.plan import Plan
+    from powertrain.optimal.planning import optimal_control
     from powertrain.optimal.scheduling import Schedule, dynamic_programming, ecms
     from powertrain.optimal.stages import Stages
     from powertrain.plant import Plant, compile, simulate  # noqa: A004
@@ -178,7 +179,8 @@ _MODULES = {
     "optimal.experiment": "Experiment read_experiment",
     "optimal.fitting": "Fit fit",
     "optimal.pareto": "pareto_front",
-    "optimal.planning": "Plan optimal_control",
+    "optimal.plan": "Plan",
+    "optimal.planning": "optimal_control",
     "optimal.scheduling": "Schedule dynamic_programming ecms",
     "optimal.stages": "Stages",
     "plant": "Plant compile simulate",
