@@ -67,7 +67,7 @@ ORDER = [
     "variational: record unknowns objectives partials",
     "variational: functional transitions instants curvature corners mapping simultaneous saltation begin crossing sweeps second "
     "gradients floquet indices differences hessian",
-    "optimal: rounding dynamics experiment fitting phases planning scheduling pareto",
+    "optimal: rounding dynamics experiment fitting phases plan planning stages scheduling pareto",
     "vibration: eigenvectors energies operating_line order_map order_response",
     "vibration: eigenmodes tracking campbell",
     "power: paths circulation powergraph variator directedflow powerterms powerflow",
