@@ -156,6 +156,16 @@ def test_gears_have_the_spread_and_end_at_the_top_ratio(car: TestCar) -> None:
     assert steps[:-1] / steps[1:] == pytest.approx(progression(car))
 
 
+@pytest.mark.parametrize("name", ["Toyota Prius power split", "Tesla Model 3 Long Range AWD electric"])
+def test_a_battery_of_twice_the_power_is_charged_with_twice_the_power(name: str) -> None:
+    """And gives twice the power, with the same efficiency: it has twice the cells in parallel."""
+    car = CARS[name]
+    one, two = (build(replace(car, power=k * car.power), Technology()).battery for k in (1, 2))
+    for more in ("Q", "i_charge", "i_discharge"):
+        assert float(getattr(two, more)) == pytest.approx(2 * float(getattr(one, more)))
+    assert float(two.R) * float(two.i_charge) == pytest.approx(float(one.R) * float(one.i_charge))
+
+
 def test_shared_numbers_stay_in_their_range() -> None:
     for f in fields(Technology):
         mean, sd = priors()[f.name]
