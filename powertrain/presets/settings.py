@@ -7,7 +7,7 @@ import inspect
 import re
 import tomllib
 import typing
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -31,10 +31,11 @@ def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:
     Maps are named by their file and cycles by their name or file, as in a parameter file: ``engine.curve`` "full_load.csv"; tables are
     written as there, too: ``cam`` "{ M = 4, N = 5 }".
     Values that follow each other are set at once, so that conditions between them hold for all of them together.
-    Errors: ParameterError for an unknown path, and for a value that does not fit, with its unit and range.
+    Errors: ParameterError for an unknown path, for a value that does not fit, with its unit and range, and for a value that a later one
+    would replace.
     """
     values: dict[str, Any] = {}
-    for path, text in pairs:
+    for path, text in _each_once(pairs):
         found = place(component, path)
         if found.is_part:
             component = pt.replace(component, values | {path: part(text, found)})
@@ -44,6 +45,21 @@ def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:
         else:
             values[path] = checked(found, number_or_text(text) if found.spec is not None else _read(text, found))
     return pt.replace(component, values) if values else component
+
+
+def _each_once(pairs: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+    """The pairs. Errors: ParameterError for a path whose value, or that of a place within it, was given before: that would be lost."""
+    before: list[str] = []
+    for path, text in pairs:
+        for other in before:
+            if other == path:
+                raise pt.ParameterError(f"{path} is given twice")
+            if other.startswith((f"{path}.", f"{path}[")):
+                raise pt.ParameterError(
+                    f"{path} = {text} replaces {other}, which is given before it; give {path} first"
+                )
+        before.append(path)
+        yield path, text
 
 
 def checked(found: Adjustable, value: Any) -> Any:
