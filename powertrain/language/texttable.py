@@ -147,15 +147,18 @@ def _with_points(path: Path, rows: list[Row]) -> list[Row]:
 
 
 def _check_thousands(path: Path, rows: list[Row]) -> None:
-    """ParameterError for a column with numbers below 1000 of three digits, and others whose mark can only be seen before three digits."""
+    """ParameterError for a column such as 800, 1.000, 1.500: read without the marks, its numbers go on where those without one end."""
     for column in itertools.zip_longest(*(row.cells for row in rows[1:]), fillvalue=""):
-        marked = [cell for cell in column if _NUMBER.fullmatch(cell) and ("," in cell or "." in cell)]
-        plain = next(filter(_HUNDREDS.fullmatch, column), None)
-        if plain and marked and all(map(_THOUSANDS.fullmatch, marked)):
+        marked = [cell for cell in column if _NUMBER.fullmatch(cell) and {",", "."} & set(cell)]
+        plain = [cell for cell in column if _HUNDREDS.fullmatch(cell)]
+        if not plain or not marked or not all(map(_THOUSANDS.fullmatch, marked)):
+            continue
+        whole = [cell.replace(",", "").replace(".", "") for cell in marked]
+        if min(abs(int(number)) for number in whole) <= 10 * max(abs(int(number)) for number in plain):
             line = next(row.line for row in rows if marked[0] in row.cells)
             raise ParameterError(
-                f"{path}:{line}: {marked[0]!r} in a column with {plain!r} may be {re.sub('[.,]', '', marked[0])}; write numbers without "
-                f"separators of thousands, and decimals such as {marked[0]}0"
+                f"{path}:{line}: {marked[0]!r} in a column with {plain[0]!r} may be {whole[0]}; write numbers without separators of "
+                f"thousands, and decimals with another digit: {marked[0]}0"
             )
 
 
