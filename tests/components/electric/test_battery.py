@@ -169,6 +169,13 @@ def test_power_that_it_may_give_and_take(kind: type[Battery]) -> None:
     assert result["battery.discharge_power"][0] == pytest.approx(0.99 * 200**2 / (4 * 0.2))
 
 
+def test_a_polarized_battery_that_was_discharged_takes_less_power() -> None:
+    """60 A through the slow 0.1 Ohm leave it 6 V lower; 50 A into the other 0.1 Ohm raise it by 5 V at once."""
+    battery = PolarizedBattery(ocv=FLAT, R=0.2, ohmic=0.5, T=0.1, Q=1e9, i_charge=50)
+    result = pt.simulate(Discharge(battery=battery, draw=Current(i=60)), 3)
+    assert result["battery.charge_power"][-1] == pytest.approx(50 * (200 - 6 + 5), rel=1e-6)
+
+
 @pytest.mark.parametrize("battery", [Battery(), PolarizedBattery(T=0.3)], ids=["resistance", "polarized"])
 def test_energy_closes_with_a_machine(battery: Battery | PolarizedBattery) -> None:
     result = pt.simulate(FlywheelDrive(battery=battery), 12, rtol=1e-8)
