@@ -84,8 +84,8 @@ def test_other_cars_are_read_in_the_same_columns(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("test_mass_kg", "mass", r"mine.csv lacks columns, which commas separate: test_mass_kg$"),
-        (",", ";", r"mine.csv lacks columns, which commas separate: vehicle, "),
+        ("test_mass_kg", "mass", r"mine.csv lacks columns \(separated by commas\): test_mass_kg$"),
+        (",", ";", r"mine.csv lacks columns \(separated by commas\): vehicle, "),
         ("1077.3", "heavy", r"mine.csv, line 2: test_mass_kg = 'heavy' is not a number"),
         ("1077.3", "-5", r"mine.csv, line 2: test_mass_kg = -5 must be positive"),
         ("MITSUBISHI", "#", r"mine.csv has no rows"),
@@ -122,12 +122,12 @@ def row(kind: str, fuel: str, gears: int = 8, bag4: str = "", mpg: float = 30.0)
     [
         (
             row("Automatic", DIESEL),
-            "the fuel is Federal Cert Diesel 7-15 PPM Sulfur; cars are built for gasoline and electricity",
+            "the fuel is Federal Cert Diesel 7-15 PPM Sulfur; only gasoline and electric cars are supported",
         ),
-        (row("Automatic", GASOLINE) + row("Automatic", "Electricity"), "plug-in hybrids are not built from the list"),
+        (row("Automatic", GASOLINE) + row("Automatic", "Electricity"), "plug-in hybrids are not supported"),
         (
             row("Semi-Automatic", GASOLINE, bag4="60"),
-            "a hybrid whose transmission is 'Semi-Automatic'; of hybrids, only those with a power",
+            "a hybrid whose transmission is 'Semi-Automatic'; only hybrids with a power",
         ),
         (row("Manual", GASOLINE, gears=3), r"gears = 3; manual gearboxes have 4 to 10"),
     ],
