@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import powertrain
-from powertrain.cli.docstrings import is_equation
+from powertrain.cli.docstrings import blocks, is_equation
 from powertrain.cli.facts import facts, text_of
 from powertrain.components.rotational import Clutch
 
@@ -96,6 +96,18 @@ def test_a_line_of_formulas_is_one_of_statements(made_with: Any) -> None:
     assert shown.startswith("A brake.")
     assert shown.endswith("It holds.")
     assert shown.count('<span class="statement">') == 2
+
+
+def test_examples_in_docstrings_keep_their_lines() -> None:
+    call, answer = (
+        ">>> [round(eta, 4) for eta in HypoidGear(ratio=3.7, map_ab=None, map_ba=None).efficiencies() if eta > 0.5]",
+        "[0.9732]",
+    )
+    assert list(blocks(f"A gear.\n\n{call}\n{answer}\n\nIt holds.")) == [
+        (False, ["A gear."]),
+        (True, [call, answer]),
+        (False, ["It holds."]),
+    ]
 
 
 @pytest.mark.slow
