@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 import sys
 from importlib import import_module
@@ -14,6 +15,7 @@ import powertrain
 from powertrain.cli.docstrings import blocks, is_equation
 from powertrain.cli.facts import facts, text_of
 from powertrain.components.rotational import Clutch
+from powertrain.presets.catalogue import components
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -89,6 +91,16 @@ def test_formulas_in_docstrings(line: str, formula: bool) -> None:
 )
 def test_formulas_are_typeset(made_with: Any, text: str, shown: str) -> None:
     assert made_with("formulas").typeset(text, {"lossPower"}) == shown
+
+
+def test_every_line_between_formulas_is_one() -> None:
+    """A condition that begins with words is indented; otherwise the page would show it as prose between two frames."""
+    for entry in components():
+        for paragraph in (inspect.getdoc(entry.kind) or "").split("\n\n")[1:]:
+            kinds = [are_formulas for are_formulas, _ in blocks(f"\n\n{paragraph}")]
+            assert (True, False, True) not in zip(kinds, kinds[1:], kinds[2:], strict=False), (
+                f"{entry.name}: {paragraph}"
+            )
 
 
 def test_a_line_of_formulas_is_one_of_statements(made_with: Any) -> None:

@@ -32,8 +32,8 @@ CLEARANCE = 1e-4
 class Synchroniser(CompliantWithRelativeStates, Lossy):
     """A gear wheel (flange_a), the hub of its shaft (flange_b), and between them a cone, a blocking ring and dogs, shifted by a sleeve.
 
-    x = direction (sleeve.s - supportT.s),  w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau,
-    F >= 0: force of the sleeve on the stop that blocks it, at s_ring, then at s_dog, then at s_end
+    x = direction (sleeve.s - supportT.s),  w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
+      F >= 0: force of the sleeve on the stop that blocks it, at s_ring, then at s_dog, then at s_end
     1. x = s_ring: the ring blocks. |tau| <= cones mue F radius/sin(angle), and tau takes w_rel to zero
     2. F index > |tau| + tau_ring: the chamfers turn the ring aside and the sleeve passes,
        index = chamfer_radius (cos(chamfer) - mue_chamfer sin(chamfer))/(sin(chamfer) + mue_chamfer cos(chamfer))
