@@ -228,7 +228,7 @@ def test_most_sprints_are_within_a_tenth() -> None:
     """The page says which are not, and why."""
     far = {name for name, (measured, predicted) in SPRINTS.items() if abs(predicted / measured - 1) > 0.1}
     assert len(SPRINTS) == 7
-    assert far == {"toyota-rav4-automatic"}
+    assert far == {"mazda-mx-5-manual", "toyota-rav4-automatic"}
 
 
 @pytest.mark.slow
@@ -237,7 +237,7 @@ def test_sprints_are_what_is_simulated(name: str) -> None:
     """From one foot on, where the clock of the magazines starts, to 60 mph."""
     sprint = full_accelerator(pt.vehicles.load(name))
     rolled = np.interp(0.3048, sprint["body.s"], sprint.time)
-    assert time_between(sprint, 1e-3, 60 * 0.44704) - rolled == pytest.approx(SPRINTS[name][1], abs=0.03)
+    assert time_between(sprint, 0.0, 60 * 0.44704) - rolled == pytest.approx(SPRINTS[name][1], abs=0.01)
 
 
 @pytest.mark.slow
