@@ -36,10 +36,10 @@ class PowerSplit(HybridSupervisor, BlendedBraking):
     torque = power/w, at most tau_open
     tau_1 = held - torque/(1 + ratio),  direct = ratio (torque/(1 + ratio) - held)
     tau_2 = min(tau_full accelerator - direct, most) - regenerated v/w_ring
-    held = k_w (w_ref - w) within -tau_held..tau_held, at least 0 while the engine is off,  slowing = -(1 + ratio) held w
-    torque w + slowing at most charge_power + asked,  generated torque w + slowing at most charge_power + limit w_ring
+    held = k_w (w_ref - w) within -tau_held..tau_held,  slowing = -(1 + ratio) held w
+      torque w + slowing at most charge_power + asked,  generated torque w + slowing at most charge_power + limit w_ring
     asked = tau_full accelerator w_ring,  generated = 1 - ratio w_ring/((1 + ratio) w)
-    torque is zero until the engine fires and where it overspeeds
+      held is at least zero while the engine is off, torque is zero until it fires and where it overspeeds
 
     The subclass decides when the engine runs and what power it should give; the battery covers the difference to the power demanded.
     Machine 1 generates the share ``generated`` of the engine's power. It keeps the engine at the speed of lowest fuel consumption for its

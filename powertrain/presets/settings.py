@@ -201,7 +201,7 @@ def _made(node: ast.Call, cls: type[pt.Component], where: str, folder: Path | No
             if maker is not cls
             else ""
         )
-        raise pt.ParameterError(f"{where}: {ast.unparse(node)} cannot be made: {error}{takes}") from None
+        raise pt.ParameterError(f"{where}: {ast.unparse(node)} cannot be created: {error}{takes}") from None
     assert isinstance(made, pt.Component)
     return made
 

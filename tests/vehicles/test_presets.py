@@ -354,7 +354,7 @@ def test_variants_of_vehicles(tmp_path: Path) -> None:
     assert pt.vehicles.load("ManualCar()") == pt.vehicles.load("ManualCar")
     with pytest.raises(pt.ParameterError, match="no variant 'plugin'; choose from at, plug_in"):
         pt.vehicles.load("ParallelHybrid.plugin()")
-    with pytest.raises(pt.ParameterError, match=r"ParallelHybrid.at\(\) cannot be made"):
+    with pytest.raises(pt.ParameterError, match=r"ParallelHybrid.at\(\) cannot be created"):
         pt.vehicles.load("ParallelHybrid.at()")
 
 
