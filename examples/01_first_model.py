@@ -43,7 +43,7 @@ class MovingOff(pt.Component):
 
 
 def main() -> None:
-    """Simulate and tell what happened; a file name as argument takes the picture."""
+    """Simulate and print the events; pass a file name to save the figure."""
     result = pt.simulate(MovingOff(), stop=3)
     print(result.events)
     print(f"After {result.time[-1]:g} s the car does {0.3 * result['car.w'][-1] * 3.6:.1f} km/h.")

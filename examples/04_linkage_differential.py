@@ -149,7 +149,7 @@ def draw(front: Front, name: str) -> None:
 
 
 def main() -> None:
-    """Print the tables; a file name as argument takes the picture."""
+    """Print the tables; pass a file name to save the figure."""
     table_of_numbers()
     table_of_runs()
     front = pareto(points=8)

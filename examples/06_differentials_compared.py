@@ -128,7 +128,7 @@ def draw_losses(ax: Axes, numbers: pd.DataFrame) -> None:
 
 
 def main() -> None:
-    """Simulate all of them and print the tables; a file name as argument takes the picture."""
+    """Simulate all of them and print the tables; pass a file name to save the figure."""
     runs = {name: drive(differential) for name, differential in DIFFERENTIALS.items()}
     for road in ROADS:
         shown = table(runs, road).drop(columns="closure")

@@ -103,7 +103,7 @@ def fill(ax: Any, found: xr.Dataset, signal: str) -> None:
 
 
 def main() -> None:
-    """Draw the figures, then let the design program say what the paper says in words; a file name as argument takes the picture."""
+    """Draw the figures, then let the design program draw the paper's conclusions; pass a file name to save the figure."""
     found = curves()
     if len(sys.argv) > 1:
         draw(found, sys.argv[1])

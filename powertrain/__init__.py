@@ -36,8 +36,10 @@ if TYPE_CHECKING:
     from powertrain.optimal.experiment import Experiment, read_experiment
     from powertrain.optimal.fitting import Fit, fit
     from powertrain.optimal.pareto import pareto_front
-    from powertrain.optimal.planning import Plan, optimal_control
-    from powertrain.optimal.scheduling import Schedule, Stages, dynamic_programming, ecms
+    from powertrain.optimal.plan import Plan
+    from powertrain.optimal.planning import optimal_control
+    from powertrain.optimal.scheduling import Schedule, dynamic_programming, ecms
+    from powertrain.optimal.stages import Stages
     from powertrain.plant import Plant, compile, simulate  # noqa: A004
     from powertrain.power.powerflow import PowerFlow, power_flow
     from powertrain.power.powerterms import power_outputs
@@ -177,8 +179,10 @@ _MODULES = {
     "optimal.experiment": "Experiment read_experiment",
     "optimal.fitting": "Fit fit",
     "optimal.pareto": "pareto_front",
-    "optimal.planning": "Plan optimal_control",
-    "optimal.scheduling": "Schedule Stages dynamic_programming ecms",
+    "optimal.plan": "Plan",
+    "optimal.planning": "optimal_control",
+    "optimal.scheduling": "Schedule dynamic_programming ecms",
+    "optimal.stages": "Stages",
     "plant": "Plant compile simulate",
     "power.powerflow": "PowerFlow power_flow",
     "power.powerterms": "power_outputs",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, overload
@@ -11,6 +10,7 @@ import numpy as np
 
 from powertrain.engine.trajectory import Event
 from powertrain.errors import ParameterError, suggestion
+from powertrain.language import htmltext
 from powertrain.numerics.buffers import Array
 from powertrain.signals import fits_pattern
 
@@ -24,6 +24,7 @@ MODES = {
     "when": {1: "on", 0: "off"},
 }
 _SHOWN = 60
+_HEAD = ("time [s]", "name", "change")
 
 
 def change(event: Event) -> str:
@@ -89,15 +90,14 @@ class EventTable(Sequence[Event]):
     def __repr__(self) -> str:
         if not self._events:
             return "no events"
-        rows = [("time [s]", "name", "change"), *self.rows()[:_SHOWN]]
+        rows = [_HEAD, *self.rows()[:_SHOWN]]
         widths = [max(len(row[k]) for row in rows) for k in (0, 1)]
         lines = [f"{time:>{widths[0]}}  {name:<{widths[1]}}  {said}" for time, name, said in rows]
         return "\n".join(lines + ([f"... {len(self) - _SHOWN} more"] if len(self) > _SHOWN else []))
 
     def _repr_html_(self) -> str:
-        rows = "".join(f"<tr>{''.join(f'<td>{html.escape(c)}</td>' for c in row)}</tr>" for row in self.rows()[:_SHOWN])
         more = f"<p>… {len(self) - _SHOWN} more</p>" if len(self) > _SHOWN else ""
-        return f"<table><tr><th>time [s]</th><th>name</th><th>change</th></tr>{rows}</table>{more}"
+        return htmltext.table(_HEAD, self.rows()[:_SHOWN]) + more
 
     def to_dataframe(self) -> pd.DataFrame:
         """Columns time, name, kind, old, new, change."""

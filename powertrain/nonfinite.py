@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.language.symbols import Symbol, column, free_symbols, key
-from powertrain.numerics.tape import CallsFunction, operations
+from powertrain.numerics.tape import again, graph_of
 from powertrain.signals import signals_of
 
 Array = NDArray[np.float64]
@@ -25,7 +25,6 @@ _NAMES = {
     ca.OP_ASIN: "arcsine",
     ca.OP_ACOS: "arccosine",
     ca.OP_EXP: "exponential",
-    ca.OP_CALL: "function",
 }
 
 
@@ -66,17 +65,16 @@ def _at(compiled: Compiled, point: Sequence[float | Array]) -> str:
 
 def _origin(expression: Symbol, known: dict[int, float]) -> str | None:
     """The operation that makes a value that is not finite out of finite ones."""
-    symbols = free_symbols(expression)
-    if not symbols:
-        return None
-    given = [Symbol(known[key(s)]) for s in symbols]
-    try:
-        for line in operations(expression, [column(symbols)], [given]):
-            numbers = [float(operand) for operand in line.operands]
-            if numbers and not np.isfinite(float(line.value)) and np.isfinite(numbers).all():
-                return f"{_NAMES.get(line.code, 'operation')} of {' and '.join(f'{v:.6g}' for v in numbers)}"
-    except CallsFunction:
-        pass
+    values = dict[int, float]()
+    for place, (node, operands) in graph_of(expression).items():
+        numbers = [values[key(operand)] for operand in operands]
+        if not numbers:
+            values[place] = known[place] if node.is_symbolic() else float(node)
+            continue
+        values[place] = float(ca.evalf(again(node, [Symbol(v) for v in numbers])))
+        if not np.isfinite(values[place]) and np.isfinite(numbers).all():
+            name = "function" if node.is_output() else _NAMES.get(node.op(), "operation")
+            return f"{name} of {' and '.join(f'{v:.6g}' for v in numbers)}"
     return None
 
 

@@ -13,15 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.compiler.assemble import Compiled, compile_model
-from powertrain.compiler.flatten import checked_model
 from powertrain.dae.hybrid import TimeSignal
 from powertrain.engine.failure import OUTSIDE
-from powertrain.engine.loop import Progress
 from powertrain.engine.options import InputValue, compile_option, run_times, scheduled
 from powertrain.engine.prepared import Compile, Method
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
-from powertrain.errors import InitializationError, ParameterError, PowertrainError, SimulationError, suggestion
+from powertrain.errors import InitializationError, ParameterError, SimulationError, suggestion
 from powertrain.initialization.conditions import start_values
 from powertrain.initialization.initial import Initializer
 from powertrain.initialization.report import InitialReport, with_notes
@@ -36,9 +34,10 @@ from powertrain.language.arguments import (
     tolerances,
 )
 from powertrain.language.arguments import path as argument_path
-from powertrain.language.component import Component, children
+from powertrain.language.component import Component
+from powertrain.language.packing import packed_model
 from powertrain.nonfinite import explain
-from powertrain.present import Present, Watch, watcher
+from powertrain.present import Watch, told, watcher
 from powertrain.result import Result
 from powertrain.signals import signals_of
 
@@ -57,7 +56,7 @@ class Plant(Generic[M]):
     """A model compiled to a hybrid DAE. It can be pickled (and is compiled again when it is unpickled) and used from several threads."""
 
     def __init__(self, model: M) -> None:
-        self.model: M = checked_model(model)
+        self.model: M = model
         self.compiled: Compiled = compile_model(model)
         self._defaults = np.array([c.value for c in self.compiled.parameters.values()])
         self._position = {name: i for i, name in enumerate(self.compiled.parameters)}
@@ -194,7 +193,7 @@ class Plant(Generic[M]):
         given = by_name("inputs", inputs)
         x, z, m, report = self._begun(engine, start, p, given, starts, guesses)
         knots = {s.name: (s.times, s.values) for s in self._schedules(given) if s.name in given}
-        watch = self._watched(watcher(progress, start, stop), p)
+        watch = told(self.compiled, p, watcher(progress, start, stop))
         try:
             trajectory = engine.run(
                 x, p, m, z, start=start, stop=stop, rtol=rtol, atol=atol, max_step=max_step, progress=watch
@@ -210,19 +209,6 @@ class Plant(Generic[M]):
                 error.result = Result(self.compiled, error.result, grid, p, report, record, str(error), knots)
             raise
         return Result(self.compiled, trajectory, grid, p, report, record, inputs=knots)
-
-    def _watched(self, watch: Watch | None, p: Array) -> Progress | None:
-        """How the engine tells how far it is."""
-        if watch is None:
-            return None
-        signals, n = signals_of(self.compiled), self.compiled.dae.x.numel()
-        nz, held = self.compiled.dae.z.numel(), self.compiled.dae.m.numel()
-
-        def tell(t: float, y: Array, m: Array) -> None:
-            y, m = y.copy(), m.copy()
-            watch(Present(signals, t, y[:n], y[n : n + nz], m[:held], p))
-
-        return tell
 
     def initialize(
         self,
@@ -433,34 +419,6 @@ def plant_of(model: M | Plant[M]) -> Plant[M]:
     return model if isinstance(model, Plant) else Plant(model)
 
 
-def packed_model(model: Component) -> bytes:
-    """The pickled model; ParameterError names the part whose field cannot be sent to another process."""
-    try:
-        return pickle.dumps(model)
-    except Exception as error:
-        where, value = _unpicklable(model, type(model).__name__)
-        raise ParameterError(
-            f"{where} = {value!r} cannot be sent to another process ({error}); a function must be defined at the top level of a module"
-        ) from error
-
-
-def _unpicklable(component: Component, path: str) -> tuple[str, Any]:
-    """The first field, down the tree, that does not pickle."""
-    parts = dict(children(component))
-    for name, value in component._values.items():
-        if not isinstance(value, Component) and not any(part.startswith(f"{name}[") for part in parts):
-            try:
-                pickle.dumps(value)
-            except Exception:
-                return f"{path}.{name}", value
-    for name, part in parts.items():
-        try:
-            pickle.dumps(part)
-        except Exception:
-            return _unpicklable(part, f"{path}.{name}")
-    return path, type(component)
-
-
 def _unpacked(packed: bytes) -> Plant[Any]:
     return compile(pickle.loads(packed))
 
@@ -473,6 +431,3 @@ def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:
 if not TYPE_CHECKING:
     Plant.simulate = options_checked(Plant.simulate)
     Plant.start = options_checked(Plant.start)
-
-
-__all__ = ["InputValue", "Plant", "PowertrainError", "compile", "simulate"]

@@ -9,12 +9,14 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+from powertrain.compiler.assemble import Compiled
+from powertrain.engine.loop import Progress
 from powertrain.engine.trajectory import Samples
 from powertrain.errors import ParameterError
 from powertrain.language.component import Component
 from powertrain.numerics.background import progress as building
 from powertrain.numerics.buffers import Array
-from powertrain.signals import Signals
+from powertrain.signals import Signals, signals_of
 
 M = TypeVar("M", bound=Component)
 
@@ -29,10 +31,7 @@ class Present(Generic[M]):
 
     def __getitem__(self, what: str | Callable[[M], Any]) -> float:
         """The present value of a signal or of an expression of signals. ParameterError for an unknown name."""
-        picked = self._signals.pick(what)
-        if picked.name in self._signals.entries:
-            return float(self._signals.compute([picked.name], self._sample, self._p)[picked.name][0])
-        return float(self._signals.evaluate([picked.expression], self._sample, self._p)[0, 0])
+        return float(self._signals.values(self._signals.pick(what), self._sample, self._p)[0])
 
     def __repr__(self) -> str:
         return f"Present({type(self._signals.model).__name__} at t = {self.time:g} s)"
@@ -69,6 +68,20 @@ def watcher(progress: bool | Watch, start: float, stop: float) -> Watch | None:
             f"progress = {progress!r} must be True or False, or a function of the run at the time reached"
         )
     return Bar(start, stop) if progress else None
+
+
+def told(compiled: Compiled, p: Array, watch: Watch | None) -> Progress | None:
+    """How the engine tells how far it is."""
+    if watch is None:
+        return None
+    signals, n = signals_of(compiled), compiled.dae.x.numel()
+    nz, held = compiled.dae.z.numel(), compiled.dae.m.numel()
+
+    def tell(t: float, y: Array, m: Array) -> None:
+        y, m = y.copy(), m.copy()
+        watch(Present(signals, t, y[:n], y[n : n + nz], m[:held], p))
+
+    return tell
 
 
 def _bar(start: float, stop: float) -> Any:

@@ -26,7 +26,7 @@ class Saved:
         if "time" not in data.coords or not data.sizes.get("time", 0):
             raise ParameterError("the dataset is not a saved run: it has no samples over time")
         self._data = data
-        variables = data.variables  # a variable is at hand, its data array is made anew from all coordinates
+        variables = data.variables  # data[name] would build a DataArray with all coordinates each time
         self._signals = {str(name): None for name in data.data_vars if variables[name].dims == ("time",)}
         self.time: Array = np.asarray(data["time"].values, float)
         self.name = str(data.attrs.get("model", "run"))

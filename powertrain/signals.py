@@ -145,7 +145,7 @@ class Signals:
         raise ParameterError(f"the model has no signal {what}{suggestion(what, [*self.names, *self.parameters])}")
 
     def identity(self, picked: Picked) -> str:
-        """What tells expressions apart: the name of a signal; of others the labels are the same if they differ in a late digit only."""
+        """A key that tells expressions apart: the name of a signal, else the whole expression, whose label rounds its numbers."""
         return picked.name or str(ca.Function("powertrain_identity", self.inputs, [picked.expression]).serialize())
 
     def _selected(self, selector: Callable[[Any], Any]) -> Picked:
@@ -236,6 +236,12 @@ class Signals:
             values = np.ascontiguousarray(self._evaluator(block)(samples, p).T)
             found.update(zip(block, values, strict=True))
         return found
+
+    def values(self, picked: Picked, samples: Samples, p: Array) -> Array:
+        """What was picked, one value per sample."""
+        if picked.name in self.entries:
+            return self.compute([picked.name], samples, p)[picked.name]
+        return self.evaluate([picked.expression], samples, p)[:, 0]
 
     def explicit(self, name: str) -> bool:
         """Whether a signal follows from states and held values alone, in a model with algebraic unknowns."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 import sys
 from importlib import import_module
@@ -11,9 +12,10 @@ from typing import Any
 import pytest
 
 import powertrain
-from powertrain.cli.docstrings import is_equation
+from powertrain.cli.docstrings import blocks, is_equation
 from powertrain.cli.facts import facts, text_of
 from powertrain.components.rotational import Clutch
+from powertrain.presets.catalogue import components
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -91,11 +93,33 @@ def test_formulas_are_typeset(made_with: Any, text: str, shown: str) -> None:
     assert made_with("formulas").typeset(text, {"lossPower"}) == shown
 
 
+def test_every_line_between_formulas_is_one() -> None:
+    """A condition that begins with words is indented; otherwise the page would show it as prose between two frames."""
+    for entry in components():
+        for paragraph in (inspect.getdoc(entry.kind) or "").split("\n\n")[1:]:
+            kinds = [are_formulas for are_formulas, _ in blocks(f"\n\n{paragraph}")]
+            assert (True, False, True) not in zip(kinds, kinds[1:], kinds[2:], strict=False), (
+                f"{entry.name}: {paragraph}"
+            )
+
+
 def test_a_line_of_formulas_is_one_of_statements(made_with: Any) -> None:
     shown = made_with("pagetext").docstring("A brake.\n\nw > 0: tau = limit,  w = 0: |tau| <= limit\n\nIt holds.")
     assert shown.startswith("A brake.")
     assert shown.endswith("It holds.")
     assert shown.count('<span class="statement">') == 2
+
+
+def test_examples_in_docstrings_keep_their_lines() -> None:
+    call, answer = (
+        ">>> [round(eta, 4) for eta in HypoidGear(ratio=3.7, map_ab=None, map_ba=None).efficiencies() if eta > 0.5]",
+        "[0.9732]",
+    )
+    assert list(blocks(f"A gear.\n\n{call}\n{answer}\n\nIt holds.")) == [
+        (False, ["A gear."]),
+        (True, [call, answer]),
+        (False, ["It holds."]),
+    ]
 
 
 @pytest.mark.slow

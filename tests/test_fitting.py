@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.stats import binom, chi2
@@ -198,3 +199,76 @@ def test_bad_input(plant: pt.Plant[Engaging]) -> None:
         pt.Experiment([0, 1], {"engine.w": [1, 2]}, 0.0)
     with pytest.raises(pt.ParameterError, match="no value for"):
         pt.Experiment([0, 1], {"engine.w": [1, 2]}, {"load.w": 1.0})
+
+
+class Power(pt.Component):
+    """y' = b a^0.04 + small a sin(5 t): hardly anything but the product is seen."""
+
+    a: pt.Parameter = pt.parameter("1", "Factor with little influence", default=1.0)
+    b: pt.Parameter = pt.parameter("1", "Factor", default=1.0)
+    small: pt.Parameter = pt.parameter("1", "Share that tells them apart", default=0.0)
+    y: pt.Variable = pt.variable("1", "Integral", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.y) == self.b * self.a**0.04 + self.small * self.a * ca.sin(5 * pt.time)
+
+
+_SECONDS = np.linspace(0.0, 3.0, 31)
+
+
+def test_a_small_share_in_what_the_data_do_not_determine_counts_in_the_error() -> None:
+    """b = y/(t a^0.04) is as unknown as a; its error used to be 5e-5 of it."""
+    found = pt.fit(pt.compile(Power()), pt.Experiment(_SECONDS, {"y": 2.0 * _SECONDS}, sigma=1e-3), ["a", "b"])
+    assert found.errors == {"a": np.inf, "b": np.inf}
+    (direction,) = found.undetermined
+    assert direction == pytest.approx({"a": 1.0, "b": -0.04}, rel=0.01)
+
+
+def test_errors_where_a_combination_is_hardly_determined() -> None:
+    """At a = b = 1 the derivatives are t and 0.04 t + small (1 - cos(5 t))/5; the error of b used to be 1e-4 instead of 0.42."""
+    small, sigma = 1e-4, 1e-3
+    extra = small * (1.0 - np.cos(5.0 * _SECONDS)) / 5.0
+    jacobian = np.column_stack([0.04 * _SECONDS + extra, _SECONDS]) / sigma
+    exact = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
+    data = pt.Experiment(_SECONDS, {"y": _SECONDS + extra}, sigma=sigma, parameters={"small": small})
+    found = pt.fit(pt.compile(Power()), data, ["a", "b"])
+    assert found.errors["a"] == np.inf
+    assert found.errors["b"] == pytest.approx(exact[1], rel=0.05)
+
+
+class Apart(pt.Component):
+    """Two speeds of very different size."""
+
+    a: pt.Parameter = pt.parameter("1", "Slow", default=1.0)
+    b: pt.Parameter = pt.parameter("1", "Fast", default=1.0)
+    y: pt.Variable = pt.variable("1", "Integral", start=0.0)
+    z: pt.Variable = pt.variable("1", "Integral", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.y) == 1e3 * self.b
+        yield pt.der(self.z) == 1e-2 * self.a
+
+
+def test_what_the_data_determine_weakly_is_not_held_back() -> None:
+    """The first value used to pull a to 1.495, five hundred standard errors away."""
+    data = pt.Experiment(_SECONDS, {"y": 1.1e3 * _SECONDS, "z": 1.5e-2 * _SECONDS}, sigma=1e-6)
+    found = pt.fit(pt.compile(Apart()), data, ["a", "b"])
+    assert found.values == pytest.approx({"a": 1.5, "b": 1.1}, rel=1e-5)
+    assert found.spread < 0.1
+
+
+class Square(pt.Component):
+    """The square of a decaying quantity."""
+
+    x: pt.Variable = pt.variable("1", "Quantity", start=5.0)
+    y: pt.Variable = pt.variable("1", "Square")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == -self.x
+        yield self.y == self.x**2
+
+
+def test_the_first_value_of_a_start_is_that_of_the_model() -> None:
+    """It used to be 0, where the square has no slope: the fit stayed there."""
+    found = pt.fit(pt.compile(Square()), pt.Experiment(_SECONDS, {"y": 49.0 * np.exp(-2.0 * _SECONDS)}), "x")
+    assert found.values["x"] == pytest.approx(7.0, rel=1e-7)

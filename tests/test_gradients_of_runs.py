@@ -708,3 +708,30 @@ def test_fuel_through_shifts(name: str, stop: float) -> None:
             for k in (1 + h, 1 - h)
         ]
         assert found[parameter] == pytest.approx((ends[0] - ends[1]) / (2 * h * value), rel=1e-3), parameter
+
+
+class Roof(pt.Component):
+    """x' = k (1 - x), and the smaller of 2 x, which rises, and 1.5 - p x, which falls."""
+
+    p: pt.Parameter = pt.parameter("1", "Slope of the falling side", default=0.3)
+    k: pt.Parameter = pt.parameter("1/s", "Rate", default=1.2)
+    x: pt.Variable = pt.variable("1", "Quantity", start=0.1)
+    ridge: pt.Variable = pt.variable("1", "Roof over x")
+    valley: pt.Variable = pt.variable("1", "Distance from p")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.k * (1 - self.x)
+        yield self.ridge == ca.fmin(2 * self.x, 1.5 - self.p * self.x)
+        yield self.valley == ca.fabs(self.x - self.p)
+
+
+@pytest.mark.parametrize("few", [6, 0], ids=["forward", "adjoint"])
+def test_extrema_at_corners_of_a_signal(few: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The ridge is at x = 1.5/(2 + p), 3/(2 + p) high; the valley is 0 deep. The derivatives used to be those of one side."""
+    monkeypatch.setattr("powertrain.variational.gradients._FEW", few)
+    run = pt.compile(Roof()).simulate(2.0, rtol=1e-10)
+    ridge = pt.gradient(run, pt.maximum("ridge"), ["p", "k", "x"])
+    assert ridge.value == pytest.approx(3 / 2.3)
+    np.testing.assert_allclose(ridge.array, [-3 / 2.3**2, 0.0, 0.0], atol=1e-6)
+    valley = pt.gradient(run, pt.minimum("valley"), ["p", "k", "x"])
+    np.testing.assert_allclose(valley.array, 0.0, atol=1e-6)

@@ -26,11 +26,13 @@ ORDER = [
     "language: texttable",
     "language: dimensions",
     "language: quantities",
+    "language: gridtable",
     "language: recorder",
-    "language: checks makers",
+    "language: checks makers conditions",
     "language: law",
     "language: fields",
     "language: component",
+    "language: packing",
     "language: connectors",
     "language: laws",
     "language: replacing",
@@ -43,7 +45,7 @@ ORDER = [
     "numerics: batch many newton_abreast",
     "numerics: replay folding",
     "compiler: matching calls cancellation generic",
-    "compiler: texts operations walks flatten binding source jumps alias index torques structure blocks resolver continuity "
+    "compiler: texts operations walks flatten binding source jumps alias index law_torques structure blocks torques resolver continuity "
     "records assemble",
     "modes: lemke",
     "modes: complementarity indicators rules projection jam guards selflocking admissible algebra uniqueness",
@@ -65,7 +67,7 @@ ORDER = [
     "variational: record unknowns objectives partials",
     "variational: functional transitions instants curvature corners mapping simultaneous saltation begin crossing sweeps second "
     "gradients floquet indices differences hessian",
-    "optimal: rounding dynamics experiment fitting phases planning scheduling pareto",
+    "optimal: rounding dynamics experiment fitting phases plan planning stages scheduling pareto",
     "vibration: eigenvectors energies operating_line order_map order_response",
     "vibration: eigenmodes tracking campbell",
     "power: paths circulation powergraph variator directedflow powerterms powerflow",

@@ -72,6 +72,30 @@ def test_least_time(slide: pt.Plant[Slide]) -> None:
     assert plan.result["inertia.phi"][-1] == pytest.approx(1.0, abs=1e-5)
 
 
+def test_a_plan_may_last_much_longer_than_its_guess(slide: pt.Plant[Slide]) -> None:
+    """12 J^2/T^3 falls with T up to the latest end; twenty times the guess used to be the longest, without a word."""
+    guess = slide.simulate(1.0, starts=REST, inputs={"torque": 0.1})
+    plan = pt.optimal_control(
+        slide, pt.integral(lambda m: m.torque.value**2), guess, {"torque": (-50.0, 50.0)}, stop=(0.5, 60.0),
+        ends={"inertia.phi": 1.0, "inertia.w": 0.0},
+    )  # fmt: skip
+    assert plan.durations == pytest.approx([60.0], rel=1e-2)
+    assert plan.cost == pytest.approx(12 * 4 / 60.0**3, rel=3e-2)
+    assert not plan.notes
+
+
+def test_a_phase_that_would_become_shorter_still_is_told(slide: pt.Plant[Slide]) -> None:
+    """A second is enough, but the guess lasts 50 s."""
+    guess = slide.simulate(50.0, starts=REST, inputs={"torque": 0.001})
+    plan = pt.optimal_control(
+        slide, pt.final(lambda m: pt.time), guess, {"torque": (-8.0, 8.0)}, stop=(0.1, 60.0),
+        ends={"inertia.phi": 1.0, "inertia.w": 0.0},
+    )  # fmt: skip
+    assert "phase 0 is as short as it may become, 2.5 s (in the guess: 50 s)" in str(plan)
+    with pytest.raises(pt.ParameterError, match="the latest end, 0 s, is not after the start of the guess, 0 s"):
+        pt.optimal_control(slide, "inertia.w", guess, {"torque": (-8.0, 8.0)}, stop=(-1.0, 0.0))
+
+
 class Drive(pt.Component):
     """A motor with inertia, a gear and a load."""
 

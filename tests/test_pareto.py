@@ -78,6 +78,39 @@ def test_three_results() -> None:
     assert ((x > 0.1) & (y > 0.1)).any()
 
 
+class Extra(pt.Component):
+    """p^2, (p - 1)^2 + q^2, (p - 1)^2 + (q - 1)^2 + r^2 at the end of a second."""
+
+    p: pt.Parameter = pt.parameter("1", "First", default=0.3)
+    q: pt.Parameter = pt.parameter("1", "Second", default=0.3)
+    r: pt.Parameter = pt.parameter("1", "Third", default=0.0)
+    a: pt.Variable = pt.variable("1", "First result", start=0.0)
+    b: pt.Variable = pt.variable("1", "Second result", start=0.0)
+    c: pt.Variable = pt.variable("1", "Third result", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.a) == self.p**2
+        yield pt.der(self.b) == (self.p - 1) ** 2 + self.q**2
+        yield pt.der(self.c) == (self.p - 1) ** 2 + (self.q - 1) ** 2 + self.r**2
+
+
+@pytest.mark.parametrize("names", ["ab", "abc"])
+def test_an_unknown_without_effect_on_one_result_is_best_for_the_others(names: str) -> None:
+    """The first result does not depend on q and r: its minimum used to keep their first values, and (0, 2) was on the front for (0, 1).
+
+    For three results, most of the weights asked for used to be left out.
+    """
+    bounds = {"p": (-2.0, 2.0), "q": (0.0, 2.0), "r": (0.0, 2.0)}
+    found = pt.pareto_front(pt.compile(Extra()), {n: n for n in names}, bounds, points=6, stop=1.0)
+    p, q = (each.ravel() for each in np.meshgrid(np.linspace(0, 1, 101), np.linspace(0, 1, 101)))
+    others = np.stack([p**2, (p - 1) ** 2 + q**2, (p - 1) ** 2 + (q - 1) ** 2], axis=1)[:, : len(names)]
+    for row in found[list(names)].to_numpy():
+        assert not np.logical_and((others < row - 1e-3).any(axis=1), (others <= row + 1e-6).all(axis=1)).any()
+    assert len(found) >= 6
+    assert found["a"].iloc[0] == pytest.approx(0.0, abs=1e-6)
+    assert found["b"].iloc[0] == pytest.approx(1.0 if names == "ab" else 1.25, abs=1e-3)
+
+
 def test_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(pt.ParameterError, match="at least two results"):
         pt.pareto_front(CIRCLES, {"a": "a"}, BOX, stop=1.0)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import powertrain as pt
+from powertrain.optimal import scheduling
 
 
 def random_stages(seed: int, n: int = 5, modes: int = 2, controls: int = 2) -> pt.Stages:
@@ -184,3 +185,106 @@ def test_a_mode_before_the_start_that_does_not_exist_is_an_error(method: Any, mo
     """-1 used to be the last mode; 0.0 and False failed as indices."""
     with pytest.raises(pt.ParameterError, match="must be a whole number from 0 to 0"):
         method(_charging_or_not(), start=5.0, end=5.0, mode=mode)
+
+
+def _engine_that_stops_early(n: int = 60) -> pt.Stages:
+    """A load of 0.001/s, and an engine that yields 0.021/s at a cost of 1/s, but not in the last twenty seconds."""
+    cost, rate = np.zeros((n, 2, 1, 2)), np.full((n, 2, 1, 2), -0.001)
+    rate[:, 1], cost[:, 1] = 0.02, 1.0
+    cost[-20:, 1] = np.nan
+    return pt.Stages(np.ones(n), np.array([0.0, 1.0]), cost, rate)
+
+
+@pytest.mark.parametrize(("start", "seconds"), [(0.0605, 0), (0.0595, 1), (0.0385, 2), (0.0005, 3)])
+def test_a_store_that_ends_empty_needs_no_reserve(start: float, seconds: int) -> None:
+    """Sixty seconds take 0.06, a second of the engine gives 0.021. Every interval used to make the lowest node of the grid useless."""
+    found = pt.dynamic_programming(_engine_that_stops_early(), start=start, end=0.0, price=1.0)
+    assert found.cost == seconds
+    assert found.states.min() >= -1e-12
+    assert np.isfinite(found.price).all()
+
+
+def _near_empty(seed: int) -> pt.Stages:
+    """Rates depend on the state, some decisions are impossible, and a store that starts almost empty."""
+    random = np.random.default_rng(seed)
+    rate = random.uniform(-0.8, 0.8, (8, 2, 2, 1)) + random.uniform(-0.1, 0.1, (8, 2, 2, 3))
+    cost = np.where(rate > 0, rate * random.uniform(0.5, 2, rate.shape), 0.05)
+    cost[:, 1][random.random((8, 2)) < 0.3] = np.nan
+    switching = random.uniform(0, 0.3, (2, 2)) * (1 - np.eye(2))
+    return pt.Stages(random.uniform(0.5, 1.5, 8), np.array([0.0, 1.0, 3.0]), cost, rate, switching)
+
+
+def _all_courses(stages: pt.Stages, start: float, end: float, price: float) -> float:
+    """The least cost of all courses, which are followed forward."""
+    reached = {(start, 0): 0.0}
+    for k, h in enumerate(stages.durations):
+        then: dict[tuple[float, int], float] = {}
+        for (s, mode), spent in reached.items():
+            cost, rate = stages.at(k, s)
+            for i, c in np.argwhere((cost < 1e20) & (s + h * rate >= 0)).tolist():
+                key = min(s + float(h * rate[i, c]), 3.0), i
+                total = spent + float(h * cost[i, c]) + float(stages.switches[mode, i])
+                then[key] = min(total, then.get(key, np.inf))
+        reached = then
+    return min((spent + price * max(end - s, 0.0) for (s, _), spent in reached.items()), default=np.inf)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_dynamic_programming_of_an_almost_empty_store(seed: int) -> None:
+    stages = _near_empty(seed)
+    least = _all_courses(stages, 0.3, 1.0, 5.0)
+    if least == np.inf:
+        with pytest.raises(pt.ParameterError, match="no decisions keep the state above 0"):
+            pt.dynamic_programming(stages, start=0.3, end=1.0, price=5.0, grid=1001)
+        return
+    found = pt.dynamic_programming(stages, start=0.3, end=1.0, price=5.0, grid=1001)
+    assert least - 1e-9 <= found.cost + 5.0 * max(1.0 - found.states[-1], 0.0) <= least + 0.02
+
+
+def _charging(rate: float) -> pt.Stages:
+    return pt.Stages(np.ones(10), np.array([0.0, 1.0]), np.zeros((10, 1, 1, 2)), np.full((10, 1, 1, 2), rate))
+
+
+def test_the_ends_of_the_grid_are_the_limits_of_the_store() -> None:
+    """The state used to leave them without a word."""
+    full = pt.dynamic_programming(_charging(0.1), start=0.5, end=0.0, price=1.0, grid=np.linspace(0.4, 0.8, 41))
+    assert full.states[-1] == full.states.max() == 0.8
+    with pytest.raises(pt.ParameterError, match=r"no decisions keep the state above 0\.4: in interval 5"):
+        pt.dynamic_programming(_charging(-0.02), start=0.5, end=0.0, price=1.0, grid=np.linspace(0.4, 0.8, 41))
+    with pytest.raises(pt.ParameterError, match=r"from -0\.5 to 1 is more than the states of the stages, 0 to 1"):
+        pt.dynamic_programming(_charging(0.1), start=0.5, end=0.0, price=1.0, grid=[-0.5, 0.5, 1.0])
+
+
+def test_a_grid_between_whose_nodes_decisions_are_impossible_is_too_coarse() -> None:
+    """Nothing is possible between 4 and 6, and two nodes lie there; that states of 5 are left alone is not known to the grid."""
+    states = np.array([0.0, 4.0, 5.0, 6.0, 10.0])
+    cost = np.array([0.0, 0.0, np.nan, 0.0, 0.0])[None, None, None, :].repeat(3, axis=0)
+    stages = pt.Stages(np.ones(3), states, cost, np.full_like(cost, -0.1))
+    with pytest.raises(pt.ParameterError, match="the grid is too coarse: in interval 0"):
+        pt.dynamic_programming(stages, start=4.0, end=0.0, price=1.0, grid=[0.0, 3.5, 4.5, 10.0])
+    assert pt.dynamic_programming(stages, start=4.0, end=0.0, price=1.0, grid=[0.0, 4.0, 10.0]).states[-1] < 3.8
+
+
+def test_a_store_that_ends_full_enough_without_a_price_has_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search for the lowest price used to halve it a thousand times, down to the smallest number there is."""
+    runs, follow = [], scheduling._follow
+
+    def counted(*given: Any) -> pt.Schedule:
+        runs.append(given)
+        return follow(*given)
+
+    monkeypatch.setattr(scheduling, "_follow", counted)
+    found = pt.ecms(_charging_or_not(), start=5.0, end=1.0)
+    assert found.cost == found.price[0] == 0.0
+    assert len(runs) == 1
+
+
+def test_charge_that_is_lost_earns_nothing() -> None:
+    """At any price a full store is not charged: two seconds fill it, and ten of discharge follow."""
+    cost, rate = np.zeros((30, 2, 1, 2)), np.zeros((30, 2, 1, 2))
+    rate[:, 1], cost[:, 1] = 0.25, 1.0
+    rate[20:, 0], rate[20:, 1] = -0.1, 0.15
+    stages = pt.Stages(np.ones(30), np.array([0.0, 1.0]), cost, rate)
+    found = pt.ecms(stages, start=0.5, end=0.9)
+    assert found.modes[:20].sum() <= 2
+    assert found.cost <= 6.0

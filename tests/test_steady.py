@@ -203,6 +203,18 @@ def test_self_locking_has_no_or_several_solutions() -> None:
     assert (easy.status == OK).all()
 
 
+@pytest.mark.parametrize("first", [False, True])
+def test_infinite_torque_is_no_solution_beside_a_finite_one(first: bool) -> None:
+    """At R_o = eta_ba the carrier turns with T_a = -T/(1 - R_o eta_ab) if a drives, and would need an infinite torque if b drives."""
+    edge = {"differential.ratio": 0.97, "differential.eta_ab": 0.99, "differential.eta_ba": 0.97}
+    torque = np.array([-5.0, 5.0])
+    found = pt.steady(LockedBench(), {"torque": torque}, outputs=["differential.a.tau"], parameters=edge, first=first)
+    expected = -torque / (1 - 0.97 * 0.99)
+    drives = expected < 0  # w_a - w_h = -R_o/(1 - R_o) w_a, with b at rest
+    np.testing.assert_array_equal(found.status, np.where(drives, OK, NONE))
+    np.testing.assert_allclose(found["differential.a.tau"], np.where(drives, expected, np.nan), rtol=1e-9)
+
+
 @pytest.mark.parametrize("alternatives", [64, 0])
 def test_large_maps_tell_several_solutions_from_one(monkeypatch: pytest.MonkeyPatch, alternatives: int) -> None:
     """Also where laws have too many other combinations of modes for a tape: every point is solved on its own then, and only so."""
@@ -491,11 +503,11 @@ def test_values_on_which_both_ends_agree_are_given(bench: pt.Plant[SplitPathBenc
 
 
 def test_torques_without_limit_are_not_ok() -> None:
-    """On the border of self-locking, R_o = eta, torques are determined by round-off alone."""
-    found = pt.steady(
-        LockedBench(), {"torque": [-5.0, 5.0], "differential.ratio": 1 / 0.95}, outputs=["differential.a.tau"]
-    )
-    assert (found.status != OK).all()
+    """On the border of self-locking, R_o = 1/eta, the torque is infinite if a drives; if b drives, T_a = -T/(1 - R_o/eta) < 0."""
+    torque = np.array([-5.0, 5.0])
+    found = pt.steady(LockedBench(), {"torque": torque, "differential.ratio": 1 / 0.95}, outputs=["differential.a.tau"])
+    np.testing.assert_array_equal(found.status, [OK, NONE])
+    np.testing.assert_allclose(found["differential.a.tau"], [5.0 / (1 - 1 / 0.95**2), np.nan], rtol=1e-9)
     other = pt.steady(
         LockedBench(), {"torque": [-5.0, 5.0], "differential.ratio": 0.95}, outputs=["differential.a.tau"]
     )

@@ -108,6 +108,35 @@ def test_two_laws_at_rest() -> None:
     assert (found["other.tau_low"].item(), found["other.tau_high"].item()) == pytest.approx((-3.0, 1.0))
 
 
+class HeldGear(pt.Component):
+    """A load, a bearing, a lossy gear, and a motor that holds it."""
+
+    load: pt.Input = pt.signal_input("N.m", "Load")
+    pull: rot.Torque = rot.Torque()
+    bearing: rot.BearingFriction = rot.BearingFriction(tau_pos=((0.0, LIMIT),))
+    gear: rot.Gear = rot.Gear(ratio=1.0, efficiency=0.9)
+    motor: rot.ConstantSpeed = rot.ConstantSpeed(w_fixed=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.load, self.pull.tau)
+        yield pt.connect(self.pull.flange, self.bearing.flange_a)
+        yield pt.connect(self.bearing.flange_b, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.motor.flange)
+
+
+@pytest.mark.parametrize("load", [LIMIT, -LIMIT, 1.1 * LIMIT, 0.3 * LIMIT])
+def test_a_law_that_rests_only_where_another_law_gives_it_a_torque(load: float) -> None:
+    """Where the load is the limit of the bearing, the gear carries no torque, and has no width, at one end."""
+    found = pt.steady(HeldGear(), {"load": load}, outputs=["gear.tauLoss", "motor.flange.tau"])
+    carried = load + np.array([-LIMIT, LIMIT])
+    losses = np.concatenate([0.1 * carried, (1 - 1 / 0.9) * carried])
+    needed = np.concatenate([0.9 * carried, carried / 0.9])
+    assert found.status.item() == STUCK
+    for name, values in (("gear.tauLoss", losses), ("motor.flange.tau", needed)):
+        ends = [found[f"{name}_{end}"].item() for end in ("low", "high")]
+        np.testing.assert_allclose(ends, [values.min(), values.max()], rtol=1e-9, atol=1e-9)
+
+
 def test_affine_outputs_alone() -> None:
     found = pt.steady(Rubbing(), {"w": 0.0, "load": [0.0, 1.0]}, outputs=["tau", "affine"])
     np.testing.assert_allclose(found["affine_low"], [-5.0, -8.0])

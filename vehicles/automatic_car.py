@@ -33,7 +33,7 @@ class AutomaticCar(GearedCar):
     """
 
     driver: Pedals = Driver(k_a=1500 / 6000, hold=0.3)
-    schedule: Shifting = PowerShiftSchedule(speeds=SPEEDS, kick=0.9)
+    schedule: Shifting = PowerShiftSchedule(speeds=SPEEDS)
     start: StartingDevice = StartingConverter()
     gearbox: Shiftable = PowerShiftGearbox()
     front: Axle = LumpedAxle(final_drive=CrownGear(ratio=3.2, eta_ab=0.97, eta_ba=0.97))

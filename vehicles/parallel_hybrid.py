@@ -146,6 +146,7 @@ class ParallelHybrid(ShiftedCar, HybridCar):
         at_the_crank = self.position in ("P0", "P1")
         yield self.control.coupled.value == (self._closed() if at_the_crank else 1.0)
         yield self.control.w_shaft.value == self.engine.w + (0.0 if at_the_crank else self.clutch.w_rel)
+        yield self.control.slip.value == self.clutch.w_rel
         yield connect(self.machine.speed, self.control.w_machine)
         yield connect(self.battery.charge_power, self.control.charge_power)
         yield connect(self.battery.discharge_power, self.control.battery_power)
@@ -154,5 +155,5 @@ class ParallelHybrid(ShiftedCar, HybridCar):
         yield connect(self.control.tau, self.machine.torque_demand)
 
     def _closed(self) -> Symbol:
-        """The clutch follows the schedule while the engine runs."""
-        return self.control.on.value * limited(self.schedule.clutch.value)
+        """The clutch follows the schedule once the engine is as fast as the gearbox."""
+        return self.control.matched * limited(self.schedule.clutch.value)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import casadi as ca
+
 from powertrain import Equations, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import Driver, Pedals, PowerSplit, PowerSplitControl
@@ -73,8 +75,13 @@ class PowerSplitHybrid(HybridCar):
         yield connect(self.control.tau_1, self.machine_1.torque_demand)
         yield connect(self.control.tau_2, self.machine_2.torque_demand)
 
+    def check(self) -> Equations:
+        """Machine 1 has a torque at the speed up to which the control turns it."""
+        yield self.control.w_sun <= self.machine_1.w_max - self.machine_1.band
+
     def initial(self) -> Equations:
-        """At rest, with the engine stopped."""
-        yield self.engine.w == 0
+        """With the engine off: stopped, if machine 1 does not turn too fast then."""
+        slowest, _ = self.control.speeds_of_carrier(self.machine_2.w)
+        yield self.engine.w == ca.fmax(slowest, 0)
         yield self.damper.phi_rel == 0
         yield self.damper.w_rel == 0

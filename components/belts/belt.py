@@ -51,7 +51,7 @@ class Pulley(Lossy):
     v = der(s),  s = belt_a.s = belt_b.s,  slip = v - radius der(flange.phi)
     m der(v) = belt_a.f + belt_b.f - F,  flange.tau = -radius F
     slip > 0: F = limit;  slip < 0: F = -limit;  slip = 0: |F| <= limit
-    limit = (exp(mue wrap) - 1) (T - rho v^2), not below 0, with the smaller T of the tensions -belt_a.f and belt_b.f
+      limit = (exp(mue wrap) - 1) (T - rho v^2), not below 0, with the smaller T of the tensions -belt_a.f and belt_b.f
 
     Limit and centrifugal tension are those of a belt that slips on its whole wrap: (T_1 - rho v^2)/(T_2 - rho v^2) = exp(mue wrap). The
     belt does not stretch on the pulley, so creep is not modelled. For a V belt or a ribbed belt mue is the coefficient of friction
@@ -101,7 +101,7 @@ class BeltDrive(TwoShafts):
     """An open belt drive of two pulleys, which turn in the same direction.
 
     wrap_a = pi - 2 asin((radius_b - radius_a)/distance),  wrap_b = 2 pi - wrap_a
-    stiffness of a span = EA/root(distance^2 - (radius_b - radius_a)^2),  speed ratio w_a/w_b = radius_b/radius_a where nothing slips
+      stiffness of a span = EA/root(distance^2 - (radius_b - radius_a)^2),  speed ratio w_a/w_b = radius_b/radius_a where nothing slips
 
     Both spans have the tension T_0 at rest. They share the load: T_1 + T_2 = 2 T_0 until one is slack, so the largest force is
     2 (T_0 - rho v^2) (exp(mue wrap) - 1)/(exp(mue wrap) + 1) with the smaller wrap and the speed v of the belt. The shafts run in a housing

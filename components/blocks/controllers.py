@@ -118,7 +118,7 @@ class SampledPI(_Controller):
     """A proportional-integral controller as computed by a control unit: sampled at period, 2 period, ..., and held in between.
 
     e_n = u_s - u_m;  y_n = v_n within yMin..yMax,  v_n = k e_n + x_n
-    x_(n+1) = x_n + k period/Ti e_n, but as it is where v_n lies beyond a limit and e_n drives it further (conditional integration)
+      x_(n+1) = x_n + k period/Ti e_n;  x_(n+1) = x_n where v_n is beyond a limit and e_n drives it further (conditional integration)
 
     Before the first sample after the start of a run y = y_start. A sample reads the values just before its instant, and time signals that
     jump there after the jump. Of two controllers that are sampled at the same instant each sees the previous output of the other.

@@ -81,7 +81,7 @@ class FixedGear(Shifting):
     lever = gear,  throttle = accelerator,  clutch = (w - w_open - rise)/(w_closed - w_open)
     rise = launch (accelerator - kick)/(1 - kick), at least 0
 
-    ``gear`` is -1 for the reverse gear and 0 for neutral of an ``Automatic``. Cars refuse a gear that their gearbox does not have. The
+    ``gear`` is -1 for the reverse gear and 0 for neutral of an ``Automatic``. Cars reject a gear that their gearbox does not have. The
     vehicle starts in this gear, so ``launch`` counts in any; see ``GearSchedule``.
     """
 
@@ -316,12 +316,12 @@ class PowerShiftSchedule(SpeedSchedule):
 
     The gear is chosen as by ``GearSchedule``, but a pressed accelerator also kicks down to a gear that pulls harder:
       kick-down to gear where accelerator > kick and w < w_kick and (v < down (1 + eager pressed) or w < depth w_down)
-    ``w_down`` is equal to ``w_kick`` where the gearbox says its ratios, else 0.
     t = time since the shift began, 0..t_shift: the lever moves uniformly to the new gear
     throttle = accelerator (1 - cut 4 x (1 - x)) in an upshift with x = t/t_shift within 0..1, else accelerator
     clutch = (w - w_open - rise)/(w_closed - w_open)
 
-    In an upshift the engine gives up kinetic energy; ``cut`` reduces its torque meanwhile, so that the shift is not felt as a push.
+    ``w_down`` is ``w_kick`` if the gearbox states its ratios, else 0. In an upshift the engine gives up kinetic energy; ``cut`` reduces its
+    torque meanwhile, so that the shift is not felt as a push.
     Errors: as for ``GearSchedule``.
     """
 

@@ -114,7 +114,8 @@ class ParallelControl(HybridControl, BlendedBraking):
     power = demand, at least P_min, at most asked + charge_power
     torque = running pressed power/w, at most tau_open,  pressed = accelerator/0.05 within 0..1
     tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  w_machine at least w_low, 0.1 rad/s for the brakes
-    rest = max(asked pressed - torque w, 0) - turning min(max(torque w_shaft - asked pressed, 0), left),  w_shaft within 0..w
+    rest = max(asked pressed - arriving w, 0) - turning min(max(arriving w_shaft - asked pressed, 0), left),  w_shaft within 0..w
+    arriving = matched torque,  matched = 1 once w > w_fire and slip < 0 after a start of the engine, 0 from its stop
     left = charge_power - regenerated v,  turning = w_machine/w_fade within 0..1
     friction = brake - coupled regenerated/F_brake,  regenerated and most as in ``ElectricDriveControl``
 
@@ -122,6 +123,9 @@ class ParallelControl(HybridControl, BlendedBraking):
     supplies the difference: it assists if the engine gives too little, and charges if it gives more. ``w_shaft`` is the speed of the shaft
     between the engine's clutch and the machine: behind a slipping clutch there is less power for charging than the engine delivers, and
     none at standstill. A machine on the crankshaft is ``coupled`` to the wheels as far as the clutch is closed.
+    The vehicle closes the clutch only when the engine is ``matched``: an engine that is started while the car drives first reaches the
+    speed of the gearbox with its own torque, and the machine drives alone until then. ``slip`` is the speed of the gearbox over that of
+    the engine.
     """
 
     F_max: Parameter = parameter("N", "Tractive force with the accelerator fully pressed", default=6000.0, above=0)
@@ -130,7 +134,9 @@ class ParallelControl(HybridControl, BlendedBraking):
     w_machine: Input = signal_input("rad/s", "Speed of the machine")
     w_shaft: Input = signal_input("rad/s", "Speed of the shaft between the engine and the machine, behind the clutch")
     coupled: Input = signal_input("1", "Part of the machine's torque that reaches the wheels", default=1.0)
+    slip: Input = signal_input("rad/s", "Speed of the clutch's gearbox side over that of the engine", default=-1.0)
     tau: Output = signal_output("N.m", "Torque of the machine")
+    matched: Discrete = discrete("1", "1: the engine has reached the speed of the gearbox, 0: not yet", start=0.0)
     asked: Variable = variable("W", "Power demand of the driver")
 
     def equations(self) -> Equations:
@@ -139,6 +145,7 @@ class ParallelControl(HybridControl, BlendedBraking):
         yield self.asked == self.accelerator.value * self.F_max * (ca.fmax(v, 0) + self.v_0)
         machine = self.limit.value * ca.fmax(w_machine, self.w_low)
         yield from self._switch(self.asked, ca.fmin(machine, self.battery_power.value))
+        yield from self._match()
         yield self.power.value == self._within(self.demand, self.asked + self.charge_power.value)
         pressed = limited(self.accelerator.value / PRESSED)
         firing = self.running * limited(w / self.w_fire) * pressed
@@ -150,9 +157,15 @@ class ParallelControl(HybridControl, BlendedBraking):
         yield self.tau.value == coupled * (drive - self._braking(v, w_machine))
         yield self.friction.value == self.brake.value - coupled * self.regenerated / self.F_brake
 
+    def _match(self) -> Equations:
+        """An engine that fires is matched when it is as fast as the gearbox; it remains so until it stops."""
+        runs, fires = ca.logic_and(self.running > 0.5, self._begun()), self.w.value > self.w_fire
+        yield when(ca.logic_and(runs, ca.logic_and(fires, self.slip.value < 0)), reinit(self.matched, 1))
+        yield when(self.running < 0.5, reinit(self.matched, 0))
+
     def _rest(self, asked: Symbol) -> Symbol:
         """Power of the machine: the engine's deficit, or the surplus of its power that arrives behind the clutch."""
-        torque, w = self.torque.value, self.w.value
+        torque, w = self.matched * self.torque.value, self.w.value
         spare = ca.fmax(torque * limited(self.w_shaft.value, 0, w) - asked, 0)
         left = self.charge_power.value - self.regenerated * self.v.value
         charging = ca.fmin(spare, left) * limited(self.w_machine.value / self.w_fade)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 
 from powertrain import (
@@ -30,18 +32,19 @@ LEAST = 1e-3
 class PowerSplit(HybridSupervisor, BlendedBraking):
     """Partial: the torques of an engine at the carrier, machine 1 at the sun and machine 2 at the ring of a planetary gear.
 
-    w_ref = w_best within (ratio w_ring - w_sun)/(1 + ratio)..(ratio w_ring + w_sun)/(1 + ratio)
+    w_ref = w_best, 0 while the engine is off, within (ratio w_ring - w_sun)/(1 + ratio)..(ratio w_ring + w_sun)/(1 + ratio)
     torque = power/w, at most tau_open
     tau_1 = held - torque/(1 + ratio),  direct = ratio (torque/(1 + ratio) - held)
     tau_2 = min(tau_full accelerator - direct, most) - regenerated v/w_ring
     held = k_w (w_ref - w) within -tau_held..tau_held,  slowing = -(1 + ratio) held w
-    torque w + slowing at most charge_power + asked,  generated torque w + slowing at most charge_power + limit w_ring
+      torque w + slowing at most charge_power + asked,  generated torque w + slowing at most charge_power + limit w_ring
     asked = tau_full accelerator w_ring,  generated = 1 - ratio w_ring/((1 + ratio) w)
-    held is zero while the engine stands, torque until it fires and where it overspeeds
+      held is at least zero while the engine is off, torque is zero until it fires and where it overspeeds
 
     The subclass decides when the engine runs and what power it should give; the battery covers the difference to the power demanded.
     Machine 1 generates the share ``generated`` of the engine's power. It keeps the engine at the speed of lowest fuel consumption for its
-    power, turns within -w_sun..w_sun, and starts the engine with the same speed control. Machine 2 supplies the missing torque at the
+    power, turns within -w_sun..w_sun, and starts the engine with the same speed control. Where the ring is so fast that machine 1 would
+    exceed w_sun with a stopped engine, it turns the engine without fuel. Machine 2 supplies the missing torque at the
     ring, and brakes as in ``BlendedBraking``, with the charge power that is left after the power of the engine and the energy released when
     it slows down. ``charge_power`` is for both machines, ``discharge_power`` for machine 2, after machine 1; ``most`` is computed as in
     ``BlendedBraking``.
@@ -63,6 +66,11 @@ class PowerSplit(HybridSupervisor, BlendedBraking):
     tau_2: Output = signal_output("N.m", "Torque of machine 2")
     w_ref: Variable = variable("rad/s", "Speed of least fuel for the engine's power")
 
+    def speeds_of_carrier(self, w_ring: Any) -> tuple[Any, Any]:
+        """The lowest and the highest speed of the carrier [rad/s] at which machine 1 turns within -w_sun..w_sun."""
+        sun = self.ratio * w_ring
+        return (sun - self.w_sun) / (1 + self.ratio), (sun + self.w_sun) / (1 + self.ratio)
+
     def _split(self, running: Symbol, demand: Symbol) -> Equations:
         """Pedals, power, engine, machines; the engine runs (1) or not (0) and gives the power ``demand``."""
         v, w, w_ring = self.v.value, self.w.value, self.w_ring.value
@@ -71,15 +79,15 @@ class PowerSplit(HybridSupervisor, BlendedBraking):
         generated = ca.fmax(1 - self.ratio * w_ring / carrier, LEAST)
         electric = accepted + self.limit.value * ca.fmax(w_ring, 0)  # taken by battery and machine 2
         yield self.power.value == self._within(demand, ca.fmin(asked + accepted, electric / generated))
-        slowest, fastest = ((self.ratio * w_ring + sign * self.w_sun) / (1 + self.ratio) for sign in (-1, 1))
-        yield self.w_ref == limited(self.w_best.value, slowest, fastest)
+        slowest, fastest = self.speeds_of_carrier(w_ring)
+        yield self.w_ref == limited(running * self.w_best.value, slowest, fastest)
         firing = running * limited(w / self.w_fire) * limited(2 - (w - self.w_ref) / OVER)
         torque = firing * ca.fmin(self.power.value / ca.fmax(w, self.w_fire), self.tau_open.value)
         yield self.torque.value == torque
         left = accepted - torque * w
         spare = ca.fmin(left + asked, electric - generated * torque * w)
         slowing = limited(spare / carrier, 0, self.tau_held)
-        held = running * limited(self.k_w * (self.w_ref - w), -slowing, self.tau_held)
+        held = limited(self.k_w * (self.w_ref - w), -running * slowing, self.tau_held)
         yield from self._recover(v, w_ring, left + ca.fmin(held, 0) * carrier)
         direct = self.ratio * (torque / (1 + self.ratio) - held)
         yield self.throttle.value == firing * self.opening.value

@@ -19,7 +19,8 @@ class HypoidGear(LossyPair):
     """A hypoid pinion (flange_a) and its ring gear (flange_b), with the friction of their spiral angles or a map of efficiencies.
 
     phi_a = ratio phi_b,  flange_b.tau = -ratio (flange_a.tau - tauLoss)
-    pinion drives: tauLoss = (1 - eta_ab) flange_a.tau,  ring gear drives: tauLoss = (1 - 1/eta_ba) flange_a.tau;  w_a = 0: between the two
+      pinion drives: tauLoss = (1 - eta_ab) flange_a.tau,  ring gear drives: tauLoss = (1 - 1/eta_ba) flange_a.tau;
+      w_a = 0: between the two
     eta_ab = (cos(alpha) + mue tan(beta_2))/(cos(alpha) + mue tan(beta_1))
     eta_ba = (cos(alpha) - mue tan(beta_1))/(cos(alpha) - mue tan(beta_2))
 

@@ -69,7 +69,8 @@ class _Battery(Lossy):
     i: Variable = variable("A", "Current, positive when charging")
 
     def check(self) -> Equations:
-        """The limits of the state of charge must be in order."""
+        """The limits of the state of charge must be in order, and ``ocv`` be that of a battery."""
+        _checked_voltage(self.ocv, self._path or type(self).__name__)
         yield self.soc_min < self.soc_max
 
     def _cold(self) -> Symbol:
@@ -78,7 +79,6 @@ class _Battery(Lossy):
 
     def _charge(self, R: Symbol, u: Symbol | float, at_once: Symbol) -> Equations:
         """``R`` applies at constant current; behind the instantaneous resistance ``at_once`` the voltage is ``u`` above open circuit."""
-        _checked_voltage(self.ocv, self._path)
         yield self.i == self.bus.i
         yield self.Q * der(self.soc) == self.i
         yield self.state_of_charge.value == self.soc
@@ -187,6 +187,12 @@ def _checked_voltage(ocv: Map, path: str) -> None:
         raise ParameterError(
             f"{path}.ocv is over a state of charge from {axis.low:g} to {axis.high:g}; it must lie within 0 and 1. "
             "The heading of a column in percent is soc [%]"
+        )
+    first, last = ocv.values[[0, -1]].tolist()
+    if last < first:
+        raise ParameterError(
+            f"{path}.ocv falls from {first:g} V at a state of charge of {axis.low:g} to {last:g} V at {axis.high:g}; a full battery has "
+            "the higher voltage: a depth of discharge is 1 minus the state of charge"
         )
     if ocv.values.min() <= 0:
         raise ParameterError(f"{path}.ocv falls to {ocv.values.min():g} V; it must stay above 0 V")

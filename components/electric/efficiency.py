@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 Loss: TypeAlias = "float | str | Map"
 """A loss [W], the same everywhere or a curve."""
 RPM = 30 / np.pi
+LEAST = 0.01
+"""Efficiency of a machine at its best point; fractions in a column in percent are below."""
 LOSS = parameter("W", "loss", default=0.0, min=0)
 
 
@@ -62,6 +64,10 @@ def _check_efficiencies(w: Array, tau: Array, eta: Array, where: str) -> None:
             else "at points beyond the limit of the machine, repeat the efficiency of the nearest point within it"
         )
         raise ParameterError(f"{where}: {point}; it must be above 0 and at most 1; {advice}")
+    if eta.max() <= LEAST:
+        raise ParameterError(
+            f"{where}: the best efficiency is {eta.max():.2%}; a column of fractions such as {100 * eta.max():g} is headed efficiency [1]"
+        )
 
 
 def _along(loss: Loss, points: Array, unit: str, where: str) -> Array:

@@ -24,7 +24,7 @@ class SyntheticEngine:
     motoring: p_0 + p_2 (w/w_ref)^2
     full load: p_max (1 - k (w/w_tau - 1)^2), k = k_slow below w_tau, k_fast above
     firing = share (full load + motoring), torque = firing - motoring
-    share of throttle u: (1 - exp(-c u))/(1 - exp(-c)), c = c_throttle (1 - w/w_top) (none for c = 0: share = u)
+      share of throttle u: (1 - exp(-c u))/(1 - exp(-c)), c = c_throttle (1 - w/w_top) (none for c = 0: share = u)
     fuel rate heating_value = firing w/e,  e = e_0 (1 - k_e (w/w_e - 1)^2) (1 - k_rich load^6), load = firing over that at full load
     """
 

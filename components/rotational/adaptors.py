@@ -34,7 +34,9 @@ class TorqueToAngleAdaptor(Component):
 class AngleToTorqueAdaptor(Component):
     """Prescribes the angle of a flange by a signal and outputs the torque required.
 
-    flange.phi = phi,  tau = -flange.tau.  Speed and acceleration follow by differentiation of phi.
+    flange.phi = phi,  tau = -flange.tau
+
+    Speed and acceleration follow by differentiation of phi.
     """
 
     boundary: ClassVar[bool] = True

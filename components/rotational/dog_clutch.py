@@ -28,8 +28,8 @@ class DogClutch(CompliantWithRelativeStates, Lossy):
     """Dogs that connect two shafts: they engage only at nearly equal speeds and disengage only at low torque.
 
     w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
-    in as soon as engage > 1/2 and |w_rel| < w_in;  out as soon as engage < 1/2 and |tau| < tau_out;  both also at the start
-    in: w_rel = 0 and |tau| <= tau_max, or tau = tau_max sign(w_rel);  out: tau = 0
+      in as soon as engage > 1/2 and |w_rel| < w_in;  out as soon as engage < 1/2 and |tau| < tau_out;  both also at the start
+      in: w_rel = 0 and |tau| <= tau_max, or tau = tau_max sign(w_rel);  out: tau = 0
 
     On engagement the torque tau_max, at which the dogs shear, removes the remaining w_rel within a short but finite time, so the
     shafts need inertia. The angle between two dogs is assumed to be small, so they engage at once. This gives correct energies and ratios;
@@ -62,10 +62,10 @@ class DogClutch(CompliantWithRelativeStates, Lossy):
 class ElasticDogClutch(_Play):
     """Dogs with play and stiffness: they engage only if a dog faces a gap, and their impact is elastic.
 
-    n gaps of width b lie around phi_rel0 + 2 pi k/n;  x = phi_rel - phi_rel0 - 2 pi k/n with k the gap that the dogs entered
-    in as soon as engage > 1/2, |w_rel| < w_in and a dog faces a gap, |x| < b/2
-    out as soon as engage < 1/2 and the dogs are unloaded, |x| < b/2;  both also at the start
-    in: tau_c = c (x - b/2) for x > b/2,  c (x + b/2) for x < -b/2,  else 0;  tau = tau_c + tau_d;  out: tau = tau_c = 0
+    x = phi_rel - phi_rel0 - 2 pi k/n with k the gap that the dogs entered;  n gaps of width b lie around phi_rel0 + 2 pi k/n
+      in as soon as engage > 1/2, |w_rel| < w_in and a dog faces a gap, |x| < b/2
+      out as soon as engage < 1/2 and the dogs are unloaded, |x| < b/2;  both also at the start
+      in: tau_c = c (x - b/2) for x > b/2,  c (x + b/2) for x < -b/2,  else 0;  tau = tau_c + tau_d;  out: tau = tau_c = 0
     tau_d = d w_rel limited to [-|tau_c|, |tau_c|]
 
     With the reduced inertia J = J_a J_b/(J_a + J_b) of two free shafts, a speed difference w causes an impact torque of

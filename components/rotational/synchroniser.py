@@ -33,14 +33,14 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
     """A gear wheel (flange_a), the hub of its shaft (flange_b), and between them a cone, a blocking ring and dogs, shifted by a sleeve.
 
     x = direction (sleeve.s - supportT.s),  w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
-    F >= 0: force of the sleeve on the stop that blocks it, at s_ring, then at s_dog, then at s_end
+      F >= 0: force of the sleeve on the stop that blocks it, at s_ring, then at s_dog, then at s_end
     1. x = s_ring: the ring blocks. |tau| <= cones mue F radius/sin(angle), and tau takes w_rel to zero
     2. F index > |tau| + tau_ring: the chamfers turn the ring aside and the sleeve passes,
        index = chamfer_radius (cos(chamfer) - mue_chamfer sin(chamfer))/(sin(chamfer) + mue_chamfer cos(chamfer))
     3. x = s_dog and |w_rel| < w_in: the dogs engage; |tau| = tau_in removes the rest of w_rel, then |tau| <= tau_max;
        at a higher speed they ratchet and the sleeve waits
-    back at x < s_dog the dogs are out, back at x < s_ring the ring blocks again
-    at the start: the sleeve has passed the ring if x > s_ring, and the dogs are in if x > s_dog
+      back at x < s_dog the dogs are out, back at x < s_ring the ring blocks again
+      at the start: the sleeve has passed the ring if x > s_ring, and the dogs are in if x > s_dog
 
     While the cone slides, its torque holds the ring against the chamfers. The ring blocks until the speeds are equal if ``index`` is below
     the cone's torque per unit of F, cones mue radius/sin(angle); otherwise the sleeve passes at once and the dogs ratchet. Once the cone

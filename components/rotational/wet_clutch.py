@@ -90,7 +90,7 @@ class PlateDrag(CompliantWithRelativeStates, Lossy):
     """Drag of the oil film between the open plates of a wet clutch or brake.
 
     tau = flange_b.tau = -flange_a.tau = faces pi eta (r^4 - r_i^4)/(2 h) w_rel,  eta = viscosity exp(-beta (T - 293.15 K))
-    r^2 = r_o^2, or 20 eta q/(pi rho w_rel^2 h^3) where this is less, but not below r_i^2;  q = flow/faces
+      r^2 = r_o^2, or 20 eta q/(pi rho w_rel^2 h^3) where this is less, but not below r_i^2;  q = flow/faces
 
     The torque is that of a Couette flow on the part of the face covered by oil. A plate at rest and one turning at w pump outwards
     pi rho w^2 r^2 h^3/(20 eta), the integral of the laminar profile under centrifugal force without pressure. The film is full up to the

@@ -34,7 +34,9 @@ class ForceToPositionAdaptor(Component):
 class PositionToForceAdaptor(Component):
     """Prescribes the position of a flange by a signal and outputs the force required.
 
-    flange.s = s,  f = -flange.f.  Speed and acceleration follow by differentiation of s.
+    flange.s = s,  f = -flange.f
+
+    Speed and acceleration follow by differentiation of s.
     """
 
     boundary: ClassVar[bool] = True

@@ -17,8 +17,8 @@ class ElastoGap(CompliantWithRelativeStates, Lossy):
     s_rel < s_rel0: f = f_c + f_d with f_c = -c (s_rel0 - s_rel)^n and f_d = d v_rel limited to [f_c, -f_c];
     else f = 0.  lossPower = f_d v_rel
 
-    The limit makes the damper force grow from zero at contact, and prevents tension when the parts separate. Source: Modelica Standard
-    Library 4.0.0. n = 1.5 is Hertz' contact of spheres.
+    The limit makes the damper force grow from zero at contact, and prevents tension when the parts separate. The exponent n is 1.5 for
+    Hertz' contact of spheres. Source: Modelica Standard Library 4.0.0.
     """
 
     c: Parameter = parameter("N/m", "Stiffness (N/m^n)", min=0)

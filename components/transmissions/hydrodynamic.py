@@ -125,7 +125,7 @@ class FluidCoupling(_Hydrodynamic):
     """A fluid (Föttinger) coupling: two wheels without a stator, so both have the same torque.
 
     nu = w_b/w_a within 0..1,  flange_a.tau = -flange_b.tau = lambda(nu) rho D^5 w_a^2 for w_b < w_a
-    In overrun: flange_b.tau = -flange_a.tau = lambda(1/nu) rho D^5 w_b^2
+      In overrun: flange_b.tau = -flange_a.tau = lambda(1/nu) rho D^5 w_b^2
     w_a w_b < 0: flange_a.tau = -flange_b.tau = lambda(0) rho D^5 max(w_a^2, w_b^2) sign(w_a)
 
     ``table``: rows (nu, lambda) of the performance coefficient, linear between them, from nu = 0 to a coefficient of 0 at nu = 1. The

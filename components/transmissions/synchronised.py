@@ -22,7 +22,7 @@ class SynchronisedGearbox(SynchronisedGears):
     """A gearbox with n gear pairs in constant mesh, whose synchronisers are shifted in pairs by rails.
 
     gear k: w_loose = w_a/ratio_k,  ``Synchroniser`` between the loose wheel and the output shaft
-    rail p of gears 2p - 1 and 2p: s_ref = s_end (e_(2p-1) - e_(2p)),  e_k = 1 - 2 |lever - k|, at least 0
+      rail p of gears 2p - 1 and 2p: s_ref = s_end (e_(2p-1) - e_(2p)),  e_k = 1 - 2 |lever - k|, at least 0
 
     The lever sets positions; the rails follow with the force of their actuators, and wait at the blocking rings. Cones, inertias and drag
     determine how long a shift takes, and whether it succeeds: if the lever moves too fast, or a clutch closes too early, the gear does

@@ -45,6 +45,7 @@ class MagicFormulaWheel(SlippingWheel):
     Up to the peak the tyre creeps at the slip for its force on the formula's rising branch: v_creep = |v| kappa(f). It slides if f
     reaches the limit of friction, which is the formula at the slip kappa_c, but at least at the peak:
     sigma_c der(kappa_c) = v_c - max(|v|, v_low - |v_c|) kappa_c,  v_c = v_creep + v_slide,  v_low = 3 m/s
+
     So kappa_c approaches v_c/|v|, the formula's slip; less if the wheel neither rolls nor slides faster than walking pace. Friction
     therefore falls with the sliding speed, and a locked wheel that comes to rest regains its full grip.
     The tyre's spring c makes the force follow slip over the relaxation length K/c. The contact load follows the wheel's in the time T:

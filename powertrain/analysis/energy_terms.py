@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.operations import COMPARISONS, EQUALITIES, operation
 from powertrain.compiler.source import Source
 from powertrain.compiler.texts import guarded
 from powertrain.engine.trajectory import Samples
@@ -23,7 +24,7 @@ from powertrain.language.connectors import Connector, Signal
 from powertrain.language.symbols import Symbol, column, free_symbols, scalars
 from powertrain.numerics.batch import Lanes
 from powertrain.numerics.buffers import Array
-from powertrain.numerics.tape import COMPARISONS, operations
+from powertrain.numerics.tape import graph_of
 from powertrain.signals import Signals, signals_of
 
 Matrix = NDArray[np.float64]
@@ -123,11 +124,10 @@ class EnergyTerms:
     def instants(self, p: Array) -> list[float]:
         """Instants at which time conditions in losses change: switches that appear only in ``loss()`` are not events of the run."""
         dae = self._dae
-        leaves = [[dae.t], None, None, None, [Symbol(value) for value in p]]
-        timed = column([loss for loss in self._losses if ca.depends_on(loss, dae.t)])
-        lines = operations(timed, dae.arguments, leaves)
-        conditions = [line.operands for line in lines if line.code in COMPARISONS]
-        return [t for left, right in conditions for t in _zero(left - right, dae.t)]
+        nodes = graph_of(*(loss for loss in self._losses if ca.depends_on(loss, dae.t))).values()
+        sides = [both for node, both in nodes if operation(node) in COMPARISONS | EQUALITIES]
+        conditions = ca.substitute([left - right for left, right in sides], [dae.p], [Symbol(p[: dae.p.numel()])])
+        return [t for condition in conditions for t in _zero(condition, dae.t)]
 
     def values(self, samples: Samples, p: Array) -> EnergyValues:
         """The terms at the samples. ModelError if one is not finite."""

@@ -20,7 +20,8 @@ from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.initialization.conditions import start_values
 from powertrain.language.arguments import flag, names, path
 from powertrain.language.component import Component
-from powertrain.plant import Plant, packed_model, plant_of
+from powertrain.language.packing import packed_model
+from powertrain.plant import Plant, plant_of
 from powertrain.result import Result
 from powertrain.signals import signals_of
 

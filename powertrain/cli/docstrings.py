@@ -18,11 +18,12 @@ _FULL = 100
 
 
 def blocks(text: str) -> Iterator[tuple[bool, list[str]]]:
-    """The paragraphs of a docstring, each with whether its lines are formulas (as indented lines are too)."""
+    """The paragraphs of a docstring, each with whether its lines are kept as they are: formulas, indented lines, examples (``>>>``)."""
     block: list[str] = []
     formulas = False
     for number, line in enumerate(text.splitlines()):
-        formula = line.startswith("  ") or (number > 0 and is_equation(line))
+        example = line.startswith(">>>") or bool(line and block and block[0].startswith(">>>"))
+        formula = example or line.startswith("  ") or (number > 0 and is_equation(line))
         if (
             line
             and not formula

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 
 from powertrain.compiler.flatten import Equation, Flat
+from powertrain.compiler.generic import generic_values
 from powertrain.errors import ModelError
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
 from powertrain.numerics.pivots import difference
@@ -279,11 +280,7 @@ class _Elimination:
         loop = [flat.equations[index], *self.reduced.tied_by(bases)]
         symbols = ca.symvar(column([*(e.residual for e in loop), Symbol(left)]))
         used = {s.name(): self.parameters[key(s)] for s in symbols if key(s) in self.parameters}
-        if isinstance(left, float):
-            value = left
-        else:
-            inside = ca.symvar(left)
-            value = float(ca.substitute(left, column(inside), ca.DM([self.parameters[key(s)] for s in inside])))
+        value = float(generic_values(Symbol(left), self.parameters))
         values = f"\n  with {', '.join(f'{n} = {v:g}' for n, v in used.items())}" if used else ""
         quoted = quote(loop) + values
         if abs(value) > _CONTRADICTS:

@@ -12,8 +12,10 @@ from powertrain.compiler.binding import Limits, bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
 from powertrain.compiler.flatten import Equation, Flat, ModelConstant, ModelVariable, flatten
+from powertrain.compiler.generic import generic_values
 from powertrain.compiler.index import differentiate, select_states
 from powertrain.compiler.jumps import refuse_jumps
+from powertrain.compiler.law_torques import LawTorque, declare_torques, with_rates
 from powertrain.compiler.records import (
     Held,
     contact_record,
@@ -29,7 +31,6 @@ from powertrain.compiler.records import (
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.source import Source, source_of
 from powertrain.compiler.structure import check_structure
-from powertrain.compiler.torques import LawTorque, declare_torques, with_rates
 from powertrain.dae.hybrid import HybridDae, TimeSignal
 from powertrain.language.component import Component
 from powertrain.language.fields import NOMINAL
@@ -217,9 +218,7 @@ def _nominal(reduced: Reduced, bases: list[Base], values: dict[int, float]) -> t
         alias = reduced.affine(k)
         if unknown.nominal is None or alias.root is None:
             continue
-        inside = free_symbols(Symbol(alias.factor))
-        numbers = column([Symbol(values[key(s)]) for s in inside])
-        factor = abs(float(ca.substitute(Symbol(alias.factor), column(inside), numbers)))
+        factor = abs(float(generic_values(Symbol(alias.factor), values)))
         base = alias.root, alias.order
         found[base] = max(found.get(base, 0.0), unknown.nominal / factor)
     return tuple(found.get(base, NOMINAL) for base in bases)

@@ -8,14 +8,14 @@ concerns parameters only.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.flatten import Flat, ModelConstant, rewritten
+from powertrain.compiler.flatten import Binding, Flat, ModelConstant, rewritten
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.checks import unmet
 from powertrain.language.recorder import Place
@@ -27,53 +27,48 @@ def bind_parameters(flat: Flat) -> Flat:
     """The model with every bound parameter replaced by its value, also in ``bindings``. ModelError if definitions are circular."""
     if not flat.bindings:
         return flat
-    order = _ordered(flat)
-    for k in order:
-        if (name := flat.bindings[k][0].name()) in flat.recorder.evaluated:
+    bindings = _ordered(flat.bindings)
+    for b in bindings.values():
+        if b.constant.name in flat.recorder.evaluated:
             raise ModelError(
-                f"the equations are written with the number that {name} has in its part, but the model sets it by an equation; "
-                f"give the part its value instead\n  {flat.binding_places[k]}"
+                f"the equations are written with the number that {b.constant.name} has in its part, but the model sets it by an equation; "
+                f"give the part its value instead\n  {b.place}"
             )
-    old, new = [flat.bindings[k][0] for k in order], [flat.bindings[k][1] for k in order]
-    for i in range(1, len(order)):
+    old, new = [b.constant.symbol for b in bindings.values()], [b.value for b in bindings.values()]
+    for i in range(1, len(old)):
         (new[i],) = ca.substitute([new[i]], [column(old[:i])], [column(new[:i])])
 
     def bound(expressions: list[Symbol]) -> Sequence[Symbol]:
         return ca.substitute(expressions, [column(old)], [column(new)])
 
-    found = rewritten(flat, bound)
-    constants = {key(c.symbol): c for c in flat.parameters}
     return replace(
-        found,
-        bindings=dict(zip(order, zip(old, new, strict=True), strict=True)),
-        bound=[(constants[k], flat.binding_places[k]) for k in order],
-        conditions=[
-            replace(c, holds=e) for c, e in zip(flat.conditions, bound([c.holds for c in flat.conditions]), strict=True)
-        ],
-        parameters=[c for c in flat.parameters if key(c.symbol) not in flat.bindings],
+        rewritten(flat, bound),
+        bindings={k: replace(b, value=value) for (k, b), value in zip(bindings.items(), new, strict=True)},
+        parameters=[c for c in flat.parameters if key(c.symbol) not in bindings],
     )
 
 
-def _ordered(flat: Flat) -> list[int]:
+def _ordered(bindings: Mapping[int, Binding]) -> dict[int, Binding]:
     """The bound parameters, each after those on which it depends."""
-    order: dict[int, None] = {}
-    for first in flat.bindings:
-        path = [first] if first not in order else []
+    done: dict[int, Binding] = {}
+    for first in bindings:
+        path = [first] if first not in done else []
         while path:
-            inner = [key(s) for s in free_symbols(flat.bindings[path[-1]][1])]
-            open_ = [k for k in inner if k in flat.bindings and k not in order]
+            inner = [key(s) for s in free_symbols(bindings[path[-1]].value)]
+            open_ = [k for k in inner if k in bindings and k not in done]
             if not open_:
-                order[path.pop()] = None
+                done[path[-1]] = bindings[path[-1]]
+                path.pop()
             elif open_[0] in path:
-                raise ModelError(_circle(flat, path[path.index(open_[0]) :]))
+                raise ModelError(_circle([bindings[k] for k in path[path.index(open_[0]) :]]))
             else:
                 path.append(open_[0])
-    return list(order)
+    return done
 
 
-def _circle(flat: Flat, circle: Sequence[int]) -> str:
-    names = [flat.bindings[k][0].name() for k in (*circle, circle[0])]
-    quoted = "\n  ".join(str(flat.binding_places[k]) for k in circle)
+def _circle(circle: Sequence[Binding]) -> str:
+    names = [b.constant.name for b in (*circle, circle[0])]
+    quoted = "\n  ".join(str(b.place) for b in circle)
     return f"circular definition of parameters: {' by '.join(names)}; give one of them a value\n  {quoted}"
 
 
@@ -97,9 +92,8 @@ class Limits:
         self.parameters = flat.parameters
         free = {key(c.symbol) for c in flat.parameters}
         none, all_ = Symbol(-np.inf), Symbol(np.inf)
-        limits = [_Limit(flat.bindings[key(c.symbol)][1], place, none, all_, constant=c) for c, place in flat.bound] + [
-            _Limit(c.holds, c.place, Symbol(1), all_) for c in flat.conditions
-        ]
+        limits = [_Limit(b.value, b.place, none, all_, constant=b.constant) for b in flat.bindings.values()]
+        limits += [_Limit(c.holds, c.place, Symbol(1), all_) for c in flat.conditions]
         limits += [
             _Limit(g.value, g.place, g.low, g.high, g.name, g.unit) for g in flat.recorder.guards if g.action == "error"
         ]

@@ -67,6 +67,15 @@ class Equation:
 
 
 @dataclass(frozen=True)
+class Binding:
+    """A parameter that the enclosing model sets to ``value``, with the source line."""
+
+    constant: ModelConstant
+    value: Symbol
+    place: Place
+
+
+@dataclass(frozen=True)
 class ParameterCondition:
     """A condition between parameters, true or false, with its source line."""
 
@@ -80,7 +89,10 @@ Face = tuple[str, bool]
 
 @dataclass(frozen=True)
 class Flat:
-    """A model without hierarchy. ``given``: unknowns alone on the left of an equation, with the path of the component that states it."""
+    """A model without hierarchy. ``bindings``: by the keys of the parameters' symbols.
+
+    ``given``: unknowns alone on the left of an equation, with the path of the component that states it.
+    """
 
     recorder: Recorder = field(default_factory=Recorder)
     unknowns: dict[int, ModelVariable] = field(default_factory=dict)
@@ -92,9 +104,7 @@ class Flat:
     initial: list[Equation] = field(default_factory=list)
     laws: list[tuple[Place, Law]] = field(default_factory=list)
     components: list[Component] = field(default_factory=list)
-    bindings: dict[int, tuple[Symbol, Symbol]] = field(default_factory=dict)
-    binding_places: dict[int, Place] = field(default_factory=dict)
-    bound: list[tuple[ModelConstant, Place]] = field(default_factory=list)
+    bindings: dict[int, Binding] = field(default_factory=dict)
     conditions: list[ParameterCondition] = field(default_factory=list)
     nodes: list[tuple[Face, ...]] = field(default_factory=list)
     open_ports: list[tuple[Component, Connector]] = field(default_factory=list)
@@ -124,12 +134,13 @@ def _with_each(flat: Flat, new: Callable[[Symbol], Symbol]) -> Flat:
         equations=[Equation(new(e.residual), e.place) for e in flat.equations],
         initial=[Equation(new(e.residual), e.place) for e in flat.initial],
         laws=[(place, law.mapped(lambda listed: [new(e) for e in listed])) for place, law in flat.laws],
+        conditions=[ParameterCondition(new(c.holds), c.place) for c in flat.conditions],
     )
 
 
 def flatten(model: Component) -> Flat:
     """The flat model of ``model``; a ModelError quotes the line that cannot be read."""
-    checked_model(model)
+    _refuse_other(model)
     flat, nodes = Flat(), _Nodes()
     root = _bind(model, "", flat)
     with reading(flat.recorder):
@@ -151,14 +162,13 @@ def flatten(model: Component) -> Flat:
     return flat
 
 
-def checked_model(model: Any) -> Any:
-    """A component; ParameterError for anything else."""
-    if isinstance(model, Component):
-        return model
-    kind = model.__name__ if isinstance(model, type) else ""
-    raise ParameterError(
-        f"a model is a component, not {f'the class {kind}; write {kind}(...)' if kind else repr(model)}"
-    )
+def _refuse_other(model: object) -> None:
+    """ParameterError for what is not a component."""
+    if not isinstance(model, Component):
+        kind = model.__name__ if isinstance(model, type) else ""
+        raise ParameterError(
+            f"a model is a component, not {f'the class {kind}; write {kind}(...)' if kind else repr(model)}"
+        )
 
 
 def _bind(component: Component, path: str, flat: Flat, above: tuple[int, ...] = ()) -> Component:
@@ -236,15 +246,14 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
             f"{place}: only parameters may appear here; to set a parameter of a part write  self.part.name == expression"
         )
     if key(left) in flat.bindings:
-        raise ModelError(f"{left.name()} is set twice\n  {flat.binding_places[key(left)]}\n  {place}")
+        raise ModelError(f"{left.name()} is set twice\n  {flat.bindings[key(left)].place}\n  {place}")
     constant = parameters[key(left)]
     if constant.default not in (None, constant.value):
         given = f"{constant.name} = {with_unit(f'{constant.value:g}', constant.unit)}"
         raise ParameterError(
             f"{given} would have no effect, because the model sets this parameter; leave it out\n  {place}"
         )
-    flat.bindings[key(left)] = (left, right)
-    flat.binding_places[key(left)] = place
+    flat.bindings[key(left)] = Binding(constant, right, place)
 
 
 def _residual(flat: Flat, row: Any, place: Place) -> Symbol:

@@ -80,20 +80,13 @@ def components(successors: Sequence[Sequence[int]]) -> list[list[int]]:
                     low[node] = min(low[node], order[child])
                 continue
             if low[node] == order[node]:
-                cut = _last_position(stack, node)
-                result.append(stack[cut:])
-                for member in stack[cut:]:
+                members = [stack.pop()]
+                while members[-1] != node:
+                    members.append(stack.pop())
+                for member in members:
                     on_stack[member] = False
-                del stack[cut:]
+                result.append(members[::-1])
             if work:
                 parent = work[-1][0]
                 low[parent] = min(low[parent], low[node])
     return result
-
-
-def _last_position(stack: list[int], node: int) -> int:
-    """Position of ``node`` in the stack, searched from its end."""
-    i = len(stack) - 1
-    while stack[i] != node:
-        i -= 1
-    return i

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.flatten import Flat
 from powertrain.compiler.generic import generic_values
+from powertrain.compiler.law_torques import LawTorque
 from powertrain.compiler.resolver import Resolver
-from powertrain.compiler.torques import LawTorque, is_prescribed, limits_follow
+from powertrain.compiler.torques import is_prescribed, limits_follow
 from powertrain.dae.hybrid import Contact, Friction, Guard, HybridDae, Opened, Reset, Switch, TimeSignal, When
 from powertrain.dae.tolerances import alone_tolerance
 from powertrain.errors import ModelError
@@ -23,6 +24,8 @@ from powertrain.language.symbols import Symbol, column, free_symbols, key, scala
 
 _NO_TURN = 1e-12
 """Slopes of motions below this are round-off: t0 - t0 in larger expressions."""
+_PRESSES = Symbol(-np.inf), Symbol(0), Symbol(1)
+"""The limits and the peak of a contact, in terms of friction."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +72,7 @@ def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Fri
     law, given = t.law, opened.law
     assert isinstance(law, FrictionLaw)
     assert isinstance(given, FrictionLaw)
-    tied, prescribed = limits_follow(given, column(resolver.tau)), is_prescribed(opened, resolver.tau[k])
+    tied, prescribed = limits_follow(given, column(resolver.tau)), is_prescribed(opened)
     return Friction(
         t.mode.name(), str(t.place), held.place(t.mode), t.speed, law.torque, law.lower, law.upper, law.peak, t.rate,
         unit=resolver.reduced.flat.unknowns[key(t.symbol)].unit if key(t.symbol) in resolver.reduced.flat.unknowns else "1",
@@ -90,23 +93,24 @@ def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Fri
 
 def opened_record(resolver: Resolver, rates: list[Symbol]) -> Opened | None:
     """The model for given torques; None if there are no laws."""
-    laws = [t for t in resolver.laws if isinstance(t.law, FrictionLaw)]
-    contacts = [t for t in resolver.laws if isinstance(t.law, UnilateralLaw)]
-    if not laws and not contacts:
+    kinds = FrictionLaw, UnilateralLaw
+    places = [k for kind in kinds for k, t in enumerate(resolver.laws) if isinstance(t.law, kind)]
+    if not places:
         return None
-    friction = [t.law for t in laws if isinstance(t.law, FrictionLaw)]
-    place = {id(t): k for k, t in enumerate(resolver.laws)}
+    laws = [resolver.laws[k] for k in places]
+    limits = [(t.law.lower, t.law.upper, t.law.peak) if isinstance(t.law, FrictionLaw) else _PRESSES for t in laws]
+    lower, upper, peak = map(column, zip(*limits, strict=True))
     return Opened(
-        tau=column([resolver.tau[place[id(t)]] for t in [*laws, *contacts]]),
+        tau=column([resolver.tau[k] for k in places]),
         xdot=column(resolver.opened(rates)),
         residual=column(resolver.open_residuals()),
-        speed=column([t.speed for t in [*laws, *contacts]]),
-        rate=column([t.rate for t in [*laws, *contacts]]),
-        lower=column([*(f.lower for f in friction), *(Symbol(-np.inf) for _ in contacts)]),
-        upper=column([*(f.upper for f in friction), *(Symbol(0) for _ in contacts)]),
-        peak=column([*(f.peak for f in friction), *(Symbol(1) for _ in contacts)]),
-        reach=column([resolver.open_reaches[place[id(t)]] for t in [*laws, *contacts]]),
-        compliance=column([resolver.open_compliance(place[id(t)]) for t in [*laws, *contacts]]),
+        speed=column([t.speed for t in laws]),
+        rate=column([t.rate for t in laws]),
+        lower=lower,
+        upper=upper,
+        peak=peak,
+        reach=column([resolver.open_reaches[k] for k in places]),
+        compliance=column([resolver.open_compliance(k) for k in places]),
         conditions=column(resolver.open_conditions(resolver.reduced.flat.recorder.switches)),
     )
 

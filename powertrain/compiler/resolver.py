@@ -12,9 +12,9 @@ from powertrain.compiler.alias import Reduced
 from powertrain.compiler.blocks import Solved
 from powertrain.compiler.calls import substituted_in_place
 from powertrain.compiler.generic import generic_values
+from powertrain.compiler.law_torques import LawTorque
 from powertrain.compiler.torques import (
     COMPLIANCE,
-    LawTorque,
     Motion,
     cancels,
     compliance,
@@ -52,8 +52,8 @@ class Resolver:
         self._opened = self._in_torques([self._opened])[0]
         laws = [self._open_law(t, own) for t, own in zip(torques, self.tau, strict=True)]
         laws = self._through_implicit(laws, column(solved.implicit))
-        self.laws = set_apart(laws, self.tau, Motion(x, column(self._open_rates()), column(solved.implicit)))
-        found = solve_torques(self.laws, self.tau)
+        self.laws = set_apart(laws, Motion(x, column(self._open_rates()), column(solved.implicit)))
+        found = solve_torques(self.laws)
         self.torque, self._creep = column(found.tau), found.creep
         self.assigned = self.close([self._opened])[0]
         self._implicit_laws, self._implicit = found.residuals, found.implicit
@@ -66,7 +66,7 @@ class Resolver:
 
         v(z) with R(z, tau) = 0 becomes v - v_z R_z^-1 R: the same value, with the slope of the implicit function theorem.
         """
-        hidden = [k for k, own in enumerate(self.tau) if is_prescribed(laws[k], own) and contains(laws[k].rate, z)]
+        hidden = [k for k, law in enumerate(laws) if is_prescribed(law) and contains(law.rate, z)]
         if not hidden:
             return laws
         residual = column(self.open_residuals())
@@ -89,7 +89,7 @@ class Resolver:
 
     def now(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of roots in terms of (t, x, z, m, p)."""
-        return self.close(self._in_torques(_substituted(expressions, self.names, self._opened)))
+        return self.close(self.opened(expressions))
 
     def _in_torques(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of the torques' root variables, in terms of the torques."""
@@ -125,23 +125,16 @@ class Resolver:
         return self._along(value)
 
     def _along(self, value: Symbol) -> Symbol:
-        """d/dt of an expression in (t, x, z, m, p)."""
-        result = ca.jacobian(value, time)
-        if self.x.numel():
-            result = result + ca.jacobian(value, self.x) @ self._rates()
-        z = self.z
-        if any(key(s) in {key(u) for u in z} for s in free_symbols(value)):
-            unknowns = column(z)
-            residual = column(self.residuals())
-            moved = ca.jacobian(residual, time)
-            if self.x.numel():
-                moved = moved + ca.jacobian(residual, self.x) @ self._rates()
-            result = result - ca.jacobian(value, unknowns) @ ca.solve(ca.jacobian(residual, unknowns), moved)
-        return result
+        """d/dt of an expression in (t, x, z, m, p); the unknowns z move so that their residual R stays zero: R_z dz/dt = -dR/dt."""
+        rates, z = column(self.close(self._open_rates())), column(self.z)
 
-    def _rates(self) -> Symbol:
-        recorder = self.reduced.flat.recorder
-        return column(self.now([recorder.derivative(s) for s in scalars(self.x)]))
+        def at_given_z(moving: Symbol) -> Symbol:
+            return ca.jacobian(moving, time) + ca.jacobian(moving, self.x) @ rates
+
+        if not contains(value, z):
+            return at_given_z(value)
+        residual = column(self.residuals())
+        return at_given_z(value) - ca.jacobian(value, z) @ ca.solve(ca.jacobian(residual, z), at_given_z(residual))
 
     def _open_rates(self) -> list[Symbol]:
         """The rates of the states for given torques."""
@@ -154,14 +147,14 @@ class Resolver:
 
     def acts(self, k: int) -> bool:
         """Whether any motion depends on the torque of this law, even through a sensor."""
-        rates = [*self._open_rates(), *self.opened([*self._residuals])]
+        rates = [*self._open_rates(), *self.open_residuals()]
         rates += [law.rate for i, law in enumerate(self.laws) if i != k]
         slopes = [e for rate in rates for e in scalars(ca.jacobian(rate, self.tau[k]))]
         return any(not e.is_zero() and not cancels(e) for e in slopes)
 
     def residuals(self) -> list[Symbol]:
         """The equations of the implicit unknowns ``z``: the model's own, and those of laws that are nonlinear in the torques."""
-        return self.now([*self._residuals]) + self.close([*self._implicit_laws])
+        return self.now(self._residuals) + self.close(self._implicit_laws)
 
     def meeting(self, opened: Symbol) -> Symbol:
         """The sizes of the contributions of the laws' torques to an opened expression, sum_j |d/dtau_j tau_j|."""
@@ -223,11 +216,11 @@ class Resolver:
 
     def shares(self, k: int) -> bool:
         """Whether the torques of other laws take part in the motion of this one."""
-        return shares(self.laws[k], self.tau[k], self._tau_column)
+        return shares(self.laws[k], self._tau_column)
 
     def held_by_others(self, k: int) -> bool:
         """Whether other laws may hold the motion of this one."""
-        return held_by_others(self.laws[k], self.tau[k], self._tau_column)
+        return held_by_others(self.laws[k], self._tau_column)
 
     def reach(self, k: int) -> Symbol:
         """The effect of the torque of a law on its own rate; 1 if there is none."""
@@ -240,7 +233,7 @@ class Resolver:
     @cached_property
     def open_reaches(self) -> list[Symbol]:
         """The reach of every law for given torques."""
-        slopes = [ca.jacobian(law.rate, own) for law, own in zip(self.laws, self.tau, strict=True)]
+        slopes = [ca.jacobian(law.rate, law.law.effort) for law in self.laws]
         return [Symbol(1) if slope.is_zero() else mobility(slope) for slope in slopes]
 
     def explicit(self, k: int) -> bool:
@@ -253,11 +246,11 @@ class Resolver:
 
     def open_compliance(self, k: int) -> Symbol:
         """The compliance of a stuck law for given torques."""
-        return compliance(self.laws[k], self.tau[k], self._tau_column)
+        return compliance(self.laws[k], self._tau_column)
 
     def open_residuals(self) -> list[Symbol]:
         """The model's implicit equations for given torques."""
-        return self.opened([*self._residuals])
+        return self.opened(self._residuals)
 
     def open_conditions(self, entries: Sequence[SwitchEntry]) -> list[Symbol]:
         """Conditions for given torques."""
@@ -274,7 +267,7 @@ def _torque_symbols(torques: list[LawTorque]) -> tuple[Symbol, list[Symbol], Sym
     """The root variables of the torques of all laws, the torques, and the roots in terms of these."""
     tau, given = [], []
     for t in torques:
-        value = t.law.torque if isinstance(t.law, FrictionLaw) else t.law.force
+        value = t.law.effort
         slope = ca.jacobian(value, t.symbol)
         if value.is_symbolic() or slope.is_zero():  # the symbol is the torque itself, or equals it by an equation
             own, root = t.symbol, t.symbol

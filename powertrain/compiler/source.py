@@ -48,6 +48,6 @@ def source_of(flat: Flat) -> Source:
         equations=tuple(flat.equations),
         initial=tuple(flat.initial),
         laws=tuple(flat.laws),
-        bindings=tuple(flat.bindings.values()),
+        bindings=tuple((b.constant.symbol, b.value) for b in flat.bindings.values()),
         recorder=flat.recorder,
     )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from powertrain.compiler.alias import Reduced, quote
 from powertrain.compiler.index import Differentiated
+from powertrain.compiler.law_torques import LawTorque
 from powertrain.compiler.matching import Matching
-from powertrain.compiler.torques import LawTorque
 from powertrain.errors import ModelError
 from powertrain.language.component import children
 from powertrain.language.connectors import Connector

@@ -17,18 +17,11 @@ from powertrain.language.fields import Frozen
 from powertrain.language.recorder import Place, Recorder
 from powertrain.language.symbols import Symbol
 
-_CORE = [
-    str(Path(__file__).parents[1] / "language" / f"{name}.py")
-    for name in ("fields", "component", "laws", "map", "recorder", "checks")
-]
-_PACKAGE = str(Path(__file__).parents[1] / "__init__.py")
-_NOT_TEXT = (
-    str(Path(__file__)),
-    str(Path(__file__).with_name("flatten.py")),
-    str(Path(ca.__file__).parent),
-    *_CORE,
-    _PACKAGE,
+_POWERTRAIN = Path(__file__).parents[1]
+_NOT_SOURCE = tuple(
+    map(str, (Path(__file__).parent, _POWERTRAIN / "language", _POWERTRAIN / "__init__.py", Path(ca.__file__).parent))
 )
+"""Where the lines of a traceback are not those of a model."""
 
 
 def read(component: Component, text: Any, active: Recorder) -> Iterator[tuple[Place, Any]]:
@@ -99,7 +92,7 @@ def _reason(error: Exception) -> str:
 
 def _raised_at(error: BaseException, path: str) -> Place:
     """The last line of the model's source in a traceback."""
-    inner = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(_NOT_TEXT)]
+    inner = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(_NOT_SOURCE)]
     return Place(path, inner[-1].filename, inner[-1].lineno or 0) if inner else Place(path)
 
 

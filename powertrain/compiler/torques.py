@@ -1,4 +1,4 @@
-"""The torques and forces of friction laws and contacts: one unknown each, solved together from the modes of the laws.
+"""The torques and forces of friction laws and contacts, solved together from the modes of the laws.
 
 For given torques tau, the rates of the laws' speeds are affine, v = a - G tau, with G symmetric and positive semidefinite. A sliding law
 gives its torque; a stuck law makes its rate zero. If stuck laws hold the same motion, G is singular, and v = 0 determines only the sum of
@@ -17,26 +17,19 @@ R. T. Rockafellar, Monotone operators and the proximal point algorithm, SIAM J. 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from itertools import chain, count
-from typing import NoReturn
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 from numpy.linalg import matrix_rank, svd
 
-from powertrain.compiler.alias import Reduced, quote
 from powertrain.compiler.cancellation import terms
-from powertrain.compiler.flatten import Equation
 from powertrain.compiler.generic import generic_values
-from powertrain.compiler.index import Differentiated
+from powertrain.compiler.law_torques import LawTorque
 from powertrain.dae.friction import least_torque, sliding_torque
 from powertrain.dae.tolerances import GIVEN
-from powertrain.errors import ModelError
-from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
-from powertrain.language.recorder import Place
-from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, total_derivative
+from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
 from powertrain.numerics.sparse_lu import Numbers, Row, eliminate
 
 COMPLIANCE = 1e-8
@@ -52,128 +45,6 @@ _ROUND_OFF = 1e-13
 
 
 @dataclass(frozen=True)
-class LawTorque:
-    """A friction law or contact whose torque or force is the unknown ``symbol`` up to factor and offset.
-
-    ``rests`` is 1 if a friction law is at a limit of its torque while others hold it at rest. ``apart``: others cannot hold this law.
-    """
-
-    place: Place
-    law: FrictionLaw | UnilateralLaw
-    symbol: Symbol
-    mode: Symbol
-    rests: Symbol = field(default_factory=lambda: Symbol(0))
-    algebraic: bool = False
-    speed: Symbol = field(default_factory=Symbol)
-    rate: Symbol = field(default_factory=Symbol)
-    apart: bool = False
-
-
-def declare_torques(reduced: Reduced) -> tuple[Reduced, list[LawTorque], list[tuple[Place, Law]]]:
-    """One unknown for each friction law and contact: the root of its torque, or a new symbol if its torque is not a root.
-
-    Returns the model with equations for the new symbols, the laws with their torques, and the other laws.
-    """
-    flat, torques, others = reduced.flat, [], []
-    symbols, equations = dict(reduced.symbols), list(reduced.equations)
-    taken: dict[int, Place] = {}
-    named: set[str] = set()
-    for place, law in flat.laws:
-        if not isinstance(law, FrictionLaw | UnilateralLaw):
-            others.append((place, law))
-            continue
-        plain = law.torque if isinstance(law, FrictionLaw) else law.force
-        law = law.mapped(reduced.rewrite)
-        value = law.torque if isinstance(law, FrictionLaw) else law.force
-        inside = [s for s in free_symbols(value) if key(s) not in flat.recorder.constants]
-        linear_root = (
-            len(inside) == 1 and ca.jacobian(value, inside[0]).is_constant() and key(inside[0]) in reduced.symbols
-        )
-        if linear_root and key(inside[0]) in taken:
-            raise ModelError(
-                f"{place}\n{taken[key(inside[0])]}\n  these two carry the same torque, and nothing between them has inertia or "
-                "compliance: the motion between them is not determined; put an inertia, mass or damper between them"
-            )
-        if linear_root:
-            symbol = inside[0]
-        elif not inside:
-            _refuse_given(reduced, place, plain)
-        else:
-            symbol = Symbol.sym(f"{place.path}.{law.name}.torque")
-            symbols[key(symbol)] = symbol
-            equations.append(Equation(value - symbol, place))
-        taken[key(symbol)] = place
-        name, hold = _unlike(named, f"{place.path}.{law.name}".lstrip(".")), flat.recorder.hold
-        torques.append(LawTorque(place, law, symbol, hold(name), hold(f"{name}.rests")))
-    return replace(reduced, symbols=symbols, equations=equations), torques, others
-
-
-def _unlike(named: set[str], name: str) -> str:
-    """The name of a law, with a number if another law of the component has the same name."""
-    found = next(n for n in chain([name], (f"{name}_{k}" for k in count(2))) if n not in named)
-    named.add(found)
-    return found
-
-
-def _refuse_given(reduced: Reduced, place: Place, torque: Symbol) -> NoReturn:
-    """Reject a law whose torque is already constant, because a flange is not connected."""
-    ties = reduced.tied_by([key(s) for s in free_symbols(torque) if key(s) in reduced.flat.unknowns])
-    raise ModelError(
-        f"loose part: {place}\n  its torque or force is already given by the lines below, so that its motion is not determined; "
-        f"connect the open port to something with inertia, or remove the part\n  {quote(ties)}"
-    )
-
-
-def with_rates(system: Differentiated, torques: Sequence[LawTorque]) -> tuple[Differentiated, list[LawTorque]]:
-    """The system with the speeds and rates of the laws, and the laws with these.
-
-    A law's rate is the derivative of its relative speed, or the speed itself if the torque acts on the speed at once.
-    """
-    system, symbols = system.copied(), dict(system.reduced.symbols)
-    rate_of = system.reduced.flat.recorder.derivative
-
-    def defined(name: str, expression: Symbol, place: Place) -> Symbol:
-        symbol = Symbol.sym(name)
-        symbols[key(symbol)] = symbol
-        system.add(Equation(symbol - expression, place))
-        return symbol
-
-    def rated(torque: LawTorque) -> LawTorque:
-        law, place, path = torque.law, torque.place, torque.mode.name()
-        if isinstance(law, FrictionLaw):
-            speed = law.w
-            if any(order > system.top.get(b, 0) for b, order in system.bases(speed)):
-                defined(f"{path}.speed", speed, place)
-            if _follows_at_once(system, speed, torque.symbol):
-                return replace(torque, algebraic=True, speed=speed, rate=speed)
-        else:
-            speed = defined(f"{path}.speed", total_derivative(law.gap, rate_of), place)
-        rate = defined(f"{path}.rate", total_derivative(speed, rate_of), place)
-        return replace(torque, speed=speed, rate=rate)
-
-    rates = [rated(torque) for torque in torques]
-    system.reduced = replace(system.reduced, symbols=symbols)
-    return system, rates
-
-
-def _follows_at_once(system: Differentiated, speed: Symbol, torque: Symbol) -> bool:
-    """Whether ``speed`` contains an unknown that the equations tie to ``torque`` without an integration."""
-    stack = [b for b, order in system.bases(speed) if order == system.top.get(b, -1)]
-    seen: set[int] = set()
-    while stack:
-        base = stack.pop()
-        owner = system.matching.equation_of.get(base)
-        if owner is None or owner in seen:
-            continue
-        seen.add(owner)
-        residual = system.chains[owner][-1]
-        if any(key(s) == key(torque) for s in free_symbols(residual)):
-            return True
-        stack += [b for b, order in system.incidence[owner] if order == system.top[b]]
-    return False
-
-
-@dataclass(frozen=True)
 class Motion:
     """The states, their rates for given torques of the laws, and the unknowns that remain implicit."""
 
@@ -182,7 +53,7 @@ class Motion:
     implicit: Symbol
 
 
-def set_apart(laws: Sequence[LawTorque], tau: Sequence[Symbol], motion: Motion) -> list[LawTorque]:
+def set_apart(laws: Sequence[LawTorque], motion: Motion) -> list[LawTorque]:
     """The laws, with a mark on those that others cannot hold for any parameters: their rows of G are independent of the others.
 
     Such a law moves a state that no other law moves, apart from laws already marked. Laws that are independent only for most parameters
@@ -191,19 +62,19 @@ def set_apart(laws: Sequence[LawTorque], tau: Sequence[Symbol], motion: Motion) 
     """
     if not laws or not motion.x.numel():
         return list(laws)
-    own = [_constantly_moved(t, torque, motion) for t, torque in zip(laws, tau, strict=True)]
+    own = [_constantly_moved(t, motion) for t in laws]
     moved = [_moved(t, motion) for t in laws]
     left = set(range(len(laws)))
     while found := {i for i in left if own[i].difference(*(moved[k] for k in left - {i}))}:
         left -= found
     if len(left) < len(laws):
-        left |= _replaceable(laws, tau)
+        left |= _replaceable(laws)
     return [replace(t, apart=i not in left) for i, t in enumerate(laws)]
 
 
-def _replaceable(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> set[int]:
+def _replaceable(laws: Sequence[LawTorque]) -> set[int]:
     """The laws whose columns of G are combinations of the others, for parameters without special values; all if that is not known."""
-    slopes = generic_values(ca.jacobian(column([t.rate for t in laws]), column(list(tau)))).full()
+    slopes = generic_values(ca.jacobian(column([t.rate for t in laws]), column([t.law.effort for t in laws]))).full()
     if not np.isfinite(slopes).all():
         return set(range(len(laws)))
     sizes = np.sqrt(np.abs(np.diag(slopes)))
@@ -224,11 +95,11 @@ def _moved(t: LawTorque, motion: Motion) -> set[int]:
     return set(ca.jacobian_sparsity(t.speed, motion.x).get_col())
 
 
-def _constantly_moved(t: LawTorque, own: Symbol, motion: Motion) -> set[int]:
+def _constantly_moved(t: LawTorque, motion: Motion) -> set[int]:
     """The states that the torque of a law moves, and on which its speed depends with a constant coefficient."""
     if t.algebraic or contains(t.speed, motion.implicit):
         return set()
-    slopes, driven = ca.jacobian(t.speed, motion.x), set(ca.jacobian_sparsity(motion.rates, own).row())
+    slopes, driven = ca.jacobian(t.speed, motion.x), set(ca.jacobian_sparsity(motion.rates, t.law.effort).row())
     return {j for j in driven if slopes[j].is_constant() and not slopes[j].is_zero()}
 
 
@@ -253,22 +124,22 @@ class LawTorques:
     residuals: list[Symbol]
 
 
-def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorques:
-    """All torques for given modes; ``laws`` in terms of states and of the torques ``tau``."""
+def solve_torques(laws: Sequence[LawTorque]) -> LawTorques:
+    """All torques for given modes; ``laws`` in terms of states and of their own torques."""
     if not laws:
         return LawTorques([], [], [], [])
     modes = [t.mode == 0 if isinstance(t.law, FrictionLaw) else t.mode == 1 for t in laws]
-    held = [_rate_held(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
-    loose = [_loose(t, own, column(list(tau))) for t, own in zip(laws, tau, strict=True)]
-    n = len(laws)
-    short, parts = _affine([*held, *loose, *(t.rate for t in laws)], list(tau))
+    tau, n = [t.law.effort for t in laws], len(laws)
+    torques = column(tau)
+    held, loose = [_rate_held(t, torques) for t in laws], [_loose(t, torques) for t in laws]
+    short, parts = _affine([*held, *loose, *(t.rate for t in laws)], tau)
     held, loose = short[:n], short[n : 2 * n]
     laws = [replace(t, rate=rate) for t, rate in zip(laws, short[2 * n :], strict=True)]
     rows = [ca.if_else(mode, a, b) for mode, a, b in zip(modes, held, loose, strict=True)]
-    curved = _curved(rows, list(tau))
+    curved = _curved(rows, tau)
     explicit = [i for i in range(len(laws)) if i not in curved]
     signs = [1 if isinstance(t.law, UnilateralLaw) else -1 for t in laws]  # a friction torque opposes its rate
-    yields = [sign * compliance(t, own, column(list(tau))) for t, own, sign in zip(laws, tau, signs, strict=True)]
+    yields = [sign * compliance(t, torques) for t, sign in zip(laws, signs, strict=True)]
     soft = {i: ca.if_else(modes[i], yields[i], 0) for i in range(len(laws))}
     kept = _Rows(
         [modes[i] for i in explicit],
@@ -277,12 +148,10 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
         [tau[i] for i in explicit],
     )
     steps = kept.solved([COMPLIANCE * soft[i] for i in explicit])
-    first, whole = list(tau), list(tau)
+    first, whole = [*tau], [*tau]
     for i, yielding, value in zip(explicit, *steps, strict=True):
         first[i], whole[i] = yielding, value
-    both = [
-        ca.substitute(column([t.rate for t in laws]), column(list(tau)), column(torques)) for torques in (first, whole)
-    ]
+    both = [ca.substitute(column([t.rate for t in laws]), torques, column(values)) for values in (first, whole)]
     creep = scalars(both[0] + both[1])
     for i, rates in zip(explicit, kept.rates(*steps), strict=True):
         creep[i] = rates
@@ -292,19 +161,19 @@ def solve_torques(laws: Sequence[LawTorque], tau: Sequence[Symbol]) -> LawTorque
     return LawTorques(everything[:n], everything[n : 2 * n], curved, everything[2 * n :])
 
 
-def _rate_held(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
+def _rate_held(t: LawTorque, tau: Symbol) -> Symbol:
     """The expression that is zero while the law is stuck or the contact closed.
 
     If its torque changes no motion, a law has the smallest torque within its bounds.
     """
-    if isinstance(t.law, UnilateralLaw) or not is_prescribed(t, own):
+    if isinstance(t.law, UnilateralLaw) or not is_prescribed(t):
         return t.rate
-    return own - (Symbol(0) if limits_follow(t.law, tau) else least_torque(t.law.lower, t.law.upper))
+    return t.law.effort - (Symbol(0) if limits_follow(t.law, tau) else least_torque(t.law.lower, t.law.upper))
 
 
-def is_prescribed(t: LawTorque, own: Symbol) -> bool:
+def is_prescribed(t: LawTorque) -> bool:
     """Whether its own torque never changes the motion of a law."""
-    return not contains(t.rate, own)
+    return not contains(t.rate, t.law.effort)
 
 
 def limits_follow(law: FrictionLaw, tau: Symbol) -> bool:
@@ -312,15 +181,15 @@ def limits_follow(law: FrictionLaw, tau: Symbol) -> bool:
     return contains(ca.vertcat(law.lower, law.upper), tau)
 
 
-def _loose(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
+def _loose(t: LawTorque, tau: Symbol) -> Symbol:
     """The expression that is zero while the law slides or the contact is open.
 
     A law held at rest by others does not slide: its limit is the peak torque.
     """
     if isinstance(t.law, UnilateralLaw):
-        return own
-    holds = ca.if_else(t.rests, t.law.peak, 1) if breaks_away(t.law) and held_by_others(t, own, tau) else 1
-    return own - holds * sliding_torque(t.mode, t.law.lower, t.law.upper, is_prescribed(t, own))
+        return t.law.effort
+    holds = ca.if_else(t.rests, t.law.peak, 1) if breaks_away(t.law) and held_by_others(t, tau) else 1
+    return t.law.effort - holds * sliding_torque(t.mode, t.law.lower, t.law.upper, is_prescribed(t))
 
 
 def breaks_away(law: FrictionLaw) -> bool:
@@ -328,26 +197,26 @@ def breaks_away(law: FrictionLaw) -> bool:
     return not (law.peak.is_constant() and float(law.peak) == 1.0)
 
 
-def compliance(t: LawTorque, own: Symbol, tau: Symbol) -> Symbol:
+def compliance(t: LawTorque, tau: Symbol) -> Symbol:
     """The compliance of a law relative to eps: the effect of its torque on its own rate.
 
     A law that others cannot hold shares its torque with none; it has a compliance only if others prescribe its motion.
     """
-    slope = ca.jacobian(t.rate, own)
+    slope = ca.jacobian(t.rate, t.law.effort)
     if slope.is_zero():
         return Symbol(0)
-    return _or_terms(slope, ca.fabs(slope) if held_by_others(t, own, tau) else Symbol(0))
+    return _or_terms(slope, ca.fabs(slope) if held_by_others(t, tau) else Symbol(0))
 
 
-def shares(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
+def shares(t: LawTorque, tau: Symbol) -> bool:
     """Whether the torques of other laws take part in the motion of this one."""
-    others = [s for s in scalars(tau) if key(s) != key(own)]
+    others = [s for s in scalars(tau) if key(s) != key(t.law.effort)]
     return contains(t.rate, column(others))
 
 
-def held_by_others(t: LawTorque, own: Symbol, tau: Symbol) -> bool:
+def held_by_others(t: LawTorque, tau: Symbol) -> bool:
     """Whether other laws may hold the motion of this one; its torque then does not follow from its own rest."""
-    return not t.apart and shares(t, own, tau)
+    return not t.apart and shares(t, tau)
 
 
 def mobility(slope: Symbol) -> Symbol:

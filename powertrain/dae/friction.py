@@ -123,15 +123,15 @@ def _motion(dae: HybridDae, law: Friction) -> ca.SX:
         loose = ca.fmax(loose, law.hysteresis - ca.fabs(law.upper - law.lower))
     if law.may_free:
         loose = ca.if_else(mode == FREE, 1.0, loose)
-    if law.rests is not None and law.share is not None:
-        loose = ca.if_else(dae.m[law.rests], held_margin(dae, law), loose)
+    if law.share is not None:
+        loose = ca.if_else(_rests(dae, law), held_margin(dae, law), loose)
     return ca.if_else(mode == STUCK, stuck, loose)
 
 
 def _by_torque(dae: HybridDae, law: Friction) -> ca.SX:
     """Whether the torque of a law, and not its speed, decides how long it keeps its mode."""
     stuck = dae.m[law.index] == STUCK
-    return stuck if law.rests is None or law.share is None else ca.logic_or(stuck, dae.m[law.rests])
+    return stuck if law.share is None else ca.logic_or(stuck, _rests(dae, law))
 
 
 def _free(dae: HybridDae, law: Friction) -> ca.SX:
@@ -244,9 +244,9 @@ def _rests(dae: HybridDae, law: Friction) -> ca.SX:
 
 def idles(dae: HybridDae, law: Friction) -> ca.SX:
     """Whether a law at a limit of its torque has come to rest, held by others; how they share the torque is then undecided."""
-    mode, known = dae.m[law.index], _rests(dae, law)
+    mode = dae.m[law.index]
     still = ca.logic_and(ca.fabs(law.w) <= ZONE, ca.fabs(law.rate) <= law.reach * law.hysteresis)
-    return ca.logic_and(ca.logic_and(ca.fabs(mode) == 1, still), known == 0)
+    return ca.logic_and(ca.logic_and(ca.fabs(mode) == 1, still), _rests(dae, law) == 0)
 
 
 def struck(barrier: Barrier, jumped: ca.SX) -> ca.SX:

@@ -50,17 +50,10 @@ class Curves:
         regime = np.select([~np.isfinite(two), none, back, past], [0, 1, 4, 3], 2)
         return cls(values, status, regime, tuple(found.status.attrs["flag_meanings"].split()))
 
-    def isel(self, k: int) -> Curves:
-        """The curves of one basic ratio."""
-        return self._map(k)
-
-    def _map(self, index: Any) -> Curves:
+    def at(self, index: int | NDArray[np.bool_]) -> Curves:
+        """The curves of one basic ratio; of these, some of the points."""
         values = {n: (low[index], high[index]) for n, (low, high) in self.values.items()}
         return Curves(values, self.status[index], self.regime[index], self.meanings)
-
-    def where(self, mask: NDArray[np.bool_]) -> Curves:
-        """Some of the points of one basic ratio."""
-        return self._map(mask)
 
 
 @dataclass(frozen=True)
@@ -91,12 +84,11 @@ class Demands:
 def row(layouts: Sequence[EvaluatedLayout], k: int, duty: Duty, demands: Demands) -> dict[str, Any]:
     """The values of one layout, or of one below and another above r = 1, for basic ratio k."""
     if len(layouts) == 1:
-        parts, worst = [(layouts[0].curves.isel(k), duty)], list(layouts[0].worst)
+        parts, worst = [(layouts[0].curves.at(k), duty)], list(layouts[0].worst)
     else:
         masks = duty.r <= 1, duty.r >= 1
         parts = [
-            (one.curves.isel(k).where(mask), half)
-            for one, mask, half in zip(layouts, masks, duty.halves(), strict=True)
+            (one.curves.at(k).at(mask), half) for one, mask, half in zip(layouts, masks, duty.halves(), strict=True)
         ]
         worst = [one.worst[side] for side, one in enumerate(layouts)]
     at = np.concatenate([d.r for _, d in parts])

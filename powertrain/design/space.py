@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 _GRID, _FINE, _ZOOMS = 17, 97, 7
 _LOOKED = 16
+"""Designs of each front that are rated finely, from the most efficient one to the one with the smallest unit."""
 _SLACK, _NONE = 1e-6, 1e-9
 """Relative excess over a limit that counts as rounding and grid error; an efficiency that counts as zero."""
 
@@ -318,7 +319,10 @@ class SplitPathSpace:
         """The front of every structure with every unit, rated again with extrema between the points of the grid."""
         chosen = []
         for one in self.found:
-            rows = one.front()[:_LOOKED]
+            whole = one.front()
+            rows = (
+                whole[np.unique(np.linspace(0, len(whole) - 1, _LOOKED).round().astype(int))] if whole.size else whole
+            )
             if rows.size:
                 fine = rate(one.designs.take(rows), self.duty, one.unit, self.efficiencies, one.cube[rows], fine=True)
                 chosen += [(fine, int(k)) for k in np.flatnonzero(np.isfinite(fine.values["mean_efficiency"]))]
@@ -326,7 +330,7 @@ class SplitPathSpace:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """The fronts of all structures and units, the most efficient first.
+        """The fronts of all structures and units, the most efficient first; up to 16 designs of each, spread from end to end.
 
         ``unit_size``: the largest torque times the largest speed of a unit's shaft, over the largest power that the duty delivers;
         ``unit_torque`` [N.m], ``unit_speed`` [rad/s], ``unit_power`` [W] of the more loaded shaft; ``shifts``: r at which ranges meet;

@@ -105,6 +105,4 @@ class Continuity:
         return self._evaluated(self._function, m, y).ravel()
 
     def _evaluated(self, function: ca.Function, m: Array, y: Array) -> Array:
-        dae, memory, n = self.dae, self.memory, self.dae.x.numel()
-        arguments = (memory.time[0], y[:n], y[n : n + dae.z.numel()], m[: dae.m.numel()], memory.p[: dae.p.numel()])
-        return np.array(function(*arguments))
+        return np.array(function(*self.memory.values(self.memory.time[0], y, m)))

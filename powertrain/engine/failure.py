@@ -31,11 +31,11 @@ def not_finite(dae: HybridDae, memory: Memory, side: int, t: float) -> str:
     return f"at t = {t:.9g} s {reason}. {OUTSIDE}"
 
 
-def _undetermined(dae: HybridDae, t: float, y: Array, m: Array, p: Array) -> str | None:
+def _undetermined(dae: HybridDae, memory: Memory, side: int, t: float) -> str | None:
     """The algebraic equation whose slope in the unknowns vanishes, if there is one."""
     n, nz = dae.x.numel(), dae.z.numel()
     slopes = dae.function("slopes", ca.jacobian(dae.residual, ca.vertcat(dae.x, dae.z)))
-    rows = np.array(slopes(t, y[:n], y[n : n + nz], m, p)).reshape(nz, n + nz) * dae.sizes
+    rows = np.array(slopes(*memory.values(t, memory.y[side], memory.m))).reshape(nz, n + nz) * dae.sizes
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
     if not nz or not np.isfinite(rows).all():
         return None
@@ -60,19 +60,19 @@ def underflow(dae: HybridDae, memory: Memory, side: int, t: float, h: float) -> 
     """Look for equations that are singular, then just ahead for a derivative that is not finite; else name the fastest state."""
     n = dae.x.numel()
     rates = dae.function("rates", ca.vertcat(dae.xdot, dae.residual))
-    y, m, p = memory.y[side], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()]
-    here = np.array(rates(t, y[:n], y[n : n + dae.z.numel()], m, p)).ravel()
+    _, x, z, m, p = memory.values(t, memory.y[side], memory.m)
+    here = np.array(rates(t, x, z, m, p)).ravel()
     reason = _first_not_finite(dae, here)
     if reason:
         return f"at t = {t:.9g} s {reason}. {OUTSIDE}"
-    if reason := _undetermined(dae, t, y, m, p):
+    if reason := _undetermined(dae, memory, side, t):
         return reason
     for ahead in (h, 1e3 * h, 1e6 * h, 1e9 * h):
-        there = np.array(rates(t + ahead, y[:n] + ahead * here[:n], y[n : n + dae.z.numel()], m, p)).ravel()
+        there = np.array(rates(t + ahead, x + ahead * here[:n], z, m, p)).ravel()
         reason = _first_not_finite(dae, there)
         if reason:
             return f"just after t = {t:.9g} s {reason}. {OUTSIDE}"
-    size = np.abs(here[:n]) / (memory.tolerance[1] * dae.sizes[:n] + memory.tolerance[0] * np.abs(y[:n]))
+    size = np.abs(here[:n]) / (memory.tolerance[1] * dae.sizes[:n] + memory.tolerance[0] * np.abs(x))
     worst = dae.state_names[int(np.argmax(size))] if n else "an algebraic equation"
     return (
         f"the step size becomes too small at t = {t:.9g} s (h = {h:.3g} s); {worst} changes fastest. "

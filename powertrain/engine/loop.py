@@ -37,19 +37,18 @@ class Run:
         engine: Prepared,
         start: float,
         stop: float,
-        rtol: float,
         max_step: float,
         progress: Progress | None,
         in_c: Callable[[str], LoopInC | None],
     ) -> None:
         self._loop_in_c = in_c
         self.engine, self.memory, self.dae = engine, engine.memory, engine.dae
-        self.t, self.start, self.stop, self.rtol, self.max_step = start, start, stop, rtol, max_step
+        self.t, self.start, self.stop, self.max_step = start, start, stop, max_step
         self.side, self.h, self.crossed, self.longest = 0, 0.0, start, max_step
         self.progress = progress
         self.watch = _throttled(self._tell) if progress is not None else None
         self.catalogue = engine.catalogue
-        self.recorder = TrajectoryRecorder(engine.memory, *engine.sizes[:2], self.catalogue.kinds, self.catalogue.rests)
+        self.recorder = TrajectoryRecorder(engine.memory, *engine.sizes[:2], self.catalogue)
         self.chatter = Chatter(stop - start)
         self.outside = np.zeros(len(self.catalogue.counted))
         self.rejected, self.stiff, self.idle = 0, 0.0, 0

@@ -46,5 +46,5 @@ class Overlaps:
                 )
 
     def _gaps(self, t: float, side: int) -> list[float]:
-        (gaps,) = self._function(t, *self._memory.instant(side)[1:])
+        (gaps,) = self._function(*self._memory.values(t, self._memory.y[side], self._memory.m))
         return [float(gap) for gap in gaps.ravel()]

@@ -230,10 +230,9 @@ class Prepared:
         if self._model is None:
             rows = None
             if self.algebra is not None:
-                jacobian = self.dae.residual
-                pattern = ca.jacobian(jacobian, self.dae.z).sparsity()
+                pattern = ca.jacobian(self.dae.residual, self.dae.z).sparsity()
                 try:
-                    rows = match_rows(pattern, self.algebra.jacobian(0))
+                    rows = match_rows(pattern, self.algebra.equations(0)[0])
                 except ValueError as error:
                     raise InitializationError(f"the algebraic equations are {error}") from None
             self._model = steps.common(self.dae, rows)
@@ -282,7 +281,7 @@ class Prepared:
                 for k in (0, 1)
             ]
         if self.algebra is not None and "newton" in functions:
-            self.algebra.hasten(functions["newton"], memory)
+            self.algebra.hasten(functions["newton"])
         carry = self.continuity.carry if self.continuity is not None else lambda _: False
         self.resolver = ModeResolver(self.dae, memory, update, self.fresh, self.algebra, carry)
         self.admissible = Admissible(self.dae, memory, self.resolver.notes)

@@ -66,7 +66,7 @@ class Simulator(Prepared):
         self.adopt()
         self._load(start, x0, z0, m0, p, rtol, atol)
         self._settle(start)
-        return Run(self, start, stop, rtol, max_step, progress, self._in_c).execute()
+        return Run(self, start, stop, max_step, progress, self._in_c).execute()
 
     def resume(
         self,
@@ -94,7 +94,7 @@ class Simulator(Prepared):
             except (NotConsistent, SimulationError) as error:
                 said = str(error).removeprefix(f"at t = {start:.9g} s ")
                 raise SimulationError(f"at t = {start:.9g} s {said}") from None
-        return Run(self, start, stop, rtol, max_step, None, self._in_c).execute(resumed=held is None)
+        return Run(self, start, stop, max_step, None, self._in_c).execute(resumed=held is None)
 
     def _jump(self, t: float, held: Array) -> None:
         """Give inputs other values. SimulationError if what may not jump follows them."""
@@ -111,10 +111,10 @@ class Simulator(Prepared):
     def resolve(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> tuple[Array, Array, Array]:
         """The modes of all laws at one instant, from the guess ``m``: consistent (x, z, m). Raises InitializationError."""
         self._load(t, x, z, m, p, TOLERANCE, TOLERANCE)
-        side = self._settle(t)
-        self.fresh[side].call()
+        self._settle(t)
+        self.fresh[0].call()
         n, nz, held, _ = self.sizes
-        y = self.memory.y[1 - side]
+        y = self.memory.y[1]
         return y[:n].copy(), y[n : n + nz].copy(), self.memory.m[:held].copy()
 
     def consistent(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> Array:
@@ -135,12 +135,12 @@ class Simulator(Prepared):
             if not law.algebraic and memory.m[law.index] == 0.0 and abs(w) > ZONE:
                 memory.m[law.index] = 1.0 if w > 0.0 else -1.0
 
-    def _settle(self, t: float) -> int:
+    def _settle(self, t: float) -> None:
         """Find the modes of a start on side 0 of the buffers."""
         if self.algebra is not None and self.dae.frictions:
             self._guess_modes()
         self.memory.fire.fill(0.0)
-        self.resolver.forget()
+        self.resolver.notes.clear()
         self.fire(t)
         self._hold_one_way_laws()
         try:
@@ -152,7 +152,6 @@ class Simulator(Prepared):
         except (NotConsistent, SimulationError) as error:
             said = str(error).removeprefix(f"at t = {t:.9g} s ")
             raise InitializationError(f"start at t = {t:.9g} s: {said}") from None
-        return 0
 
     def _hold_one_way_laws(self) -> None:
         """Set to zero what little a freewheel turns backward: a start may be the end of another run."""

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain.dae.friction import FREE
 from powertrain.dae.tolerances import BEGINNING
+from powertrain.engine.catalogue import Catalogue
 from powertrain.numerics.buffers import Array, Memory, view
 
 
@@ -199,15 +200,8 @@ class Trajectory:
 class TrajectoryRecorder:
     """Collects the steps of a running simulation: ``rows`` are the bytes of ``memory.record`` after each."""
 
-    def __init__(
-        self,
-        memory: Memory,
-        states: int,
-        algebraic: int,
-        laws: tuple[tuple[int, str, str], ...],
-        rests: Mapping[int, int],
-    ) -> None:
-        self.unknowns, self.states, self.laws, self.rests = states + algebraic, states, laws, rests
+    def __init__(self, memory: Memory, states: int, algebraic: int, of: Catalogue) -> None:
+        self.unknowns, self.states, self._of = states + algebraic, states, of
         self.rows, self._record = bytearray(), memory.record
         self.held: list[Array] = []
         self.instants: list[Instant] = []
@@ -245,8 +239,8 @@ class TrajectoryRecorder:
             final_held=m.copy(),
             states=self.states,
             instants=tuple(self.instants),
-            laws=self.laws,
-            rests=self.rests,
+            laws=self._of.kinds,
+            rests=self._of.rests,
             statistics=statistics,
             notes=notes,
         )

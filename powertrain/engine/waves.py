@@ -60,8 +60,8 @@ class Waves:
         """The value of ``function``."""
         if not self:
             return np.inf
-        count, np_ = self._sizes
-        return float(self._longest(t, stop, m[:count], p[:np_])[0][0, 0])
+        held, parameters = self._sizes
+        return float(self._longest(t, stop, m[:held], p[:parameters])[0][0, 0])
 
     @cached_property
     def _longest(self) -> Evaluated:

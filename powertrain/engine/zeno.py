@@ -31,7 +31,7 @@ class Zeno:
     """Checks the resets of a run for one whose successor would be missed."""
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
-        self._memory, self._sizes = memory, (dae.x.numel(), dae.z.numel(), dae.m.numel(), dae.p.numel())
+        self._memory = memory
         relations = {r.index: r.g for r in dae.relations}
         self._conditions = [(w, g) for w in resetting(dae) for g in [relations[i] for i in w.relations] or [w.g]]
         motions = ca.horzcat(*[_motion(dae, g) for _, g in self._conditions])
@@ -58,8 +58,7 @@ class Zeno:
         return notes
 
     def _values(self, t: float, y: Array, held: Array) -> Array:
-        n, nz, nm, count = self._sizes
-        return self._motions(t, y[:n], y[n : n + nz], held[:nm], self._memory.p[:count])[0]
+        return self._motions(*self._memory.values(t, y, held))[0]
 
 
 def resetting(dae: HybridDae) -> list[When]:

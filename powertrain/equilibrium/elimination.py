@@ -18,6 +18,7 @@ from powertrain.equilibrium.placed import Placed, rest_of
 from powertrain.errors import ParameterError
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.batch import dependence
+from powertrain.numerics.replay import Affine
 from powertrain.numerics.sparse_lu import Numbers, Row, SingularBlock, solve
 from powertrain.numerics.tape import applied, graph_of, replayed
 
@@ -97,20 +98,17 @@ def solved_block(rows: list[Symbol], unknowns: list[Symbol], modes: list[Symbol]
 
 @dataclass(frozen=True)
 class _Fraction:
-    """(n0 + n1 x)/(d0 + d1 x); without ``d0`` and ``d1`` the denominator is one, and None stands for zero."""
+    """A fraction of two affine expressions in x; without ``below`` the denominator is one."""
 
-    n0: Symbol | None = None
-    n1: Symbol | None = None
-    d0: Symbol | None = None
-    d1: Symbol | None = None
-
-    @property
-    def affine(self) -> bool:
-        return self.d0 is None and self.d1 is None
+    above: Affine
+    below: Affine | None = None
 
     @property
     def constant(self) -> bool:
-        return self.affine and self.n1 is None
+        return self.below is None and self.above.constant
+
+    def times(self, factor: Symbol | None) -> _Fraction:
+        return _Fraction(Affine()) if factor is None else _Fraction(self.above.times(factor), self.below)
 
 
 class _NoFraction(Exception):
@@ -172,20 +170,20 @@ def _written(residual: Symbol, x: Symbol, others: list[Symbol]) -> Symbol | None
     tape = ca.Function("powertrain_fraction", [x, column(others)], [ca.densify(residual)])
 
     def argument(i: int, j: int) -> _Fraction:
-        return _Fraction(others[j]) if i else _Fraction(n1=Symbol(1))
+        return _Fraction(Affine(others[j]) if i else Affine(b=Symbol(1)))
 
     try:
-        found = replayed(tape, [residual], argument, _Fractions()).get(0, _Fraction())
+        found = replayed(tape, [residual], argument, _Fractions()).get(0, _Fraction(Affine())).above
     except _NoFraction:
         return None
-    return None if found.n1 is None else -(Symbol(0) if found.n0 is None else found.n0) / found.n1
+    return None if found.b is None else -(Symbol(0) if found.a is None else found.a) / found.b
 
 
 class _Fractions:
     """Operations on fractions whose results are fractions of affine expressions again."""
 
     def constant(self, value: float) -> _Fraction:
-        return _Fraction(Symbol(value) if value else None)
+        return _Fraction(Affine(Symbol(value) if value else None))
 
     def call(self, function: ca.Function, operands: list[_Fraction]) -> list[_Fraction]:
         raise _NoFraction
@@ -193,62 +191,50 @@ class _Fractions:
     def operate(self, code: int, operands: list[_Fraction]) -> _Fraction:
         first, last = operands[0], operands[-1]
         if all(each.constant for each in operands):
-            return _Fraction(applied(code, [Symbol(0) if each.n0 is None else each.n0 for each in operands]))
+            return _Fraction(Affine(applied(code, [each.above.at(Symbol(0)) for each in operands])))
         if code == ca.OP_NEG:
-            return _times(first, Symbol(-1))
+            return first.times(Symbol(-1))
         if code == ca.OP_TWICE:
-            return _times(first, Symbol(2))
+            return first.times(Symbol(2))
         if code == ca.OP_ADD:
             return _add(first, last)
         if code == ca.OP_SUB:
-            return _add(first, _times(last, Symbol(-1)))
+            return _add(first, last.times(Symbol(-1)))
         if code == ca.OP_MUL and (first.constant or last.constant):
-            factor, other = (first, last) if first.constant else (last, first)
-            return _times(other, factor.n0)
+            return last.times(first.above.a) if first.constant else first.times(last.above.a)
         if code == ca.OP_INV:
-            return _divide(_Fraction(Symbol(1)), first)
+            return _divide(_Fraction(Affine(Symbol(1))), first)
         if code == ca.OP_DIV:
             return _divide(first, last)
         raise _NoFraction
 
 
 def _add(f: _Fraction, g: _Fraction) -> _Fraction:
-    if f.affine and g.affine:
-        return _Fraction(_sum(f.n0, g.n0), _sum(f.n1, g.n1))
-    if f.affine:
+    if f.below is None:
         f, g = g, f
-    if g.constant:
-        return _Fraction(_sum(f.n0, _product(g.n0, f.d0)), _sum(f.n1, _product(g.n0, f.d1)), f.d0, f.d1)
-    if _same(f.d0, g.d0) and _same(f.d1, g.d1):
-        return _Fraction(_sum(f.n0, g.n0), _sum(f.n1, g.n1), f.d0, f.d1)
+    if g.below is None and f.below is None:
+        return _Fraction(g.above + f.above)
+    if g.constant and f.below is not None:
+        return _Fraction(f.above + f.below.times(g.above.a), f.below)
+    if _same(f.below, g.below):
+        return _Fraction(f.above + g.above, f.below)
     raise _NoFraction
 
 
 def _divide(f: _Fraction, g: _Fraction) -> _Fraction:
     if g.constant:
-        if g.n0 is None:
+        if g.above.a is None:
             raise _NoFraction
-        return _times(f, 1 / g.n0)
-    if g.affine and f.affine:
-        return _Fraction(f.n0, f.n1, g.n0, g.n1)
-    if f.constant:
-        return _times(_Fraction(g.d0, g.d1, g.n0, g.n1), f.n0)
-    if not f.affine and not g.affine and _same(f.d0, g.d0) and _same(f.d1, g.d1):
-        return _Fraction(f.n0, f.n1, g.n0, g.n1)
+        return f.times(1 / g.above.a)
+    if _same(f.below, g.below):
+        return _Fraction(f.above, g.above)
+    if f.constant and g.below is not None:
+        return _Fraction(g.below, g.above).times(f.above.a)
     raise _NoFraction
 
 
-def _times(f: _Fraction, factor: Symbol | None) -> _Fraction:
-    return _Fraction() if factor is None else _Fraction(_product(f.n0, factor), _product(f.n1, factor), f.d0, f.d1)
-
-
-def _same(a: Symbol | None, b: Symbol | None) -> bool:
-    return a is b if a is None or b is None else bool(ca.is_equal(a, b, 20))
-
-
-def _sum(a: Symbol | None, b: Symbol | None) -> Symbol | None:
-    return b if a is None else a if b is None else a + b
-
-
-def _product(a: Symbol | None, b: Symbol | None) -> Symbol | None:
-    return None if a is None or b is None else a * b
+def _same(f: Affine | None, g: Affine | None) -> bool:
+    """Whether these are the same denominator."""
+    if f is None or g is None:
+        return f is g
+    return all(a is b if a is None or b is None else ca.is_equal(a, b, 20) for a, b in ((f.a, g.a), (f.b, g.b)))

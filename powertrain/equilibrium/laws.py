@@ -23,7 +23,7 @@ from powertrain.dae.contact import CLOSED
 from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.dae.hybrid import Contact, Friction
 from powertrain.dae.tolerances import BALANCED, NO_WIDTH, REST, balance_tolerance
-from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask
+from powertrain.equilibrium.points import AtRest, Iterates, Mask, OfPoints
 from powertrain.equilibrium.system import Balance
 from powertrain.language.symbols import Symbol, column, scalars
 from powertrain.numerics.batch import Columns, picked
@@ -49,7 +49,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class NextModes:
+class NextModes(OfPoints):
     """What follows at iterates: the modes, equal to those of the iterates if these hold, and whether all equations are zero.
 
     ``still``: laws whose speed is zero; ``open``: laws whose limits differ. One row per point.
@@ -59,11 +59,6 @@ class NextModes:
     balanced: Mask
     still: Mask
     open: Mask
-
-    def put(self, which: Index, other: NextModes) -> None:
-        """Replace some points."""
-        for f in fields(self):
-            getattr(self, f.name)[which] = getattr(other, f.name)
 
 
 class SteadyLaws:

@@ -25,7 +25,7 @@ def taken(values: NDArray[T], which: Index | Mask) -> NDArray[T]:
     return values.T.take(index, axis=-1).T
 
 
-class _OfPoints:
+class OfPoints:
     """A record of arrays with one row per point."""
 
     def some(self, which: Index | Mask) -> Self:
@@ -33,9 +33,15 @@ class _OfPoints:
         each: Any = self
         return type(self)(*(taken(getattr(self, f.name), which) for f in fields(each)))
 
+    def put(self, which: Index, found: Self) -> None:
+        """Replace some of the points."""
+        each: Any = self
+        for f in fields(each):
+            getattr(self, f.name)[which] = getattr(found, f.name)
+
 
 @dataclass(frozen=True)
-class Iterates(_OfPoints):
+class Iterates(OfPoints):
     """Iterates: grid values, unknowns, modes (of frictions, switches, contacts), torques (minus forces)."""
 
     grid: Array
@@ -50,7 +56,7 @@ class Iterates(_OfPoints):
 
 
 @dataclass(frozen=True)
-class AtRest(_OfPoints):
+class AtRest(OfPoints):
     """Laws at rest: those whose motion is ``given`` rest at the ``side`` (1 or -1) from which rest is approached.
 
     ``yields`` are the compliances of the others.
@@ -62,7 +68,7 @@ class AtRest(_OfPoints):
 
 
 @dataclass
-class SolvedPoints(_OfPoints):
+class SolvedPoints(OfPoints):
     """Solutions, with what their neighbours start from; nan where there is none."""
 
     done: Mask
@@ -85,11 +91,6 @@ class SolvedPoints(_OfPoints):
         for f in fields(self):
             mine = getattr(self, f.name)
             np.copyto(mine, getattr(other, f.name), where=which.reshape(-1, *[1] * (mine.ndim - 1)))
-
-    def put(self, which: Index, found: SolvedPoints) -> None:
-        """Copy solutions to some of the points."""
-        for f in fields(self):
-            getattr(self, f.name)[which] = getattr(found, f.name)
 
 
 @dataclass

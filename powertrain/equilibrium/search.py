@@ -18,7 +18,7 @@ from powertrain.compiler.matching import components
 from powertrain.dae import contact, friction, switch
 from powertrain.dae.friction import FREE
 from powertrain.dae.hybrid import Contact, Friction, Law, Switch
-from powertrain.dae.tolerances import SAME
+from powertrain.dae.tolerances import INFINITE, SAME
 from powertrain.equilibrium.points import NONE, OK, SEVERAL, Index, Mask, Points
 from powertrain.equilibrium.system import Equilibrium, moved_by_unknowns
 from powertrain.language.symbols import Symbol
@@ -258,7 +258,7 @@ class Search:
     def _consistent(self, trials: Trials, side: Rows) -> Mask:
         """Whether the modes hold. Marks laws that rest under a prescribed motion."""
         table = self._table(trials.values)
-        holds: Mask = np.asarray(np.isfinite(self._signature(table)).all(axis=0))
+        holds: Mask = np.asarray((np.abs(self._signature(table)) <= INFINITE).all(axis=0))
         for i, k in enumerate(self.group.laws):
             rests = self._rests(table, i)
             trials.rest[k] |= rests

@@ -12,7 +12,6 @@ import casadi as ca
 
 from powertrain.integration.step import StepResult, combined
 
-ORDER = 5
 A = (
     (1 / 5,),
     (3 / 40, 9 / 40),

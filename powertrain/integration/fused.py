@@ -57,6 +57,11 @@ class Common:
     indicators: int
     constants: dict[str, tuple[ca.SX, ca.SX]]
 
+    def arguments(self, t: ca.SX, y: ca.SX) -> list[ca.SX]:
+        """Those of every function of the model, ``dae.function``."""
+        n = self.dae.x.numel()
+        return [t, y[:n, :], y[n:, :], self.m, self.p]
+
 
 def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX) -> Common:
     """``rows`` are the pivot rows of d(residual)/dz if there are algebraic unknowns."""
@@ -140,9 +145,8 @@ def _closed(model: Common, taken: StepResult) -> StepResult:
     function, n = closing(model.dae), model.dae.x.numel()
     if function is None:
         return taken
-    t, y = model.time[0] + model.time[1], taken.end
-    (x,) = function.call([t, y[:n, :], y[n:, :], model.m, model.p])
-    return replace(taken, end=ca.vertcat(x, y[n:, :]))
+    (x,) = function.call(model.arguments(model.time[0] + model.time[1], taken.end))
+    return replace(taken, end=ca.vertcat(x, taken.end[n:, :]))
 
 
 def closing(dae: HybridDae) -> ca.Function | None:
@@ -205,9 +209,8 @@ def rest(model: Common) -> ca.Function:
 
 def _at_rest(model: Common, y: ca.SX) -> ca.SX:
     """Unknowns with stuck speeds set to zero."""
-    dae, n = model.dae, model.dae.x.numel()
-    found = dae.function("at_rest", at_rest(dae))
-    return ca.vertcat(found.call([model.time[0], y[:n, :], y[n:, :], dae.m, dae.p])[0], y[n:, :])
+    (x,) = model.dae.function("at_rest", at_rest(model.dae)).call(model.arguments(model.time[0], y))
+    return ca.vertcat(x, y[model.dae.x.numel() :, :])
 
 
 def _right_slope(model: Common, y: ca.SX) -> ca.SX:
@@ -222,12 +225,11 @@ def corner(model: Common) -> ca.Function:
 
     (time, y, m, p) -> (y, slope, [0 if all modes hold and no law is held at its limit, sum])
     """
-    dae = model.dae
-    n, t = dae.x.numel(), model.time[0]
+    dae, t = model.dae, model.time[0]
     y, far = _at_rest(model, model.y), ca.SX(0)
     if dae.z.numel():
-        y = _corrected(model, t, _corrected(model, t, y, n), n)
-        last = _corrected(model, t, y, n)
+        y = _corrected(model, t, _corrected(model, t, y))
+        last = _corrected(model, t, y)
         far = ca.sum1(ca.logic_not(ca.fabs(last - y) <= SETTLED * (1 + ca.fabs(last))))
     flags = _rules(model, y, ca.SX.zeros(len(timed(dae)[1])), ca.SX.zeros(2))[1]
     determined = ca.fabs(flags[3]) < np.inf
@@ -243,14 +245,13 @@ def locate(model: Common) -> ca.Function:
     (time, fraction, above, dense, m, p) -> (y, g, least). Algebraic unknowns get two Newton corrections.
     """
     dae = model.dae
-    n = dae.x.numel()
     fraction, above = ca.SX.sym("fraction"), ca.SX.sym("above", model.indicators)
     dense = ca.SX.sym("dense", 5 * model.y.numel())
     t = model.time[0] + fraction * model.time[1]
     y = on_polynomial(ca.reshape(dense, model.y.numel(), 5), fraction)
     if dae.z.numel():
         for _ in range(2):
-            y = _corrected(model, t, y, n)
+            y = _corrected(model, t, y)
     g = model.located(t, y)
     smallest = ca.SX(1e300)
     for i in range(model.indicators):
@@ -260,15 +261,18 @@ def locate(model: Common) -> ca.Function:
     )
 
 
-def _corrected(model: Common, t: ca.SX, y: ca.SX, n: int) -> ca.SX:
-    dae = model.dae
-    residual, jacobian = _algebra(dae).call([t, y[:n, :], y[n:, :], dae.m, dae.p])
+def _corrected(model: Common, t: ca.SX, y: ca.SX) -> ca.SX:
+    """The unknowns after a Newton step for z."""
+    n = model.dae.x.numel()
+    residual, jacobian = _algebra(model, t, y)
     return ca.vertcat(y[:n, :], y[n:, :] - factorize(jacobian, model.rows)(residual))
 
 
-def _algebra(dae: HybridDae) -> ca.Function:
+def _algebra(model: Common, t: ca.SX, y: ca.SX) -> list[ca.SX]:
+    """The residuals, and their derivatives by z."""
+    dae = model.dae
     outputs = [dae.residual, ca.jacobian(dae.residual, dae.z)]
-    return ca.Function(PREFIX + "algebra", dae.arguments, outputs)
+    return list(ca.Function(PREFIX + "algebra", dae.arguments, outputs).call(model.arguments(t, y)))
 
 
 def newton(model: Common) -> ca.Function:
@@ -277,7 +281,7 @@ def newton(model: Common) -> ca.Function:
     n = dae.x.numel()
     z, before, last, open_ = model.y[n:, :], ca.SX(np.inf), ca.SX(0), ca.SX(0)
     for k in range(_STEPS):
-        residual, jacobian = _algebra(dae).call([model.time[0], model.y[:n, :], z, dae.m, dae.p])
+        residual, jacobian = _algebra(model, model.time[0], ca.vertcat(model.y[:n, :], z))
         step = factorize(jacobian, model.rows)(residual)
         size, share = ca.mmax(ca.fabs(residual)), ca.mmax(ca.fabs(step)) / (1 + ca.mmax(ca.fabs(z)))
         if k:
@@ -307,12 +311,11 @@ def update(model: Common) -> ca.Function:
 def _rules(model: Common, y: ca.SX, fire: ca.SX, jumped: ca.SX) -> list[ca.SX]:
     """Held values, flags, edges and closing of one pass of the mode rules."""
     dae = model.dae
-    n = dae.x.numel()
     a, b = ca.SX.sym("fire", fire.numel()), ca.SX.sym("jumped", 2)
     taken = mode_pass(dae, a, b[0], b[1])
     results = [ca.densify(e) for e in (taken.held, taken.flags, taken.edges, taken.closing)]
     rules = ca.Function(PREFIX + "rules", [*dae.arguments, a, b], results)
-    return list(rules.call([model.time[0], y[:n, :], y[n:, :], dae.m, dae.p, fire, jumped]))
+    return list(rules.call([*model.arguments(model.time[0], y), fire, jumped]))
 
 
 def jacobian(model: Common) -> ca.Function:

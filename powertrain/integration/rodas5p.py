@@ -15,7 +15,6 @@ import casadi as ca
 from powertrain.integration.step import StepResult, combined
 from powertrain.numerics.sparse_lu import factorize
 
-ORDER = 5
 GAMMA = 0.21193756319429014
 ALPHA = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0)
 GAMMA_SUM = (GAMMA, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""What a user gives to a function: looked at where it comes in, so that a wrong value is named in the user's terms."""
+"""Checks of arguments where they are passed, so that errors name them in the user's terms."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 Equations: TypeAlias = "Generator[Symbol | Law | bool, None, None]"
 LONGEST_TEXT = 400
-"""Characters of the text of a component from which its parts are abridged."""
+"""Length of the representation of a component from which its parts are abridged."""
 NAMED = 4
 """Classes that an error names for a slot."""
 shortened = reprlib.Repr()
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 else:
 
     class _Kind(type):
-        """The class of component classes: a name that a class does not have is answered with the variants that it makes."""
+        """The class of component classes; the error for an unknown attribute lists the variants of the class."""
 
         def __getattr__(cls, name):
             makers = variants(cls) if not name.startswith("_") else []
@@ -93,30 +93,24 @@ class Component(metaclass=_Kind):
                 f"{cls.__name__}.equations would replace the equations of {bases[0].__name__}: a class is either partial or final; "
                 "use the component as a part instead"
             )
-        own = {
-            name: cls.__dict__.get(name, MISSING) for name in cls.__dict__.get("__annotations__", {}) if name[0] != "_"
-        }
-        hidden = [n for n, spec in cls.__dict__.items() if n[0] == "_" and isinstance(spec, Quantity | Port)]
-        if hidden:
-            raise ModelError(
-                f"{cls.__name__}.{hidden[0]}: the name of a quantity or port must not begin with an underscore"
-            )
         hints = cls.__dict__.get("__annotations__", {})
-        bare = [
-            n for n, spec in cls.__dict__.items() if isinstance(spec, Quantity | Port | Component) and n not in hints
-        ]
-        if bare:
-            kind = type(cls.__dict__[bare[0]]).__name__
-            raise ModelError(
-                f"{cls.__name__}.{bare[0]} has no annotation, so it is not a field of the component; write  {bare[0]}: {kind} = ..."
-            )
-        own = {name: spec for name, spec in own.items() if "ClassVar" not in str(hints[name])}
-        taken = [name for name in own if name in vars(Component)]
-        if taken:
+        for name, spec in cls.__dict__.items():
+            if name[0] == "_" and isinstance(spec, Quantity | Port):
+                raise ModelError(
+                    f"{cls.__name__}.{name}: the name of a quantity or port must not begin with an underscore"
+                )
+            if name not in hints and isinstance(spec, Quantity | Port | Component):
+                raise ModelError(
+                    f"{cls.__name__}.{name} has no annotation, so it is not a field of the component; "
+                    f"write  {name}: {type(spec).__name__} = ..."
+                )
+        names = [name for name, hint in hints.items() if name[0] != "_" and "ClassVar" not in str(hint)]
+        if taken := [name for name in names if name in vars(Component)]:
             raise ModelError(
                 f"{cls.__name__}.{taken[0]}: a field cannot have this name, because {taken[0]} of a component has a meaning of its own; "
                 "choose another name"
             )
+        own = {name: cls.__dict__.get(name, MISSING) for name in names}
         cls._fields = {**{n: s for b in reversed(cls.__mro__[1:]) for n, s in getattr(b, "_fields", {}).items()}, **own}
         cls._slots = None
 
@@ -202,7 +196,7 @@ class Component(metaclass=_Kind):
 
     @classmethod
     def _slot_types(cls) -> dict[str, Any]:
-        if cls.__dict__.get("_slots") is None or cls._slots is None:
+        if cls._slots is None:  # of this class: __init_subclass__ sets it anew
             slots: dict[str, Any] = {}
             for base in reversed(cls.__mro__):
                 scope = vars(sys.modules.get(base.__module__, typing))
@@ -265,7 +259,7 @@ class Component(metaclass=_Kind):
 
 
 def _abridged(name: str, given: Mapping[str, Any]) -> str:
-    """A long text of a component: its parts by their classes, rows of parts by their number, long values cut."""
+    """The representation of a large component: parts by their classes, rows of parts by their number, long values cut."""
     shown = []
     for n, v in given.items():
         if isinstance(v, tuple) and any(isinstance(item, Component) for item in v):

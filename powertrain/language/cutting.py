@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from reprlib import repr as short
 from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names
-from powertrain.language.component import Component, Equations
-from powertrain.language.connectors import Input, Output, Signal
+from powertrain.language.component import Component, Equations, descendants
+from powertrain.language.connectors import Connector, Input, Output, Signal
 from powertrain.language.fields import Discrete, Port, Variable
 from powertrain.language.replacing import replace
 
 C = TypeVar("C", bound=Component)
-_STEP = re.compile(r"(\w+)(?:\[(\d+)\])?")
 
 
 def bench(vehicle: C, without: str | tuple[str, ...] | list[str]) -> C:
@@ -49,37 +47,25 @@ def bench(vehicle: C, without: str | tuple[str, ...] | list[str]) -> C:
     """
     if not isinstance(vehicle, Component):
         raise ParameterError(f"bench: pass a component, such as ManualCar(), not {short(vehicle)}")
+    parts = {path: part for path, part in descendants(vehicle) if not isinstance(part, Connector)}
     changes = {}
     for path in names("without", without):
-        part = _part(vehicle, path)
+        if path not in parts:
+            raise ParameterError(f"without: {type(vehicle).__name__} has no part {path}{suggestion(path, parts)}")
+        part = parts[path]
         for name, spec in part._fields.items():
             if isinstance(spec, Port) and not isinstance(getattr(part, name), Signal):
                 raise ParameterError(
                     f"without: {path} ({type(part).__name__}) carries power through its port {name}; only parts that are connected by "
                     "signals alone can be taken out"
                 )
-        changes[path] = _emptied(part)
+        changes[path] = _emptied(type(part), part._values)
     return replace(vehicle, changes)
 
 
-def _part(whole: Component, path: str) -> Component:
-    found: Any = whole
-    for step in path.split("."):
-        match = _STEP.fullmatch(step)
-        name, index = match.groups() if match else (step, None)
-        inner = found._values.get(name) if isinstance(found, Component) else None
-        if index is not None and isinstance(inner, tuple) and int(index) < len(inner):
-            inner = inner[int(index)]
-        if not isinstance(inner, Component) or isinstance(inner, Signal):
-            known = [n for n, v in getattr(found, "_values", {}).items() if isinstance(v, Component | tuple)]
-            raise ParameterError(f"without: {type(whole).__name__} has no part {path}{suggestion(step, known)}")
-        found = inner
-    assert isinstance(found, Component)
-    return found
-
-
-def _emptied(part: Component) -> Component:
-    return _again(type(part), part._values)
+def _emptied(kind: type[Component], values: dict[str, Any]) -> Component:
+    """A part of a class with these values, taken out; it makes its ports anew."""
+    return _emptied_kind(kind)(**{name: value for name, value in values.items() if not isinstance(value, Signal)})
 
 
 _kinds: WeakKeyDictionary[type[Component], type[Component]] = WeakKeyDictionary()
@@ -99,7 +85,7 @@ def _emptied_kind(kind: type[Component]) -> type[Component]:
         for name, spec in kind._fields.items():
             if isinstance(spec, Variable | Discrete):
                 setattr(made, name, _Gone(name))
-        made.__reduce__ = lambda part: (_again, (kind, part._values))
+        made.__reduce__ = lambda part: (_emptied, (kind, part._values))
         _kinds[kind] = made
     return _kinds[kind]
 
@@ -108,15 +94,6 @@ def _turned(spec: Any) -> Any:
     if isinstance(spec, Port) and issubclass(spec.kind, Output):
         return Port(Input, values={**spec.values, "default": 0.0, "outside": True})
     return spec
-
-
-def _again(kind: type[Component], values: dict[str, Any]) -> Component:
-    made = _emptied_kind(kind)
-    return made(**_plain(values))
-
-
-def _plain(values: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in values.items() if not isinstance(value, Signal)}
 
 
 def _nothing(part: Component) -> Equations:

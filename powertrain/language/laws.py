@@ -6,7 +6,6 @@ modes of all laws together and locates every change as an event.
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self, TypeAlias
@@ -18,10 +17,11 @@ from numpy.typing import ArrayLike
 from powertrain.errors import ModelError
 from powertrain.language.arguments import floats
 from powertrain.language.component import Component, children
+from powertrain.language.conditions import combined, crossing, is_held
 from powertrain.language.connectors import Connector
 from powertrain.language.law import Law
 from powertrain.language.recorder import GuardEntry, ScheduleEntry, SwitchEntry, recorder, to_be_yielded
-from powertrain.language.symbols import Symbol, free_symbols, key, time, total_derivative
+from powertrain.language.symbols import Symbol, key, time, total_derivative
 
 Expression: TypeAlias = "Symbol | float"
 
@@ -44,6 +44,11 @@ class FrictionLaw(Law):
     peak: Symbol
     name: str
 
+    @property
+    def effort(self) -> Symbol:
+        """The torque or force that the law determines."""
+        return self.torque
+
 
 @dataclass(frozen=True)
 class UnilateralLaw(Law):
@@ -53,6 +58,11 @@ class UnilateralLaw(Law):
     force: Symbol
     restitution: Symbol
     name: str
+
+    @property
+    def effort(self) -> Symbol:
+        """The torque or force that the law determines."""
+        return self.force
 
 
 @dataclass(frozen=True)
@@ -80,7 +90,7 @@ class WhenLaw(Law):
 
 
 def _expression(word: str, value: Any) -> Symbol:
-    """A number or one expression, as a symbol; ``word`` is the word of the text that takes it."""
+    """A number or one expression, as a symbol; ``word`` is the name of the law, for the message."""
     found = value if isinstance(value, Symbol) else None
     if isinstance(value, int | float | np.number) and not isinstance(value, bool):
         found = Symbol(float(value))
@@ -172,88 +182,7 @@ def when(condition: Symbol, *resets: Reinit, name: str = "when", initially: bool
     if not resets or not all(isinstance(r, Reinit) for r in resets):
         raise ModelError(f"{recorder().place}: when(condition, reinit(...), ...) needs at least one reinit")
     condition = _condition("when", condition)
-    return to_be_yielded("when", WhenLaw(_combined(condition, name, recorder().relations), resets, name, initially))
-
-
-def _combined(condition: Symbol, name: str, relations: list[SwitchEntry]) -> Symbol:
-    """Positive exactly while ``condition`` holds; of several comparisons, in terms of their truth, which only events change.
-
-    The comparisons join ``relations``.
-    """
-    active, found, condition = recorder(), list[Symbol](), _unfolded(condition)
-
-    def alone(relation: Symbol) -> Symbol:
-        found.append(relation)
-        return _residual(relation)
-
-    def held(relation: Symbol) -> Symbol:
-        g = _residual(relation)
-        if _held(g):
-            return g
-        known = next((r for r in relations if key(r.condition) == key(relation)), None)
-        if known is None:
-            mode = active.hold(f"{active.path}.{name}.relation{len(relations)}".lstrip("."))
-            known = SwitchEntry(mode, g, active.place, True, relation)
-            relations.append(known)
-        return 2 * known.mode - 1
-
-    g = crossing(condition, alone)
-    return g if len(found) < 2 else crossing(condition, held)
-
-
-def _unfolded(condition: Symbol) -> Symbol:
-    """``|a| < b`` as ``a < b`` and ``-a < b``, and so on: a peak of ``b - |a|``, however narrow, lies between two events.
-
-    Only where the parts are affine: others may jump where they do not count, as an angle does that begins anew.
-    """
-    inner = [condition.dep(i) for i in range(condition.n_dep())]
-    for op, join in (ca.OP_AND, ca.logic_and), (ca.OP_OR, ca.logic_or), (ca.OP_NOT, ca.logic_not):
-        if condition.is_op(op):
-            return join(*map(_unfolded, inner))
-    if not (condition.is_op(ca.OP_LT) or condition.is_op(ca.OP_LE)):
-        return condition
-    compare = operator.lt if condition.is_op(ca.OP_LT) else operator.le
-    for k, joins in enumerate(((ca.logic_and, ca.logic_or), (ca.logic_or, ca.logic_and))):
-        for op, join in zip((ca.OP_FMAX, ca.OP_FMIN), joins, strict=True):
-            parts = _parts(inner[k], op)
-            if parts and all(map(_affine, parts)):
-                sides = [(part, inner[1]) if k == 0 else (inner[0], part) for part in parts]
-                return join(*(_unfolded(compare(*side)) for side in sides))
-    return condition
-
-
-def _affine(expression: Symbol) -> bool:
-    """Whether an expression is affine in what changes between events."""
-    moving = [s for s in free_symbols(expression) if key(s) not in recorder().constants]
-    return not moving or bool(ca.is_linear(expression, ca.vertcat(*moving)))
-
-
-def _parts(value: Symbol, op: int) -> list[Symbol]:
-    """What a value is the larger, or the smaller, of: |a| of a and -a, c - |a| of c - a and c + a."""
-    inner, other = [value.dep(i) for i in range(value.n_dep())], ca.OP_FMIN if op == ca.OP_FMAX else ca.OP_FMAX
-    if value.is_op(op):
-        return inner
-    if value.is_op(ca.OP_FABS) and op == ca.OP_FMAX:
-        return [inner[0], -inner[0]]
-    if value.is_op(ca.OP_NEG):
-        return [-part for part in _parts(inner[0], other)]
-    if value.is_op(ca.OP_ADD):
-        return [p + inner[1] for p in _parts(inner[0], op)] or [inner[0] + p for p in _parts(inner[1], op)]
-    if value.is_op(ca.OP_SUB):
-        return [p - inner[1] for p in _parts(inner[0], op)] or [inner[0] - p for p in _parts(inner[1], other)]
-    return []
-
-
-def _residual(relation: Symbol) -> Symbol:
-    """The expression that is positive exactly while a comparison holds: of what only events change, its truth."""
-    g = relation.dep(1) - relation.dep(0)
-    return 2 * relation - 1 if _held(g) else g
-
-
-def _held(expression: Symbol) -> bool:
-    """Whether only events change the value of an expression."""
-    constants = recorder().constants
-    return all(key(s) in constants for s in free_symbols(expression))
+    return to_be_yielded("when", WhenLaw(combined(condition, name, recorder().relations), resets, name, initially))
 
 
 def switch(
@@ -281,13 +210,13 @@ def switch(
     """
     active, condition = recorder(), _condition("switch", condition)
     a, b = _expression("switch", a), _expression("switch", b)
-    if _held(crossing(condition)):
+    if is_held(crossing(condition)):
         return ca.if_else(condition, a, b)
     for entry in active.switches:
         if key(entry.condition) == key(condition) and entry.continuous == continuous:
             return ca.if_else(entry.mode, a, b)
     name = name or f"switch{len(active.switches)}"
-    g = crossing(condition) if continuous else _combined(condition, name, active.switches)
+    g = crossing(condition) if continuous else combined(condition, name, active.switches)
     mode = active.hold(f"{active.path}.{name}".lstrip("."))
     active.switches.append(SwitchEntry(mode, g, active.place, continuous, condition))
     return ca.if_else(mode, a, b)
@@ -327,21 +256,6 @@ def within(value: Symbol, low: Expression, high: Expression, *, name: str, unit:
     active = recorder()
     value, low, high = (_expression("within", v) for v in (value, low, high))
     active.guards.append(GuardEntry(name, value, low, high, unit, action, active.place))
-
-
-def crossing(condition: Symbol, of: Callable[[Symbol], Symbol] = _residual) -> Symbol:
-    """The expression that is positive exactly while ``condition`` holds, from what its comparisons are positive ``of``."""
-    if condition.is_op(ca.OP_LT) or condition.is_op(ca.OP_LE):
-        return of(condition)
-    if condition.is_op(ca.OP_AND):
-        return ca.fmin(crossing(condition.dep(0), of), crossing(condition.dep(1), of))
-    if condition.is_op(ca.OP_OR):
-        return ca.fmax(crossing(condition.dep(0), of), crossing(condition.dep(1), of))
-    if condition.is_op(ca.OP_NOT):
-        return -crossing(condition.dep(0), of)
-    if condition.is_constant():
-        return condition - 0.5
-    raise ModelError(f"{recorder().place}: {condition} is not a comparison such as w > 0")
 
 
 def connect(*ports: Connector) -> Connection:

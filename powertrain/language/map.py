@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
-import math
 import zlib
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -21,21 +18,16 @@ from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language import htmltext, tables
 from powertrain.language.arguments import floats, one_of, text
 from powertrain.language.dimensions import measure, unit_of
+from powertrain.language.gridtable import read_grid
 from powertrain.language.laws import within
-from powertrain.language.quantities import converted, counts_rotations
 from powertrain.language.recorder import recorder, recording
 from powertrain.language.symbols import Symbol
-from powertrain.language.texttable import Heading, Row, TextTable
 from powertrain.language.units import checked_unit, told_apart, with_unit
 
 Outside: TypeAlias = Literal["error", "clip", "linear"]
 Method: TypeAlias = Literal["linear", "smooth"]
 FEW = 32
 """Up to this many points a piecewise linear curve is written out as an expression."""
-PLAIN = ("1", "N.m", "Pa", "W", "kg", "N", "m", "m/s", "kg/s", "kg/J", "m3", "s", "V", "Ohm", "A.s")
-"""What columns in units of every day are converted to."""
-EVERY_DAY = {"km/h": "m/s", "kW": "W", "bar": "Pa"}
-"""Units that are known, but that no component has."""
 
 
 @dataclass(frozen=True, init=False)
@@ -217,7 +209,15 @@ class Map:
         all axes or a rule for each name.
         Errors: ParameterError naming the file, and the line or the column.
         """
-        return _read(cls, TextTable.read(path), outside, method)
+        found = read_grid(path)
+        names = [head.name for head in found.axes]
+        rules: Mapping[str, Outside] = outside if isinstance(outside, Mapping) else dict.fromkeys(names, outside)
+        for name in rules:
+            if name not in names:
+                near = suggestion(str(name), names)
+                raise ParameterError(f"{found.path}: outside: the table has no axis {name}{near}")
+        axes = [Axis(*h, g, rules.get(h.name, "error")) for h, g in zip(found.axes, found.grids, strict=True)]
+        return cls(axes, found.values, found.value.unit, found.value.name, method)
 
     @overload
     def __call__(self, *arguments: float) -> float: ...
@@ -375,75 +375,4 @@ def _numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
     if not np.isfinite(numbers).all():
         where = np.argwhere(~np.isfinite(numbers))[0].tolist()
         raise ParameterError(f"{what}: {numbers[tuple(where)]} at {where} is not a finite number")
-    return numbers
-
-
-def _read(cls: type[Map], sheet: TextTable, outside: Outside | Mapping[str, Outside], method: Method) -> Map:
-    path, heads = sheet.path, sheet.headings
-    for i, head in enumerate(heads, 1):
-        if not head.unit or not head.name:
-            said = f"{path}: column {i}: {str(head)!r}"
-            raise ParameterError(f"{said} is not a column heading such as 'speed [rad/s]'")
-    if len(heads) < 2:
-        raise ParameterError(f"{path}: a column for every axis and one for the value are needed")
-    table = np.array([_row(sheet, row) for row in sheet.rows])
-    units = [_plain(path, head) for head in heads]
-    table *= [size for size, _ in units]
-    grids = [np.unique(column) for column in table.T[:-1]]
-    places = np.column_stack([g.searchsorted(column) for g, column in zip(grids, table.T, strict=False)])
-    heads = tuple(Heading(head.name, unit) for head, (_, unit) in zip(heads, units, strict=True))
-    _check_grid(path, [row.line for row in sheet.rows], places.tolist(), heads, grids)
-    values = np.empty([g.size for g in grids])
-    values[tuple(places.T)] = table[:, -1]
-    names = [h.name for h in heads[:-1]]
-    for name in outside if isinstance(outside, Mapping) else ():
-        if name not in names:
-            raise ParameterError(f"{path}: outside: the table has no axis {name}{suggestion(str(name), names)}")
-    rules: Mapping[str, Outside] = outside if isinstance(outside, Mapping) else dict.fromkeys(names, outside)
-    axes = tuple(Axis(*h, g, rules.get(h.name, "error")) for h, g in zip(heads, grids, strict=False))
-    return cls(axes, values, heads[-1].unit, heads[-1].name, method)
-
-
-def _plain(path: Path, head: Heading) -> tuple[float, str]:
-    """The unit of a column as components have it, and the size of the column's unit in it: Nm is 1 N.m, rpm is pi/30 rad/s."""
-    unit = "rad/s" if counts_rotations(head.unit) else EVERY_DAY.get(head.unit)
-    if unit is not None:
-        return converted(1.0, head.unit, unit), unit
-    try:
-        return 1.0, checked_unit(head.unit)
-    except ModelError as error:
-        for unit in PLAIN:
-            with suppress(ModelError):
-                return converted(1.0, head.unit, unit), unit
-        raise ParameterError(f"{path}: column {head.name!r}: {error}") from None
-
-
-def _check_grid(
-    path: Path,
-    lines: Sequence[int],
-    places: Sequence[Sequence[int]],
-    heads: Sequence[tuple[str, str]],
-    grids: Sequence[NDArray[np.float64]],
-) -> None:
-    """One row for every grid point: in order, the places count up through the grid."""
-    ordered = sorted(zip(map(tuple, places), lines, strict=True))
-    for (place, _), (following, line) in itertools.pairwise(ordered):
-        if place == following:
-            raise ParameterError(f"{path}:{line}: this grid point already has a value")
-    whole = itertools.product(*(range(g.size) for g in grids))
-    for wanted, found in itertools.zip_longest(whole, (place for place, _ in ordered)):
-        if wanted != found:
-            said = ", ".join(f"{h[0]} = {g[k]:g} {h[1]}" for h, g, k in zip(heads, grids, wanted, strict=False))
-            raise ParameterError(f"{path}: no row for {said}: the rows must fill the grid")
-
-
-def _row(sheet: TextTable, row: Row) -> list[float]:
-    try:
-        numbers = [float(cell) for cell in row.cells]
-    except ValueError:
-        raise ParameterError(f"{sheet.path}:{row.line}: {', '.join(row.cells)!r} is not a row of numbers") from None
-    width = len(sheet.headings)
-    if len(numbers) != width or not all(map(math.isfinite, numbers)):
-        said = ", ".join(row.cells)
-        raise ParameterError(f"{sheet.path}:{row.line}: {width} finite numbers are needed, got {said!r}")
     return numbers

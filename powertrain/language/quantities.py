@@ -24,12 +24,13 @@ _SPELLINGS = {
     **dict.fromkeys(("lbs", "lbm"), "lb"),
     "bhp": "hp",
     "kmh": "km/h",
+    "n-m": "N.m",
     "celsius": "degC",
     "fahrenheit": "degF",
     **dict.fromkeys(("cc", "ccm"), "cm3"),
     **{
         mark.join(pair): "lbf.ft"
-        for mark in ".- "
+        for mark in ".·⋅- "
         for pair in (("lb", "ft"), ("ft", "lb"), ("lbs", "ft"), ("ft", "lbs"))
     },
     **{f"{one}-{other}": "lbf.ft" for one, other in (("lbf", "ft"), ("ft", "lbf"))},
@@ -47,6 +48,8 @@ _SIGNS = (
     ("^", ""),
     ("²", "2"),
     ("³", "3"),
+    ("⁻", "-"),
+    ("¹", "1"),
     ("°C", "degC"),
     ("°F", "degF"),
     ("Ω", "Ohm"),

@@ -1,4 +1,4 @@
-"""Where the text of a model is written down while it is read: derivatives, switches, schedules and guards of the component at hand."""
+"""What is recorded while the equations of a model are read: derivatives, switches, schedules, guards, and the line being read."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ L = TypeVar("L")
 
 @dataclass(frozen=True)
 class Place:
-    """Where something was said: the component's path and the line of its text, read only when an error quotes it."""
+    """The path of a component and a line of its source, which is read only when an error quotes it."""
 
     path: str
     file: str = ""
@@ -89,7 +89,7 @@ def lines(text: Any, path: str) -> Iterator[tuple[Place, Any]]:
 
 @dataclass
 class Recorder:
-    """Collects what reading the equations brings up."""
+    """Collects what the equations declare while they are read."""
 
     path: str = ""
     text: Generator[Any, None, None] | None = None
@@ -107,13 +107,13 @@ class Recorder:
     calls: bool = False
     """Whether an expression calls a function, as large maps do."""
     evaluated: set[str] = field(default_factory=set)
-    """Parameters whose values the text computes with, as for the table of a control."""
+    """Parameters whose values are used while the equations are read, as for the table of a control."""
     written: list[tuple[Place, str, Any]] = field(default_factory=list)
     """Laws that were written and not yielded yet, with the word of each."""
 
     @property
     def place(self) -> Place:
-        """The line of the text that is being read."""
+        """The line that is being read."""
         return place_in(self.text, self.path)
 
     def yielded(self, law: Any) -> None:
@@ -145,7 +145,7 @@ _active: ContextVar[Recorder | None] = ContextVar("recorder", default=None)
 
 @contextmanager
 def reading(active: Recorder) -> Iterator[Recorder]:
-    """Makes ``active`` the recorder that der, switch and the other words of the text write to."""
+    """Makes ``active`` the recorder that ``der``, ``switch`` and the like write to."""
     token = _active.set(active)
     try:
         yield active
@@ -162,7 +162,7 @@ def recorder() -> Recorder:
 
 
 def recording() -> bool:
-    """Whether the text of a model is being read."""
+    """Whether the equations of a model are being read."""
     return _active.get() is not None
 
 
@@ -177,7 +177,7 @@ _as_float = ca.SX.__float__
 
 
 def _number(symbol: Symbol) -> float:
-    """The number of a constant expression. CasADi gives nan for a symbol; in the text of a model that is refused."""
+    """The number of a constant expression. CasADi gives nan for a symbol; within equations that is an error."""
     active = _active.get()
     if active is not None and not symbol.is_constant():
         raise ModelError(
@@ -192,7 +192,7 @@ _as_int = ca.SX.__int__
 
 
 def _whole_number(symbol: Symbol) -> int:
-    """The whole number of a constant expression; in the text of a model a symbol is refused."""
+    """The whole number of a constant expression; within equations a symbol is an error."""
     _number(symbol)
     return int(_as_int(symbol))
 

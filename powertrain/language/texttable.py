@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import math
 import re
 from collections.abc import Iterator
@@ -16,6 +17,8 @@ from powertrain.language.arguments import path as argument_path
 _UNIT = re.compile(r"(.*)\[([^\[\]]*)\]$"), re.compile(r"(.*?)\((.*)\)$")
 """A heading with its unit: ``speed [rpm]``, ``BSFC (g/(kW.h))``."""
 _NUMBER = re.compile(r"[-+]?[\d.,]*\d[\d.,]*(?:[eE][-+]?\d+)?")
+_THOUSANDS, _HUNDREDS = re.compile(r"[-+]?[1-9]\d{0,2}[.,]\d{3}"), re.compile(r"[-+]?[1-9]\d\d")
+"""Numbers such as 1.500 and 800: together in a column, the mark may separate thousands."""
 
 
 class Heading(NamedTuple):
@@ -63,8 +66,8 @@ class TextTable:
         Raises
         ------
         ParameterError
-            For files that cannot be read, are not in UTF-8, have no rows, rows of another length than the headings, or numbers with decimal
-            commas as well as decimal points.
+            For files that cannot be read, are not in UTF-8, have no rows, rows of another length than the headings, numbers with decimal
+            commas as well as decimal points, or 1.500 and 800 in one column, of which the first may be 1500.
         """
         file = Path(argument_path("path", path))
         lines = [(i, line) for i, line in _lines(file) if line.strip() and not line.lstrip().startswith("#")]
@@ -73,6 +76,7 @@ class TextTable:
         delimiter = next((mark for mark in "\t;" if mark in lines[0][1]), ",")
         rows = [Row(i, _cells(line, delimiter)) for i, line in lines]
         if delimiter != ",":
+            _check_thousands(file, rows)
             rows = _with_points(file, rows)
         width = _width(rows)
         rows = [Row(line, cells[:width]) for line, cells in rows]
@@ -84,7 +88,8 @@ class TextTable:
         headings = tuple(Heading.of(cell) for cell in rows[0].cells)
         if longer := [row for row in rows if len(row.cells) > len(headings)]:
             found = f"{len(longer[0].cells)} cells, but there are {len(headings)} headings"
-            raise ParameterError(f"{file}:{longer[0].line}: {found}; columns are separated by {delimiter!r}")
+            title = "; lines above the headings begin with #" * (longer[0] is rows[1])
+            raise ParameterError(f"{file}:{longer[0].line}: {found}; columns are separated by {delimiter!r}{title}")
         return cls(file, *_with_unit_row(headings, rows[1:]))
 
     def number(self, row: Row, column: int) -> float:
@@ -139,6 +144,22 @@ def _with_points(path: Path, rows: list[Row]) -> list[Row]:
             "separators of thousands"
         )
     return [Row(i, tuple(c.replace(",", ".") if _NUMBER.fullmatch(c) else c for c in cells)) for i, cells in rows]
+
+
+def _check_thousands(path: Path, rows: list[Row]) -> None:
+    """ParameterError for a column such as 800, 1.000, 1.500: read without the marks, its numbers go on where those without one end."""
+    for column in itertools.zip_longest(*(row.cells for row in rows[1:]), fillvalue=""):
+        marked = [cell for cell in column if _NUMBER.fullmatch(cell) and {",", "."} & set(cell)]
+        plain = [cell for cell in column if _HUNDREDS.fullmatch(cell)]
+        if not plain or not marked or not all(map(_THOUSANDS.fullmatch, marked)):
+            continue
+        whole = [cell.replace(",", "").replace(".", "") for cell in marked]
+        if min(abs(int(number)) for number in whole) <= 10 * max(abs(int(number)) for number in plain):
+            line = next(row.line for row in rows if marked[0] in row.cells)
+            raise ParameterError(
+                f"{path}:{line}: {marked[0]!r} in a column with {plain[0]!r} may be {whole[0]}; write numbers without separators of "
+                f"thousands, and decimals with another digit: {marked[0]}0"
+            )
 
 
 def _width(rows: list[Row]) -> int:

@@ -252,7 +252,7 @@ def _split(car: TestCar, technology: Technology, cool: bool) -> PowerSplitHybrid
             "engine": pt.replace(parts["engine"], tau_starter=0.0),
             "machine_1": _machine(45e3 * size, 60 * size, 1250.0, geared=False),
             "machine_2": _machine(53e3 * size, 163 * 3.1 * size, 560.0, geared=True),
-            "battery": PolarizedBattery(R=0.2 / size, Q=3.6 * 3600 * 1.6 * size, ocv=cells_in_series(56)),
+            "battery": _parallel(PolarizedBattery(R=0.2, Q=3.6 * 3600 * 1.6, ocv=cells_in_series(56)), size),
             "accessories": AccessoryLoad(P=0.75 * technology.accessories),
             **_axles(car, CrownGear(ratio=ring, eta_ab=eta, eta_ba=eta)),
             "control.tau_full": 163 * 3.1 * size,
@@ -274,12 +274,16 @@ def _electric(car: TestCar, technology: Technology, cool: bool) -> ElectricCar:
         body=_body(car),
         **_axles(car, CrownGear(ratio=1.0, eta_ab=eta, eta_ba=eta)),
         machine=_machine(car.power, car.power / (0.35 * W_MACHINE), W_MACHINE, geared=True),
-        battery=pt.replace(
-            BATTERY, {"Q": size * float(BATTERY.Q), "R": float(BATTERY.R) / size, "i_discharge": 600 * size}
-        ),
+        battery=_parallel(BATTERY, size),
         gearbox=SingleGear(gear=IdealGear(ratio=ratio), churning=ChurningLoss()),
         accessories=AccessoryLoad(P=0.75 * technology.accessories),
     )
+
+
+def _parallel(battery: PolarizedBattery, size: float) -> PolarizedBattery:
+    """The battery with ``size`` times as many cells in parallel."""
+    more = {name: size * float(getattr(battery, name)) for name in ("Q", "i_discharge", "i_charge")}
+    return pt.replace(battery, {**more, "R": float(battery.R) / size})
 
 
 def _machine(power: float, torque: float, w_max: float, *, geared: bool) -> ElectricMachine:

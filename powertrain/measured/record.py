@@ -102,7 +102,7 @@ class TestCar:
         """Cars of rows of tests; those of one test vehicle are one car, with the mean of its road loads and results."""
         known = rows.fieldnames or ()
         if missing := [name for name in (*TEXTS, *POSITIVE, *COAST_DOWN, *RESULTS) if name not in known]:
-            raise ParameterError(f"{where} lacks columns, which commas separate: {', '.join(missing)}")
+            raise ParameterError(f"{where} lacks columns (separated by commas): {', '.join(missing)}")
         groups: dict[str, list[dict[str, str]]] = {}
         for row in rows:
             _check(row, f"{where}, line {rows.line_num}")
@@ -127,8 +127,8 @@ class TestCar:
             )
         if kind == "power split" and listed != "belt":
             raise ParameterError(
-                f"{where}: a hybrid whose transmission is {row['transmission']!r}; of hybrids, only those with a power split are built, "
-                "which the list calls continuously variable"
+                f"{where}: a hybrid whose transmission is {row['transmission']!r}; only hybrids with a power split are supported, "
+                "whose transmissions the list calls continuously variable"
             )
         if kind in STEPPED and int(float(row["gears"])) not in SPREAD:
             raise ParameterError(
@@ -171,9 +171,11 @@ def _of_one_fuel(rows: list[dict[str, str]], where: str) -> list[dict[str, str]]
     known = [row for row in rows if not any(word in row["fuel"].lower() for word in OTHER_FUELS)]
     fuels = sorted({row["fuel"] for row in known or rows})
     if not known:
-        raise ParameterError(f"{where}: the fuel is {' and '.join(fuels)}; cars are built for gasoline and electricity")
+        raise ParameterError(
+            f"{where}: the fuel is {' and '.join(fuels)}; only gasoline and electric cars are supported"
+        )
     if ELECTRICITY in fuels and len(fuels) > 1:
-        raise ParameterError(f"{where}: tests with {' and '.join(fuels)}; plug-in hybrids are not built from the list")
+        raise ParameterError(f"{where}: tests with {' and '.join(fuels)}; plug-in hybrids are not supported")
     return known
 
 

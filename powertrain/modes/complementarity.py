@@ -94,7 +94,6 @@ class Laws:
         self.switches = [s.index for s in dae.switches]
         self.frictions = len(dae.frictions)
         self.algebraic = np.array([f.algebraic for f in dae.frictions] + [False] * len(dae.contacts), bool)
-        self.prescribed = np.array([f.prescribed for f in dae.frictions] + [False] * len(dae.contacts), bool)
         self.may_free = np.array([f.may_free for f in dae.frictions] + [False] * len(dae.contacts), bool)
         self._model_unknowns = opened.residual.numel()
         z = dae.z[: self._model_unknowns] if self._model_unknowns else ca.SX(0, 1)
@@ -189,7 +188,8 @@ class Complementarity:
         wide = _widened(base, bend, holds, np.where(rest, known, 0.0))
         answer = _Problem(laws, *wide, tau, rest, zone).answer(self.switches)
         for law, hold in zip(self.dae.frictions, holds, strict=False):
-            if law.rests is not None and hold > 1.0:  # at its peak, but not sliding yet
+            # at its peak, but not sliding yet; on a light part its creep would be too large to tell that others hold it
+            if law.rests is not None and hold > 1.0:
                 answer.modes[law.rests] = float(abs(answer.modes.get(law.index, 0.0)) == 1.0)
         return answer
 
@@ -235,7 +235,7 @@ class _Problem:
     def __init__(self, laws: TorqueLaws, near: LinearLaws, bend: _Bends, tau: Array, rest: Mask, zone: float) -> None:
         size = np.abs(near.g_slope[bend.places]).max(axis=1, initial=1e-300)  # conditions count as torques
         bend = replace(bend, rate=bend.rate * size, lower=bend.lower * size, upper=bend.upper * size)
-        self.laws, self.near, self.bend, self.rest, self.zone = laws, near, bend, rest, zone
+        self.laws, self.near, self.bend, self.rest = laws, near, bend, rest
         n, self.places = laws.count, np.flatnonzero(rest)
         lower, upper = _finite(near.lower), _finite(near.upper)
         self.forward = (near.speed > zone) & ~rest

@@ -30,34 +30,21 @@ def watched(guard: Guard) -> list[tuple[ca.SX, ca.SX | float]]:
 
 def first_violation(dae: HybridDae, memory: Memory, side: int, t: float) -> str:
     """The message for the first violated guard that ends a run; '' if there is none."""
-    found = (guard_violation(dae, memory, side, guard, t) for guard in dae.guards if guard.action == "error")
-    return next((message for message in found if message), "")
+    for guard in dae.guards:
+        if guard.action == "error" and _evaluated(dae, memory, side, guard, t)[-1] < 0.0:
+            return guard_message(dae, memory, side, guard, t)
+    return ""
 
 
-def guard_violation(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> str | None:
-    """The message for a guard whose value is outside its limits, or None."""
-    value, low, high, margin = _guard_values(dae, memory, side, guard, t)
-    return _guard_text(guard, value, low, high, t) if margin < 0.0 else None
+def _evaluated(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> list[float]:
+    """Its value, limits and margin."""
+    function = dae.function("guard", guard.value, guard.low, guard.high, guard_margin(guard))
+    return [float(v) for v in function(*memory.values(t, memory.y[side], memory.m))]
 
 
 def guard_message(dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float) -> str:
-    """The message for a guard whose limits are exceeded."""
-    value, low, high, _ = _guard_values(dae, memory, side, guard, t)
-    return _guard_text(guard, value, low, high, t)
-
-
-def _guard_values(
-    dae: HybridDae, memory: Memory, side: int, guard: Guard, t: float
-) -> tuple[float, float, float, float]:
-    function = dae.function("guard", ca.SX(guard.value), ca.SX(guard.low), ca.SX(guard.high), guard_margin(guard))
-    n, y = dae.x.numel(), memory.y[side]
-    values = function(t, y[:n], y[n : n + dae.z.numel()], memory.m[: dae.m.numel()], memory.p[: dae.p.numel()])
-    value, low, high, margin = (float(v) for v in values)
-    return value, low, high, margin
-
-
-def _guard_text(guard: Guard, value: float, low: float, high: float, t: float) -> str:
-    """Names the limit that was passed: at an event the value itself would look equal to it."""
+    """The message for a guard whose limits are exceeded. It names the limit: at an event the value itself would look equal to it."""
+    value, low, high, _ = _evaluated(dae, memory, side, guard, t)
     above = high - value < value - low
     limit = high if above else low
     said = with_unit(f"{value:.9g}", guard.unit)

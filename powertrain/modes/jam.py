@@ -10,6 +10,8 @@ from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.numerics.buffers import Array, Memory
 
 _MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
+_SPEEDS = {"N.m": "rad/s", "N": "m/s"}
+"""Units of speeds by those of the torques or forces that act on them."""
 
 
 def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], pieces: int) -> str:
@@ -17,8 +19,8 @@ def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], 
     parts = ", ".join(law.name for law in dae.laws if law.index in laws)
     lines = _quoted(dae, memory, side, laws)
     if lines or any(contact.index in laws for contact in dae.contacts):
-        where = f"in none of the {pieces} pieces of the bounds are modes" if pieces > 1 else "no modes are"
-        problem = f"{where} consistent (the mechanism jams)"
+        tried = f" with any of the {pieces} combinations of the conditions in the bounds" if pieces > 1 else ""
+        problem = f"no modes are consistent{tried} (the mechanism jams)"
         advice = "The loss exceeds the power that the driving side can supply (self-locking); check the friction bounds and efficiencies."
     else:
         problem = "neither state of a switch is consistent"
@@ -58,7 +60,8 @@ def _quoted(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> l
     if not dae.frictions:
         return []
     return [
-        f"  {law.name} ({law.where}): torque {torque:.6g} {law.unit}, bounds {lower:.6g} .. {upper:.6g} {law.unit}, speed {w:.3g}"
+        f"  {law.name} ({law.where}): torque {torque:.6g} {law.unit}, bounds {lower:.6g} to {upper:.6g} {law.unit}, "
+        f"speed {w:.3g} {_SPEEDS.get(law.unit, '')}".rstrip()
         for law, w, torque, lower, upper, _ in zip(dae.frictions, *memory.frictions(side), strict=True)
         if law.index in laws or any(ca.depends_on(ca.vertcat(law.lower, law.upper), dae.m[i]) for i in laws)
     ]

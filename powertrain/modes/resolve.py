@@ -214,15 +214,10 @@ class ModeResolver:
 
     def _alternatives(self, varied: set[int]) -> list[Alternatives]:
         """The possible modes of these laws; those that others hold at their limits are marked when modes are judged."""
-        found: list[Alternatives] = []
-        for law in self.dae.frictions:
-            if law.index not in varied:
-                continue
-            if law.rests is None:
-                found.append(([law.index], [(STUCK,), (FORWARD,), (BACKWARD,)]))
-            else:
-                found.append(([law.index, law.rests], [(STUCK, 0.0), (FORWARD, 0.0), (BACKWARD, 0.0)]))
-        return found + [([c.index], [(OPEN,), (CLOSED,)]) for c in self.dae.contacts if c.index in varied]
+        dae = self.dae
+        options = [(STUCK, FORWARD, BACKWARD)] * len(dae.frictions) + [(OPEN, CLOSED)] * len(dae.contacts)
+        groups = [each for each in zip(self._groups, options, strict=False) if each[0][0] in varied]
+        return [(places, [(mode, 0.0)[: len(places)] for mode in modes]) for places, modes in groups]
 
     def _linearized(self, side: int, held: bool) -> tuple[bool | None, set[int]]:
         """Linearise the laws at the last solution and solve for their modes, until these are consistent.
@@ -277,10 +272,6 @@ class ModeResolver:
             modes, pieces = [self.memory.m.copy(), *others], self.uniqueness.pieces
             raise SimulationError(several_message(self.dae, self.memory, side, modes, pieces))
 
-    def forget(self) -> None:
-        """Drop the notes of the last run."""
-        self.notes.clear()
-
     def _solvable(self, side: int) -> bool:
         """Solve the algebraic equations for the present modes; False, and the unknowns as they were, if they have no solution."""
         if self.algebra is None:
@@ -313,7 +304,7 @@ class ModeResolver:
         m[resting(self.dae, self._problem, self._point(side))] = 1.0
         return not np.array_equal(m[self._rests], before)
 
-    def _apply_rules(self, side: int, slack: float = 0.0) -> None:
+    def _apply_rules(self, side: int, slack: float) -> None:
         """One pass of the mode rules; ``slack`` as in ``mode_pass``."""
         self.memory.jumped[1] = slack
         self._update[side].call()

@@ -8,7 +8,7 @@ anyway gives a torque of the other sign with upper < lower.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import cached_property
 
 import casadi as ca
 
@@ -18,7 +18,7 @@ from powertrain.dae.tolerances import CROSSED, LEAST_TORQUE, ZONE
 from powertrain.errors import SimulationError
 from powertrain.language.units import with_unit
 from powertrain.modes.guards import first_violation
-from powertrain.numerics.buffers import PREFIX, Array, Bound, Memory, zeros
+from powertrain.numerics.buffers import Evaluated, Memory
 
 
 class SelfLocking:
@@ -27,8 +27,6 @@ class SelfLocking:
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self._dae, self._memory = dae, memory
         self._laws = [law for law in dae.frictions if not law.may_free]
-        self._slopes = zeros(len(self._laws))
-        self._bound_slopes: list[Bound] = []
 
     def check(self, side: int) -> None:
         """Raise SimulationError if the last pass of the mode rules found a law with its limits in the wrong order.
@@ -60,20 +58,13 @@ class SelfLocking:
         """The message for self-locking laws whose equation has no solution; empty if there are none."""
         if not self._laws:
             return ""
-        if not self._bound_slopes:
-            self._bound_slopes = self._bound([_slope(self._dae, f) for f in self._laws], self._slopes)
-        self._bound_slopes[side].call()
-        locked = [_said(law) for law, slope in zip(self._laws, self._slopes, strict=True) if slope >= 1.0]
+        slopes = self._limit_slopes(*self._memory.instant(side))[0].ravel()
+        locked = [_said(law) for law, slope in zip(self._laws, slopes, strict=True) if slope >= 1.0]
         return f"{'; '.join(locked)}. {_ADVICE}" if locked else ""
 
-    def _bound(self, rows: Sequence[ca.SX], results: Array) -> list[Bound]:
-        """A function of these rows, bound to either side of the buffers."""
-        dae, memory, n = self._dae, self._memory, self._dae.x.numel()
-        time, y = ca.SX.sym("time", 2), ca.SX.sym("y", n + dae.z.numel())
-        inner = dae.function("limits", ca.vertcat(*rows))
-        found = inner.call([time[0], y[:n], y[n:], dae.m, dae.p])
-        function = ca.Function(PREFIX + "self_locking", [time, y, dae.m, dae.p], found)
-        return [Bound(function, [memory.time, side, memory.m, memory.p], [results]) for side in memory.y]
+    @cached_property
+    def _limit_slopes(self) -> Evaluated:
+        return Evaluated(self._dae.function("limits", ca.vertcat(*[_slope(self._dae, law) for law in self._laws])))
 
 
 _LARGE = 1e6

@@ -22,7 +22,7 @@ class Uniqueness:
     """Compares the pieces of the bounds (switches that depend on torques) that were found with all others."""
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
-        self.dae, self.memory = dae, memory
+        self.memory = memory
         laws = ca.vertcat(*[dae.m[friction.index] for friction in dae.frictions])
         self.pieces = [s.index for s in dae.switches if s.time is None and dae.frictions and ca.depends_on(s.g, laws)]
 

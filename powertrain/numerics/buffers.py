@@ -122,11 +122,14 @@ class Memory:
         self.instants = zeros(timed)
         self.jacobian = zeros(unknowns**2 if unknowns <= 100 else 0)
 
-    def instant(self, side: int) -> tuple[float, Array, Array, Array, Array]:
-        """Time, states, algebraic unknowns, held values and parameters on one side."""
+    def values(self, t: float, y: Array, m: Array) -> tuple[float, Array, Array, Array, Array]:
+        """Time, states, algebraic unknowns, held values and parameters, from arrays as long as those of ``y`` and ``m``."""
         n, unknowns, held, parameters = self._sizes
-        y = self.y[side]
-        return float(self.time[0]), y[:n], y[n:unknowns], self.m[:held], self.p[:parameters]
+        return t, y[:n], y[n:unknowns], m[:held], self.p[:parameters]
+
+    def instant(self, side: int) -> tuple[float, Array, Array, Array, Array]:
+        """The same on one side, at the present time."""
+        return self.values(float(self.time[0]), self.y[side], self.m)
 
     def frictions(self, side: int) -> FrictionValues:
         """The values of all friction laws on one side."""

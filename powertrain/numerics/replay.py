@@ -1,12 +1,12 @@
 """A scalar tape replayed along a row of points that differ in only one quantity x.
 
-Expressions without x are computed once for the row. Expressions affine in x are represented as a + b x, two numbers for the row, and
-their signs are known everywhere from the two ends. In given modes most torques are affine.
+Expressions without x are computed once for the row. Those affine in x are a + b x, two numbers for the row, and their signs
+are known everywhere from the two ends. In given modes most torques are affine.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -16,17 +16,48 @@ from powertrain.numerics.tape import applied, replayed, results_of
 
 
 @dataclass(frozen=True)
-class Form:
-    """a + b x, where None is zero; or any other expression ``curve`` of x."""
+class Affine:
+    """a + b x, where None is zero."""
 
     a: Symbol | None = None
     b: Symbol | None = None
-    curve: Symbol | None = None
 
     @property
     def constant(self) -> bool:
-        """Whether it is constant along the row."""
-        return self.b is None and self.curve is None
+        """Whether it is the same at every x."""
+        return self.b is None
+
+    def at(self, x: Symbol) -> Symbol:
+        """Its value."""
+        a = Symbol(0) if self.a is None else self.a
+        return a if self.b is None else a + self.b * x
+
+    def __add__(self, other: Affine) -> Affine:
+        return Affine(_sum(self.a, other.a), _sum(self.b, other.b))
+
+    def __neg__(self) -> Affine:
+        return self.each(lambda part: -part)
+
+    def times(self, factor: Symbol | None) -> Affine:
+        """A multiple."""
+        return Affine() if factor is None else self.each(lambda part: factor * part)
+
+    def each(self, change: Callable[[Symbol], Symbol]) -> Affine:
+        """Both parts changed, where they are not zero."""
+        return Affine(*(None if part is None else change(part) for part in (self.a, self.b)))
+
+
+def _sum(a: Symbol | None, b: Symbol | None) -> Symbol | None:
+    return b if a is None else a if b is None else a + b
+
+
+Form = Affine | Symbol
+"""Along a row: affine in x, or any other expression of x."""
+
+
+def value(form: Form, x: Symbol) -> Symbol:
+    """The expression of x."""
+    return form.at(x) if isinstance(form, Affine) else form
 
 
 @dataclass(frozen=True)
@@ -40,64 +71,55 @@ class RowForms:
     @property
     def flat(self) -> bool:
         """Whether everything is affine in x."""
-        return self.fits_along is None and all(f.curve is None for f in self.outputs)
+        return self.fits_along is None and all(isinstance(form, Affine) for form in self.outputs)
 
 
 class _Replay:
-    """Replays a tape on forms; ``ends`` are the least and greatest x of the row."""
+    """Arithmetic of forms of ``x``; ``away_from_zero``: they hold only on rows that do not pass x = 0."""
 
     def __init__(self, x: Symbol) -> None:
         self.x = x
         self.away_from_zero = False
 
-    def run(self, expressions: Sequence[Symbol], symbols: Sequence[Symbol], arguments: Sequence[Form]) -> list[Form]:
-        scalar = ca.Function("powertrain_row", list(symbols), list(expressions))
-        results = replayed(scalar, expressions, lambda i, _: arguments[i], self)
-        return [results.get(i, Form()) for i in range(scalar.n_out())]
-
     def constant(self, value: float) -> Form:
-        return Form(Symbol(value)) if value else Form()
-
-    def value(self, form: Form) -> Symbol:
-        if form.curve is not None:
-            return form.curve
-        a = Symbol(0) if form.a is None else form.a
-        return a if form.b is None else a + form.b * self.x
+        return Affine(Symbol(value)) if value else Affine()
 
     def call(self, function: ca.Function, operands: list[Form]) -> list[Form]:
-        results = results_of(function, [self.value(each) for each in operands])
-        constant = all(each.constant for each in operands)
-        return [Form(a=e) if constant else Form(curve=e) for e in results]
+        results = results_of(function, [value(each, self.x) for each in operands])
+        return [Affine(e) for e in results] if all(map(_constant, operands)) else [*results]
 
     def operate(self, code: int, operands: list[Form]) -> Form:
-        if all(each.constant for each in operands):
-            return Form(applied(code, [self.value(each) for each in operands]))
-        if all(each.curve is None for each in operands):
-            found = self._affine(code, operands[0], operands[-1])
+        first, last, constant = operands[0], operands[-1], all(map(_constant, operands))
+        if isinstance(first, Affine) and isinstance(last, Affine) and not constant:
+            found = self._affine(code, first, last)
             if found is not None:
                 return found
-        return Form(curve=applied(code, [self.value(each) for each in operands]))
+        result = applied(code, [value(each, self.x) for each in operands])
+        return Affine(result) if constant else result
 
-    def _affine(self, operation: int, first: Form, last: Form) -> Form | None:
+    def _affine(self, operation: int, first: Affine, last: Affine) -> Affine | None:
         if operation == ca.OP_ADD:
-            return Form(_sum(first.a, last.a), _sum(first.b, last.b))
+            return first + last
         if operation == ca.OP_SUB:
-            return Form(_sum(first.a, _negative(last.a)), _sum(first.b, _negative(last.b)))
+            return first + -last
         if operation == ca.OP_NEG:
-            return Form(_negative(first.a), _negative(first.b))
+            return -first
         if operation == ca.OP_TWICE:
-            return Form(_sum(first.a, first.a), _sum(first.b, first.b))
+            return first + first
         if operation == ca.OP_MUL and (first.constant or last.constant):
-            factor, form = (first, last) if first.constant else (last, first)
-            return Form(_product(factor.a, form.a), _product(factor.a, form.b))
+            return last.times(first.a) if first.constant else first.times(last.a)
         if operation == ca.OP_IF_ELSE_ZERO and first.constant:
-            return Form(*(None if part is None else _where(first.a, part) for part in (last.a, last.b)))
-        if operation == ca.OP_DIV and last.constant and last.a is not None:
-            return Form(*(None if part is None else part / last.a for part in (first.a, first.b)))
+            return last.each(lambda part: _where(first.a, part))
+        if operation == ca.OP_DIV and last.constant and (divisor := last.a) is not None:
+            return first.each(lambda part: part / divisor)
         if operation == ca.OP_DIV and first.a is None and last.a is None and first.b is not None and last.b is not None:
             self.away_from_zero = True
-            return Form(first.b / last.b)
+            return Affine(first.b / last.b)
         return None
+
+
+def _constant(form: Form) -> bool:
+    return isinstance(form, Affine) and form.constant
 
 
 def row_forms(
@@ -113,26 +135,28 @@ def row_forms(
     ``margins`` must not be negative anywhere; in each group of ``rivals`` some margin must be negative everywhere.
     """
     flat = [*margins, *(m for rival in rivals for m in rival)]
-    replay = _Replay(x)
-    expressions = [ca.densify(e) for e in ca.cse([*wanted, *flat])]
-    forms = replay.run(expressions, [x, *symbols], [Form(b=Symbol(1)), *(Form(s) for s in symbols)])
-    n = len(wanted)
+    expressions, replay = [ca.densify(e) for e in ca.cse([*wanted, *flat])], _Replay(x)
+    arguments: list[Form] = [Affine(b=Symbol(1)), *map(Affine, symbols)]
+    tape = ca.Function("powertrain_row", [x, *symbols], expressions)
+    found = replayed(tape, expressions, lambda i, _: arguments[i], replay)
+    forms, n = [found.get(i, Affine()) for i in range(len(expressions))], len(wanted)
     fits, along = Symbol(1), None
     for form in forms[n : n + len(margins)]:
-        if form.curve is None:
+        if isinstance(form, Affine):
             for end in _at_ends(form, ends):
                 fits = fits * (end >= 0)
         else:
-            along = (form.curve >= 0) if along is None else along * (form.curve >= 0)
+            along = (form >= 0) if along is None else along * (form >= 0)
     start = n + len(margins)
     for rival in rivals:
         group = forms[start : start + len(rival)]
-        if all(form.curve is None for form in group):
-            fits = fits * _fails(group, ends)
+        affine = [form for form in group if isinstance(form, Affine)]
+        if len(affine) == len(group):
+            fits = fits * _fails(affine, ends)
         else:
             holds = Symbol(1)
             for form in group:
-                holds = holds * (replay.value(form) >= 0)
+                holds = holds * (value(form, x) >= 0)
             along = (1 - holds) if along is None else along * (1 - holds)
         start += len(rival)
     if replay.away_from_zero:
@@ -140,12 +164,11 @@ def row_forms(
     return RowForms(forms[:n], fits, along)
 
 
-def _at_ends(form: Form, ends: Symbol) -> list[Symbol]:
-    a = Symbol(0) if form.a is None else form.a
-    return [a] if form.b is None else [a + form.b * ends[0], a + form.b * ends[1]]
+def _at_ends(form: Affine, ends: Symbol) -> list[Symbol]:
+    return [form.at(ends[0])] if form.constant else [form.at(ends[0]), form.at(ends[1])]
 
 
-def _fails(forms: Sequence[Form], ends: Symbol) -> Symbol:
+def _fails(forms: Sequence[Affine], ends: Symbol) -> Symbol:
     """One if the values of affine margins at the ends show that one of them is negative all along the row."""
     found = Symbol(0)
     for form in forms:
@@ -156,17 +179,5 @@ def _fails(forms: Sequence[Form], ends: Symbol) -> Symbol:
     return found
 
 
-def _where(condition: Symbol | None, value: Symbol) -> Symbol:
-    return Symbol(0) if condition is None else ca.if_else(condition, value, 0)
-
-
-def _sum(a: Symbol | None, b: Symbol | None) -> Symbol | None:
-    return b if a is None else a if b is None else a + b
-
-
-def _negative(a: Symbol | None) -> Symbol | None:
-    return None if a is None else -a
-
-
-def _product(a: Symbol | None, b: Symbol | None) -> Symbol | None:
-    return None if a is None or b is None else a * b
+def _where(condition: Symbol | None, part: Symbol) -> Symbol:
+    return Symbol(0) if condition is None else ca.if_else(condition, part, 0)

@@ -1,9 +1,8 @@
-"""The operations that compute expressions: as a graph, listed in order with their values, or replayed in another arithmetic."""
+"""The operations that compute expressions: as a graph, or replayed in another arithmetic."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from itertools import accumulate, pairwise
 from typing import Protocol, TypeVar
 
@@ -12,23 +11,6 @@ import casadi as ca
 from powertrain.language.symbols import Symbol, column, key
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class Operation:
-    """One operation: CasADi's ``code``, sources of operands, destination of the result, and their values.
-
-    The value of ``ca.OP_OUTPUT`` is an entry of the expression; ``ca.OP_INPUT`` and ``ca.OP_CONST`` have no operands.
-    """
-
-    code: int
-    sources: tuple[int, ...]
-    target: int
-    operands: tuple[Symbol, ...]
-    value: Symbol
-
-
-COMPARISONS = (ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE)
 
 
 def applied(code: int, operands: Sequence[Symbol]) -> Symbol:
@@ -77,52 +59,6 @@ def graph_of(*expressions: Symbol) -> dict[int, tuple[Symbol, list[Symbol]]]:
             keyed = [(key(operand), operand) for operand in reversed(entered[place])]
             stack += [(place, operand) for place, operand in keyed if place not in entered]
     return found
-
-
-class CallsFunction(Exception):
-    """The expression calls a function, which has no symbolic value here."""
-
-
-def operations(
-    expression: Symbol, inputs: Sequence[Symbol], leaves: Sequence[Sequence[Symbol] | None]
-) -> Iterator[Operation]:
-    """All operations of an expression of the columns ``inputs``, with ``leaves`` as the values of their entries.
-
-    Operations that depend on an input with leaves None are left out; so are calls in that case. Otherwise the first call raises
-    CallsFunction.
-    """
-    tape = ca.Function("powertrain_tape", list(inputs), [ca.densify(expression)])
-    values: dict[int, Symbol] = {}
-    for k in range(tape.n_instructions()):
-        code, sources, targets = tape.instruction_id(k), tape.instruction_input(k), tape.instruction_output(k)
-        if code == ca.OP_CALL and None not in leaves:
-            raise CallsFunction
-        operands = () if code in (ca.OP_CONST, ca.OP_INPUT) else tuple(values[i] for i in sources if i in values)
-        value = _value(tape, k, operands, leaves)
-        if code != ca.OP_OUTPUT:
-            for target in targets:
-                values.pop(target, None)
-            if value is not None:
-                values[targets[0]] = value
-        if value is not None:
-            yield Operation(code, tuple(sources), targets[0], operands, value)
-
-
-def _value(
-    tape: ca.Function, k: int, operands: tuple[Symbol, ...], leaves: Sequence[Sequence[Symbol] | None]
-) -> Symbol | None:
-    """The result of one operation; None for calls, and if an operand has no value."""
-    code, sources = tape.instruction_id(k), tape.instruction_input(k)
-    if code == ca.OP_CONST:
-        return Symbol(tape.instruction_constant(k))
-    if code == ca.OP_INPUT:
-        given = leaves[sources[0]]
-        return None if given is None else given[sources[1]]
-    if code == ca.OP_CALL or len(operands) < len(sources):
-        return None
-    if code == ca.OP_OUTPUT:
-        return operands[0]
-    return applied(code, operands)
 
 
 class Arithmetic(Protocol[T]):

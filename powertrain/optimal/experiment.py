@@ -60,6 +60,11 @@ class Experiment:
         """The times as an array."""
         return np.asarray(self.times, float)
 
+    @property
+    def begin(self) -> float:
+        """The start of the run [s]."""
+        return min(0.0, float(self.grid[0]))
+
     def deviation(self, name: str) -> float | None:
         """The standard deviation of a measurement of a signal."""
         given = self.sigma

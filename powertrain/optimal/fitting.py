@@ -5,7 +5,8 @@
 with J the derivatives of the residuals; s = 1 if sigma is given, else the standard deviation of the residuals. Directions in which the
 residuals hardly change are not determined by the data. They are named, and in these directions the unknowns stay as close to their first
 values as the data permit (Tikhonov regularisation with a weight of 1e-6 of the largest singular value of J; P. C. Hansen, Rank-Deficient
-and Discrete Ill-Posed Problems, SIAM 1998).
+and Discrete Ill-Posed Problems, SIAM 1998). Where that weight would be felt in a weak direction that the data do determine, a second
+search keeps only the others near their first values.
 """
 
 from __future__ import annotations
@@ -38,7 +39,10 @@ _UNDETERMINED = 1e-6
 """A combination of unknowns is undetermined if the residuals are less sensitive to it than to the most sensitive one by this factor."""
 _LOOSE = 1.0
 """A combination of unknowns is undetermined if its standard error exceeds this multiple of the parameters themselves."""
-_PART = 0.05
+_WEAK = 1e-3
+"""In directions weaker than this, relative to the strongest, the regularisation is felt: by the square of its relative weight."""
+_PART = 0.01
+"""An unknown belongs to an undetermined direction from this share of its largest one on; smaller shares may be inaccuracies of J."""
 
 
 @dataclass(frozen=True)
@@ -206,13 +210,23 @@ def fit(
     scale = np.array([u.scale for u in asked])
     bound = np.array([u.low for u in asked]) / scale, np.array([u.high for u in asked]) / scale
     start = np.clip(np.array([u.first for u in asked]) / scale, *bound)
-    pull = _UNDETERMINED * float(np.linalg.norm(problem.jacobian(start * scale) * scale, 2))
+    weight = _UNDETERMINED * float(np.linalg.norm(problem.jacobian(start * scale) * scale, 2))
     search: Any = least_squares
-    found = search(
-        lambda q: np.concatenate([problem.residuals(q * scale), pull * (q - start)]), start,
-        lambda q: np.vstack([problem.jacobian(q * scale) * scale, pull * np.eye(len(start))]),
-        bounds=bound, x_scale="jac", xtol=1e-10, ftol=1e-12, gtol=1e-10, max_nfev=200,
-    )  # fmt: skip
+
+    def minimum(first: Array, pulled: NDArray[np.float64]) -> Any:
+        """The least squares, with the unknowns pulled to the start along some directions."""
+        pull = weight * pulled
+        return search(
+            lambda q: np.concatenate([problem.residuals(q * scale), pull @ (q - start)]), first,
+            lambda q: np.vstack([problem.jacobian(q * scale) * scale, pull]),
+            bounds=bound, x_scale="jac", xtol=1e-10, ftol=1e-12, gtol=1e-10, max_nfev=200,
+        )  # fmt: skip
+
+    found = minimum(start, np.eye(len(start)))
+    strengths, directions = _directions(problem.jacobian(found.x * scale) * scale)
+    lost = strengths <= _UNDETERMINED * strengths.max()
+    if (strengths[~lost] < _WEAK * strengths.max()).any():
+        found = minimum(found.x, directions[lost])
     return _summary(problem, asked, found.x * scale, found.active_mask, str(found.message))
 
 
@@ -242,12 +256,20 @@ def _unknowns(
         elif name in compiled.signals:
             for k, experiment in enumerate(experiments):
                 label = name if len(experiments) == 1 else f"{name} (experiment {k})"
-                value = number(f"first: {name}", first.get(name, experiment.starts.get(name, 0.0)))
+                value = number(f"first: {name}", first[name]) if name in first else _start(plant, experiment, name)
                 found.append(FitUnknown(label, name, compiled.signals[name].unit, k, value, low, high))
         else:
             known = [*compiled.parameters, *compiled.signals]
             raise ParameterError(f"wrt: the model has no parameter or variable {name}{suggestion(name, known)}")
     return found
+
+
+def _start(plant: Plant[Any], experiment: Experiment, name: str) -> float:
+    """The value of a variable at the start of an experiment."""
+    if name in experiment.starts:
+        return number(f"starts: {name}", experiment.starts[name])
+    given: dict[str, Any] = {n: getattr(experiment, n) for n in ("parameters", "starts", "inputs")}
+    return float(plant.start(experiment.begin, **given)[name])
 
 
 class _LeastSquares:
@@ -281,12 +303,8 @@ class _LeastSquares:
             starts = dict(e.starts) | {
                 u.name: float(v) for u, v in zip(self.asked, values, strict=True) if u.experiment == k
             }
-            first, last = min(0.0, e.grid[0]), e.grid[-1]
-            found.append(
-                self.plant.simulate(
-                    last, start=first, parameters=parameters, starts=starts, inputs=e.inputs, **self.options
-                )
-            )
+            given: dict[str, Any] = {"parameters": parameters, "starts": starts, "inputs": e.inputs}
+            found.append(self.plant.simulate(e.grid[-1], start=e.begin, **given, **self.options))
         self.evaluations += 1
         self._at = values.tobytes(), found
         return found
@@ -324,19 +342,17 @@ def _summary(problem: _LeastSquares, asked: Sequence[FitUnknown], values: Array,
     size = np.maximum(np.abs(values), [u.scale for u in asked])
     spread = float(np.sqrt(left @ left / max(len(left) - len(asked), 1)))
     sigma = 1.0 if problem.known else spread
-    missing = np.zeros((max(len(asked) - len(left), 0), len(asked)))
-    _, strengths, directions = np.linalg.svd(np.vstack([jacobian * size, missing]), full_matrices=False)
-    loose = (strengths <= _UNDETERMINED * strengths.max(initial=0.0)) | (sigma > _LOOSE * strengths)
-    firm = directions[~loose]
-    inverse = 1.0 / strengths[~loose]
-    covariance = sigma**2 * (firm.T * inverse**2) @ firm * np.outer(size, size)
+    strengths, directions = _directions(jacobian * size)
+    lost = strengths <= _UNDETERMINED * strengths.max()
+    known = directions[~lost]
+    covariance = sigma**2 * (known.T / strengths[~lost] ** 2) @ known * np.outer(size, size)
     errors = np.sqrt(np.diag(covariance))
-    named = []
-    for direction in directions[loose]:
-        direction = direction / direction[np.abs(direction).argmax()]
-        part = {u.label: float(d) for u, d in zip(asked, direction, strict=True) if abs(d) >= _PART}
-        named.append(part)
-        errors[[j for j, u in enumerate(asked) if u.label in part]] = np.inf
+    shares = directions / np.take_along_axis(directions, np.abs(directions).argmax(axis=1)[:, None], axis=1)
+    errors[(np.abs(shares[lost]) >= _PART).any(axis=0) | (errors > _LOOSE * size)] = np.inf
+    named = [
+        {u.label: float(part) for u, part in zip(asked, each, strict=True) if abs(part) >= _PART}
+        for each in shares[lost | (sigma > _LOOSE * strengths)]
+    ]
     labels = [u.label for u in asked]
     return Fit(
         dict(zip(labels, values.tolist(), strict=True)), dict(zip(labels, errors.tolist(), strict=True)),
@@ -346,3 +362,9 @@ def _summary(problem: _LeastSquares, asked: Sequence[FitUnknown], values: Array,
         {u.label: u.low if side < 0 else u.high for u, side in zip(asked, active.tolist(), strict=True) if side},
         constant_in_tables(problem.plant.compiled, [u.name for u in asked]),
     )  # fmt: skip
+
+
+def _directions(jacobian: NDArray[np.float64]) -> tuple[Array, NDArray[np.float64]]:
+    """How much the residuals change in orthogonal directions of the unknowns, the strongest first, and these directions as rows."""
+    missing = np.zeros((max(jacobian.shape[1] - jacobian.shape[0], 0), jacobian.shape[1]))
+    return np.linalg.svd(np.vstack([jacobian, missing]), full_matrices=False)[1:]

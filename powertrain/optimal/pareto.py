@@ -28,6 +28,8 @@ _SAME = 1e-6
 """Objectives that differ by less than this share of the front are equal."""
 _ACCURACY, _STEPS = 1e-9, 40
 """Accuracy of a minimum relative to the front, about that of a run, and the largest number of iterations."""
+_REST = 1e-4
+"""Weight of all other results: where the minimum leaves an unknown free, it takes the best value for these."""
 
 
 def pareto_front(
@@ -52,10 +54,11 @@ def pareto_front(
     bounds
         (low, high) of each parameter, in its unit.
     points
-        Number of points of the front; with "nsga2" the size of the population.
+        Number of points of the front, for three or more results at least; with "nsga2" the size of the population.
     method
-        "gradient": each point minimises the largest weighted distance from the ideal results (Wierzbicki, Mathematical Modelling
-        3 (1982) 391-405), by SLSQP with exact gradients; local, for smooth results, also on concave fronts. "nsga2": the evolutionary
+        "gradient": each point minimises the largest weighted distance from the ideal results, plus a small share of their sum
+        (Wierzbicki, Mathematical Modelling 3 (1982) 391-405), by SLSQP with exact gradients; local, for smooth results, also on concave
+        fronts. "nsga2": the evolutionary
         algorithm of Deb et al. (IEEE Trans. Evol. Comput. 6 (2002) 182-197), for results that jump or have many local minima.
     generations, seed, executor
         For "nsga2": the number of generations, the seed of its random numbers, and an executor as for ``pt.sweep``.
@@ -160,44 +163,62 @@ def _scalarised(problem: _Problem, points: int) -> Iterator[Array]:
     yield from corners
     if not (width > 0.0).all():
         return
-    for weights in _lattice(k, points):
-        if weights.min() > 0.0:
-            start = (
-                (1.0 - weights) / (k - 1) @ np.array(corners)
-            )  # start away from the minima of results with large weights
-            yield _nearest(problem, start, ideal, width * weights)
+    for weights in _lattice(k, points - k):
+        start = (1.0 - weights) / (k - 1) @ np.array(corners)  # away from the minima of results with large weights
+        yield _nearest(problem, start, ideal, width * weights)
 
 
 def _lattice(k: int, points: int) -> Iterator[Array]:
-    """Weights that sum to one, evenly spaced; about ``points`` of them, including the corners (Das and Dennis)."""
-    parts = 1
-    while comb(parts + k - 1, k - 1) < points:
+    """Positive weights that sum to one, evenly spaced, at least ``points`` of them (Das and Dennis, without the edges)."""
+    parts = k
+    while comb(parts - 1, k - 1) < points:
         parts += 1
-    for bars in combinations(range(parts + k - 1), k - 1):
-        edges = np.array([-1, *bars, parts + k - 1])
-        yield (np.diff(edges) - 1.0) / parts
+    for cuts in combinations(range(1, parts), k - 1) if points > 0 else ():
+        yield np.diff([0, *cuts, parts]) / parts
 
 
 def _least(problem: _Problem, start: Array, i: int) -> Array:
-    """The minimum of one result."""
-    values, slopes = problem.slopes(start)
-    size = max(abs(float(values[i])), float(np.abs(slopes[i]).max()), 1e-300)
-    return _minimum(lambda u: problem.slopes(u)[0][i] / size, lambda u: problem.slopes(u)[1][i] / size, start)
+    """The minimum of one result, and there of the others."""
+    one, before = np.eye(len(problem.results))[i], _sizes(problem, start)
+    alone = _weighted(problem, one / before, start)
+    return _weighted(problem, np.where(one > 0.0, 1.0 / before, _REST / _sizes(problem, alone)) / _REST, alone)
+
+
+def _sizes(problem: _Problem, u: Array) -> Array:
+    """The sizes of the results at a point: their values, or their changes over the bounds if these are larger."""
+    values, slopes = problem.slopes(u)
+    sizes = np.maximum(np.abs(values), np.abs(slopes).max(axis=1))
+    return np.asarray(np.where(sizes > 0.0, sizes, 1.0))
+
+
+def _weighted(problem: _Problem, weights: Array, start: Array) -> Array:
+    """The minimum of a weighted sum of the results."""
+    return _minimum(lambda u: float(weights @ problem.slopes(u)[0]), lambda u: weights @ problem.slopes(u)[1], start)
 
 
 def _nearest(problem: _Problem, start: Array, ideal: Array, width: Array) -> Array:
-    """The point and s with the smallest s for which (f_i - ideal_i)/width_i <= s."""
+    """The point and s with the smallest s + share sum d, for which the distances d_i = (f_i - ideal_i)/width_i <= s."""
 
-    def room(v: Array) -> Array:
-        return np.asarray(v[-1] - (problem.slopes(v[:-1])[0] - ideal) / width)
+    def distances(v: Array) -> Array:
+        return np.asarray((problem.slopes(v[:-1])[0] - ideal) / width)
 
-    def slope(v: Array) -> Array:
-        return np.column_stack([-problem.slopes(v[:-1])[1] / width[:, None], np.ones(len(width))])
+    def slopes(v: Array) -> Array:
+        return np.asarray(problem.slopes(v[:-1])[1] / width[:, None])
 
-    last = np.append(np.zeros(len(start)), 1.0)
-    first = np.append(start, -room(np.append(start, 0.0)).min())
-    above = {"type": "ineq", "fun": room, "jac": slope}
-    return _minimum(lambda v: v[-1], lambda v: last, first, [(None, None)], constraints=above)[:-1]
+    above = {
+        "type": "ineq",
+        "fun": lambda v: v[-1] - distances(v),
+        "jac": lambda v: np.column_stack([-slopes(v), np.ones(len(width))]),
+    }
+    first = np.append(start, 0.0)
+    first[-1] = distances(first).max()
+    return _minimum(
+        lambda v: v[-1] + _REST * distances(v).sum(),
+        lambda v: np.append(_REST * slopes(v).sum(axis=0), 1.0),
+        first,
+        [(None, None)],
+        constraints=above,
+    )[:-1]
 
 
 def _minimum(

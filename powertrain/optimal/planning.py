@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -18,6 +18,7 @@ from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.optimal.dynamics import Dynamics, Selector, dynamics
 from powertrain.optimal.phases import Guess, Phase, guess
+from powertrain.optimal.plan import Plan
 from powertrain.optimal.rounding import rounded
 from powertrain.plant import Plant, plant_of
 from powertrain.result import Result, complete, instant_of_run
@@ -31,47 +32,10 @@ _WARM = {"ipopt.warm_start_init_point": "yes", "ipopt.mu_init": 1e-5}
 """Options for starting from the solution with wider corners: the default first barrier could lead away to another local minimum."""
 _FREE = ": free"
 """The suffix of the margin of a free law."""
-_SHORTEST, _LONGEST = 0.05, 20.0
-"""Factors by which a phase may become shorter and longer than in the guess."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """The result of ``pt.optimal_control``.
-
-    ``cost``: the cost of the plan; ``result``: a simulation of the complete model with the inputs of the plan, ``replayed``: its cost;
-    ``same_modes``: whether that simulation went through the planned modes. ``inputs``: times (s) and values for ``simulate``;
-    ``starts`` and ``parameters`` likewise; ``times``, ``states``: the planned states at the nodes by name; ``durations``: of the
-    phases, in s; ``ok``: whether the solver converged, ``message``: its message; ``iterations``: their number; ``notes``: the parameters
-    whose effect on tables and limits, computed when the model was compiled, the optimum does not contain.
-    """
-
-    cost: float
-    replayed: float
-    result: Result[Any]
-    same_modes: bool
-    inputs: dict[str, tuple[Array, Array]]
-    starts: dict[str, float]
-    parameters: dict[str, float]
-    times: Array
-    states: dict[str, Array]
-    durations: tuple[float, ...]
-    ok: bool
-    message: str
-    iterations: int
-    notes: tuple[str, ...] = ()
-
-    def __str__(self) -> str:
-        gap = f" ({100 * (self.replayed / self.cost - 1):+.2g} %)" if self.cost else ""
-        phases = ", ".join(f"{d:.4g} s" for d in self.durations)
-        lines = [
-            f"cost {self.cost:.6g}, simulated {self.replayed:.6g}{gap}, {'the planned' if self.same_modes else 'OTHER'} modes",
-            f"phases: {phases}; {'' if self.ok else 'NOT CONVERGED: '}{self.message} after {self.iterations} iterations",
-        ]
-        lines += [f"{name} = {value:.6g}" for name, value in self.parameters.items()]
-        return "\n".join([*lines, *self.notes])
-
-    __repr__ = __str__
+_SHORTEST = 0.05
+"""The factor by which a phase may become shorter than in the guess; one that vanished would leave its modes undefined."""
+_AT_BOUND = 1e-3
+"""A phase whose duration is this close to the shortest, relatively, is at that bound."""
 
 
 def optimal_control(
@@ -179,6 +143,11 @@ class _Programme:
         self.limits = [(s, bounded(f"limits: {s}", r)) for s, r in limits.items()]
         self.ends = [(s, bounded(f"ends: {s}", (r, r) if np.ndim(r) == 0 else r, closed=True)) for s, r in ends.items()]
         self.stop = (self.run.trajectory.end,) * 2 if stop is None else bounded("stop", stop, closed=True)
+        begin = self.run.trajectory.start
+        if not self.stop[1] > begin:
+            raise ParameterError(
+                f"stop: the latest end, {self.stop[1]:g} s, is not after the start of the guess, {begin:g} s"
+            )
         self.smooth = smooth
         signals = [t.signal for t in self.objective.terms] + [s for s, _ in self.limits] + [s for s, _ in self.ends]
         self.models = self._distinct([self._model(a, b, signals) for a, b in self._spans()])
@@ -320,6 +289,12 @@ class _Programme:
             begun = {"x0": found["x"], "lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
         return kept[0], kept[1], kept[2] | {"iter_count": iterations}
 
+    def _shortest(self, phase: Phase) -> float:
+        """The shortest duration of a phase [s]: a share of that in the guess, less if the whole has to become shorter."""
+        begin, end = self.run.trajectory.start, self.run.trajectory.end
+        whole = (self.stop[1] - begin) / (end - begin)
+        return _SHORTEST * phase.guess.duration * min(1.0, whole)
+
     def _bounds(self) -> tuple[Array, Array]:
         low, high = [], []
         for phase in self.phases:
@@ -332,7 +307,7 @@ class _Programme:
             for array, k in ((low, 0), (high, 1)):
                 u[:] = np.array([b[k] for b in bounds])[:, None] / phase.scales[1][:, None]
                 array[-1][place] = u.ravel(order="F")
-            low[-1][-1], high[-1][-1] = _SHORTEST * phase.guess.duration, _LONGEST * phase.guess.duration
+            low[-1][-1] = self._shortest(phase)
         free = list(self.free.values())
         return np.concatenate([*low, [b[0] for b in free]]), np.concatenate([*high, [b[1] for b in free]])
 
@@ -360,8 +335,17 @@ class _Programme:
         return Plan(
             cost, number_of(result, self.objective), result, self._sequence(result) == self._sequence(self.run), inputs, starts,
             changed, times, states, durations, bool(stats["success"]), str(stats["return_status"]), int(stats["iter_count"]),
-            constant_in_tables(self.plant.compiled, self.free),
+            (*self._at_bounds(durations), *constant_in_tables(self.plant.compiled, self.free)),
         )  # fmt: skip
+
+    def _at_bounds(self, durations: Sequence[float]) -> list[str]:
+        """The phases that are as short as they may become."""
+        return [
+            f"phase {k} is as short as it may become, {found:.4g} s (in the guess: {phase.guess.duration:.4g} s): start from a guess in "
+            "which it is shorter, or without it"
+            for k, (found, phase) in enumerate(zip(durations, self.phases, strict=True))
+            if found <= (1 + _AT_BOUND) * self._shortest(phase)
+        ]
 
     def _sequence(self, run: Result[Any]) -> list[bytes]:
         """The sequence of modes."""

@@ -6,9 +6,11 @@ gear) and one of its controls c are chosen:
     s_{k+1} = s_k + h_k rate_k(i, c, s_k),   cost = sum of h_k cost_k(i, c, s_k) + switching(i_{k-1}, i_k) + price max(end - s_N, 0)
 
 Charge beyond the store's last state is lost. Dynamic programming solves the problem backward over a grid of states (R. Bellman,
-Dynamic Programming, Princeton 1957). ECMS minimises cost - price rate at every instant, with a single price for which the store ends at
-the required state: the minimum principle of Pontryagin for a store whose rate does not depend on its state
-(L. Serrao, S. Onori, G. Rizzoni, ASME J. Dyn. Sys. Meas. Control 133 (2011) 031012).
+Dynamic Programming, Princeton 1957). In each interval the grid begins at the lowest state from which the store does not run empty later:
+next to that boundary interpolation with an infinite cost would be useless, and more so with every interval
+(O. Sundstroem, D. Ambuehl, L. Guzzella, Oil Gas Sci. Technol. 65 (2010) 91-102). ECMS minimises cost - price rate at every instant,
+with a single price for which the store ends at the required state: the minimum principle of Pontryagin for a store whose rate does not
+depend on its state (L. Serrao, S. Onori, G. Rizzoni, ASME J. Dyn. Sys. Meas. Control 133 (2011) 031012).
 """
 
 from __future__ import annotations
@@ -23,89 +25,13 @@ from numpy.typing import ArrayLike, NDArray
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import count, number, row
 from powertrain.numerics.buffers import Array
+from powertrain.optimal.stages import IMPOSSIBLE, NEVER, Stages, weights
 
 Indices = NDArray[np.intp]
-_NEVER = 1e30
-"""Represents an infinite cost: interpolation would turn infinity into nan."""
-_IMPOSSIBLE = 1e20
-"""Interpolated costs above this belong to impossible decisions."""
 _DOUBLINGS, _PRECISION = 40, 1e-7
 """Largest number of doublings of the price, and the relative precision with which it is then found."""
-
-
-@dataclass(frozen=True)
-class Stages:
-    """Cost and effect of every decision in every interval.
-
-    Parameters
-    ----------
-    durations
-        Durations of the N intervals [s].
-    states
-        Ascending states s at which rate and cost are given; they are interpolated linearly. One is enough if they do not depend on s.
-    cost, rate
-        Cost per second and change of the state per second, of shape (N, modes, controls, states). nan marks impossible decisions.
-    switching
-        Cost of changing from one mode (row) to another (column), of shape (modes, modes); zeros by default.
-
-    Raises
-    ------
-    ParameterError
-        For shapes that do not match, durations that are not positive, and an interval in which nothing is possible.
-    """
-
-    durations: Array
-    states: Array
-    cost: NDArray[np.float64]
-    rate: NDArray[np.float64]
-    switching: NDArray[np.float64] | None = None
-
-    def __post_init__(self) -> None:
-        durations, states = row("durations", self.durations), row("states", self.states)
-        cost, rate = (np.asarray(v, float) for v in (self.cost, self.rate))
-        if (
-            cost.ndim != 4
-            or cost.shape != rate.shape
-            or (cost.shape[0], cost.shape[3]) != (durations.size, states.size)
-        ):
-            raise ParameterError(
-                f"stages: cost {cost.shape} and rate {rate.shape} must have the shape (intervals, modes, controls, states) with "
-                f"{durations.size} durations and {states.size} states"
-            )
-        if not (durations > 0).all() or (np.diff(states) <= 0).any():
-            raise ParameterError("stages: durations (s) must be positive, and states must ascend")
-        possible = np.isfinite(cost) & np.isfinite(rate)
-        none = np.flatnonzero(~possible.any(axis=(1, 2, 3)))
-        if none.size:
-            start = durations[: none[0]].sum()
-            raise ParameterError(
-                f"stages: nothing is possible in interval {none[0]}, from {start:g} s on: no decision has a finite cost"
-            )
-        modes = cost.shape[1]
-        switching = np.zeros((modes, modes)) if self.switching is None else np.asarray(self.switching, float)
-        if switching.shape != (modes, modes) or not np.isfinite(switching).all():
-            raise ParameterError(f"stages: switching {switching.shape} must be finite and of shape ({modes}, {modes})")
-        for name, value in (("durations", durations), ("states", states), ("switching", switching)):
-            object.__setattr__(self, name, value)
-        object.__setattr__(self, "cost", np.where(possible, cost, _NEVER))
-        object.__setattr__(self, "rate", np.where(possible, rate, 0.0))
-
-    @property
-    def switches(self) -> NDArray[np.float64]:
-        """``switching`` as an array."""
-        assert self.switching is not None
-        return self.switching
-
-    def at(self, k: int, state: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Cost and rate of every decision (mode, control) in interval ``k`` at a state."""
-        weights = _weights(self.states, np.array([state]))
-        return (self.cost[k] @ weights)[:, :, 0], (self.rate[k] @ weights)[:, :, 0]
-
-    def empties(self, states: Array) -> int | None:
-        """The first interval at whose end a store is below its lowest state."""
-        low = self.states[0] if self.states.size > 1 else -np.inf
-        below = np.flatnonzero(states[1:] < low - 1e-9 * (1 + abs(low)))
-        return int(below[0]) if below.size else None
+_EDGE = 1e-9
+"""Share of the range of states by which round-off may leave it."""
 
 
 class Policy(Protocol):
@@ -157,7 +83,8 @@ def dynamic_programming(
     price
         Choose it well above the worth of a unit during the course, so that the store ends full enough.
     grid
-        The states at which the cost to go is computed: values, or their number between the first and last of ``stages.states``.
+        The states at which the cost to go is computed: values, whose first and last are the limits of the store; or their number between
+        the first and last of ``stages.states``, to which ``end`` is added.
     mode
         The mode before the start.
 
@@ -169,7 +96,8 @@ def dynamic_programming(
     Raises
     ------
     ParameterError
-        If the start or the state leaves the grid, if the course comes to a state in which no decision is possible, and for an unknown mode.
+        If the start or the state leaves the grid, if the course comes to a state in which no decision is possible, for a grid that is
+        too coarse or wider than ``stages.states``, and for an unknown mode.
 
     Examples
     --------
@@ -184,33 +112,58 @@ def dynamic_programming(
     >>> plan.cost, float(plan.states[-1])
     (4.0, 5.0)
     """
-    nodes = (
-        np.linspace(stages.states[0], stages.states[-1], count("grid", grid))
-        if isinstance(grid, int)
-        else row("grid", grid)
-    )
-    if nodes.size < 2 or (np.diff(nodes) <= 0).any():
-        raise ParameterError(f"grid = {nodes.tolist()} must be at least two ascending values of the state")
-    first, target, worth = _start(start, "grid", nodes), number("end", end), number("price", price)
+    first, target, worth = number("start", start), number("end", end), number("price", price)
+    nodes = _grid(stages, grid, target)
+    _within(first, "grid", (nodes[0], nodes[-1]))
     _checked_mode(stages, mode)
-    policy = _CostToGo(stages, nodes, _backward(stages, nodes, worth * np.maximum(target - nodes, 0.0)))
-    found = _follow(stages, policy, first, mode)
+    policy = _CostToGo(stages, *_backward(stages, nodes, worth * np.maximum(target - nodes, 0.0)))
+    found = _follow(stages, policy, first, mode, nodes[-1])
     _must_be_possible(stages, found)
-    k = stages.empties(found.states)
+    k = _empties(found.states, nodes[0])
     if k is not None:
         raise ParameterError(
             f"no decisions keep the state above {nodes[0]:g}: in interval {k}, from {stages.durations[:k].sum():g} s on, it falls to "
             f"{found.states[k + 1]:.4g}"
         )
+    before = [mode, *found.modes]
+    for k, state in enumerate(found.states[:-1]):
+        if policy.whole(k, state, before[k]).min() >= IMPOSSIBLE:
+            raise ParameterError(
+                f"the grid is too coarse: in interval {k}, from {stages.durations[:k].sum():g} s on, every decision at the state "
+                f"{state:.4g} leads between states of the grid from one of which the demands cannot be met"
+            )
     return found
 
 
-def _start(start: float, what: str, states: Array) -> float:
-    """The state at the start, within the states."""
-    first = number("start", start)
-    if states.size > 1 and not states[0] <= first <= states[-1]:
-        raise ParameterError(f"start = {first:g} lies outside the {what} [{states[0]:g}, {states[-1]:g}]")
-    return first
+def _grid(stages: Stages, grid: int | ArrayLike, end: float) -> Array:
+    """The states at which the cost to go is computed."""
+    low, high = stages.limits
+    if isinstance(grid, int | np.integer):
+        if stages.states.size == 1:
+            raise ParameterError(f"grid = {grid}: the stages have a single state, so give the states of the grid")
+        nodes = np.linspace(low, high, count("grid", int(grid)))
+        nodes = np.union1d(nodes, [end]) if low < end < high else nodes
+    else:
+        nodes = row("grid", grid)
+    if nodes.size < 2 or (np.diff(nodes) <= 0).any():
+        raise ParameterError(f"grid = {nodes.tolist()} must be at least two ascending values of the state")
+    if nodes[0] < low or nodes[-1] > high:
+        raise ParameterError(
+            f"grid: from {nodes[0]:g} to {nodes[-1]:g} is more than the states of the stages, {low:g} to {high:g}"
+        )
+    return nodes
+
+
+def _within(start: float, what: str, limits: tuple[float, float]) -> None:
+    """ParameterError for a start outside the limits of the store."""
+    if not limits[0] <= start <= limits[1]:
+        raise ParameterError(f"start = {start:g} lies outside the {what} [{limits[0]:g}, {limits[1]:g}]")
+
+
+def _empties(states: Array, low: float) -> int | None:
+    """The first interval at whose end a store is below its lowest state."""
+    below = np.flatnonzero(states[1:] < low - _EDGE * (1 + abs(low)))
+    return int(below[0]) if below.size else None
 
 
 def _checked_mode(stages: Stages, mode: object) -> None:
@@ -224,25 +177,47 @@ def _checked_mode(stages: Stages, mode: object) -> None:
 def _must_be_possible(stages: Stages, found: Schedule) -> None:
     """ParameterError if a schedule comes to a state in which nothing is possible."""
     for k, (i, c) in enumerate(zip(found.modes, found.controls, strict=True)):
-        if stages.at(k, found.states[k])[0][i, c] >= _IMPOSSIBLE:
+        if stages.at(k, found.states[k])[0][i, c] >= IMPOSSIBLE:
             raise ParameterError(
                 f"in interval {k}, from {stages.durations[:k].sum():g} s on, no decision is possible at the state {found.states[k]:.4g}"
             )
 
 
-def _backward(stages: Stages, nodes: Array, final: Array) -> NDArray[np.float64]:
-    """The cost to go (interval, previous mode, state); at the end independent of the mode."""
+def _backward(stages: Stages, nodes: Array, final: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The grid (instant, node), and the cost to go (instant, previous mode, node), at the end independent of the mode.
+
+    Nodes below the lowest state from which the store does not run empty are moved there.
+    """
     n, modes = stages.cost.shape[:2]
-    found = np.empty((n + 1, modes, nodes.size))
-    found[n] = final
-    weights = _weights(stages.states, nodes)
+    grid, found = np.empty((n + 1, nodes.size)), np.empty((n + 1, modes, nodes.size))
+    grid[n], found[n] = nodes, final
     for k in range(n - 1, -1, -1):
-        cost, rate = stages.cost[k] @ weights, stages.rate[k] @ weights
-        after = np.minimum(nodes + stages.durations[k] * rate, nodes[-1])
-        whole = stages.durations[k] * cost + _at(nodes, found[k + 1], after)
-        best = np.minimum(whole.min(axis=1), _NEVER)
-        found[k] = np.minimum((best[None] + stages.switches[:, :, None]).min(axis=1), _NEVER)
-    return found
+        least = _least_state(stages, k, grid[k + 1, 0])
+        grid[k] = np.clip(nodes, least, nodes[-1])
+        to_grid = weights(stages.states, grid[k])
+        cost, rate = stages.cost[k] @ to_grid, stages.rate[k] @ to_grid
+        after = np.minimum(grid[k] + stages.durations[k] * rate, nodes[-1])
+        whole = stages.durations[k] * cost + _at(grid[k + 1], found[k + 1], after)
+        best = np.minimum(whole.min(axis=1), NEVER) if least <= nodes[-1] else np.full((modes, nodes.size), NEVER)
+        found[k] = np.minimum((best[None] + stages.switches[:, :, None]).min(axis=1), NEVER)
+    return grid, found
+
+
+def _least_state(stages: Stages, k: int, after: float) -> float:
+    """The lowest state from which a decision in interval ``k`` leads to ``after`` or above; infinite if there is none.
+
+    Where a decision leads is a linear function between two states at both of which it is possible.
+    """
+    states, possible = stages.states, stages.cost[k] < IMPOSSIBLE
+    leads = np.where(possible, states + stages.durations[k] * stages.rate[k], -NEVER)
+    if states.size == 1:
+        return float(after - (leads.max() - states[0]))
+    low, high = leads[..., :-1], leads[..., 1:]
+    found = np.where(leads >= after, states, np.inf)
+    rises = (low > -NEVER) & (low < after) & (high >= after)
+    part = np.divide(after - low, high - low, out=np.zeros_like(low), where=rises)
+    found[..., :-1] = np.where(rises, states[:-1] + part * np.diff(states), found[..., :-1])
+    return float(found.min())
 
 
 def ecms(stages: Stages, *, start: float, end: float, mode: int = 0, dwell: float = 10.0) -> Schedule:
@@ -262,7 +237,8 @@ def ecms(stages: Stages, *, start: float, end: float, mode: int = 0, dwell: floa
     Returns
     -------
     Schedule
-        The schedule with the lowest final state at or above ``end``; decisions are discrete, so ``end`` may not be reached exactly.
+        That of the lowest price for which the final state is at or above ``end``; decisions are discrete, so ``end`` may not be
+        reached exactly. The price is not negative.
 
     Raises
     ------
@@ -272,16 +248,20 @@ def ecms(stages: Stages, *, start: float, end: float, mode: int = 0, dwell: floa
     """
     if not number("dwell", dwell, "s") > 0:
         raise ParameterError(f"dwell = {dwell:g} s must be positive")
-    first, target = _start(start, "states", stages.states), number("end", end)
+    first, target, (least, most) = number("start", start), number("end", end), stages.limits
+    _within(first, "states", stages.limits)
     _checked_mode(stages, mode)
 
     def followed(worth: float) -> Schedule:
-        return _follow(stages, _Price(stages, worth, dwell), first, mode)
+        return _follow(stages, _Price(stages, worth, dwell), first, mode, most)
 
     def ends(found: Schedule) -> bool:
-        return bool(found.states[-1] >= target) and found.cost < _IMPOSSIBLE and stages.empties(found.states) is None
+        return bool(found.states[-1] >= target) and found.cost < IMPOSSIBLE and _empties(found.states, least) is None
 
-    possible = stages.cost < _IMPOSSIBLE
+    free = followed(0.0)
+    if ends(free):
+        return free
+    possible = stages.cost < IMPOSSIBLE
     high = 1e-12 + float(np.abs(stages.cost[possible]).max()) / max(float(np.abs(stages.rate).max()), 1e-300)
     low, best = 0.0, followed(high)
     for _ in range(_DOUBLINGS):
@@ -304,18 +284,27 @@ class _CostToGo:
     """Decides by the least cost of the interval plus the cost to go."""
 
     stages: Stages
-    nodes: Array
+    grid: NDArray[np.float64]
     to_go: NDArray[np.float64]
 
-    def decide(self, k: int, state: float, mode: int) -> tuple[int, int]:
-        h, here = self.stages.durations[k], float(np.clip(state, self.nodes[0], self.nodes[-1]))
+    def whole(self, k: int, state: float, mode: int) -> NDArray[np.float64]:
+        """The cost of every decision (mode, control) and of all that follow it."""
+        h, here = self.stages.durations[k], float(np.clip(state, self.grid[-1, 0], self.grid[-1, -1]))
         cost, rate = self.stages.at(k, here)
-        after = np.minimum(here + h * rate, self.nodes[-1])
-        later = _at(self.nodes, self.to_go[k + 1], after[:, :, None])[:, :, 0]
-        return _least(h * cost + self.stages.switches[mode][:, None] + later, cost, rate)
+        after = np.minimum(here + h * rate, self.grid[-1, -1])
+        later = _at(self.grid[k + 1], self.to_go[k + 1], after[:, :, None])[:, :, 0]
+        return np.asarray(h * cost + self.stages.switches[mode][:, None] + later)
+
+    def decide(self, k: int, state: float, mode: int) -> tuple[int, int]:
+        here = float(np.clip(state, self.grid[-1, 0], self.grid[-1, -1]))
+        return _least(self.whole(k, state, mode), *self.stages.at(k, here))
 
     def price(self, k: int, state: float, mode: int) -> float:
-        return -float(np.interp(state, self.nodes, np.gradient(self.to_go[k, mode], self.nodes)))
+        nodes, costs = self.grid[k], self.to_go[k, mode]
+        known = (costs < IMPOSSIBLE) & (np.diff(nodes, append=np.inf) > 0)
+        if known.sum() < 2:
+            return np.inf
+        return -float(np.interp(state, nodes[known], np.gradient(costs[known], nodes[known])))
 
 
 @dataclass(frozen=True)
@@ -327,10 +316,11 @@ class _Price:
     dwell: float
 
     def decide(self, k: int, state: float, mode: int) -> tuple[int, int]:
-        cost, rate = self.stages.at(k, state)
-        low = self.stages.states[0] if self.stages.states.size > 1 else -np.inf
-        whole = cost - self.worth * rate + self.stages.switches[mode][:, None] / self.dwell
-        return _least(np.where(state + self.stages.durations[k] * rate >= low, whole, _NEVER), cost, rate)
+        (cost, rate), h, (low, high) = self.stages.at(k, state), self.stages.durations[k], self.stages.limits
+        after = state + h * rate
+        gained = (np.minimum(after, high) - state) / h
+        whole = cost - self.worth * gained + self.stages.switches[mode][:, None] / self.dwell
+        return _least(np.where(after >= low, whole, NEVER), cost, rate)
 
     def price(self, k: int, state: float, mode: int) -> float:
         return self.worth
@@ -338,15 +328,15 @@ class _Price:
 
 def _least(whole: NDArray[np.float64], cost: NDArray[np.float64], rate: NDArray[np.float64]) -> tuple[int, int]:
     """The decision of least cost; if none is possible, the one that charges most."""
-    if whole.min() >= _IMPOSSIBLE:
-        whole = np.where(cost < _IMPOSSIBLE, -rate, np.inf)
+    if whole.min() >= IMPOSSIBLE:
+        whole = np.where(cost < IMPOSSIBLE, -rate, np.inf)
     i, c = np.unravel_index(int(whole.argmin()), whole.shape)
     return int(i), int(c)
 
 
-def _follow(stages: Stages, policy: Policy, start: float, mode: int) -> Schedule:
-    """The schedule that follows from a policy."""
-    n, most = len(stages.durations), stages.states[-1] if stages.states.size > 1 else np.inf
+def _follow(stages: Stages, policy: Policy, start: float, mode: int, most: float) -> Schedule:
+    """The schedule that follows from a policy, for a store that holds no more than ``most``."""
+    n = len(stages.durations)
     modes, controls, states, price = np.empty(n, np.intp), np.empty(n, np.intp), np.full(n + 1, start), np.empty(n)
     total = 0.0
     for k, h in enumerate(stages.durations):
@@ -358,24 +348,12 @@ def _follow(stages: Stages, policy: Policy, start: float, mode: int) -> Schedule
     return Schedule(modes, controls, states, total, price, policy)
 
 
-def _weights(states: Array, nodes: Array) -> NDArray[np.float64]:
-    """Linear interpolation from ``states`` to ``nodes`` as a matrix; constant outside."""
-    found = np.zeros((states.size, nodes.size))
-    if states.size == 1:
-        return found + 1.0
-    at = np.clip(nodes, states[0], states[-1])
-    i = np.clip(states.searchsorted(at, side="right") - 1, 0, states.size - 2)
-    part = (at - states[i]) / (states[i + 1] - states[i])
-    columns = np.arange(nodes.size)
-    found[i, columns], found[i + 1, columns] = 1 - part, part
-    return found
-
-
 def _at(nodes: Array, values: NDArray[np.float64], where: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The cost to go (mode, node) at states (mode, control, state), clipped to the nodes."""
-    i = np.clip(nodes.searchsorted(where, side="right") - 1, 0, nodes.size - 2)
-    part = (where - nodes[i]) / (nodes[i + 1] - nodes[i])
+    """The cost to go (mode, node) at states (mode, control, state) up to the last node; infinite below the first."""
+    at = np.clip(where, nodes[0], nodes[-1])
+    i = np.clip(nodes.searchsorted(at, side="right") - 1, 0, nodes.size - 2)
+    width = nodes[i + 1] - nodes[i]
+    part = np.divide(at - nodes[i], width, out=np.zeros_like(at), where=width > 0)
     rows = np.arange(values.shape[0]).reshape(-1, 1, 1)
     found = (1 - part) * values[rows, i] + part * values[rows, i + 1]
-    edge = 1e-9
-    return np.asarray(np.where((part < -edge) | (part > 1 + edge), _NEVER, np.minimum(found, _NEVER)))
+    return np.asarray(np.where(where < nodes[0] - _EDGE * (1 + abs(nodes[0])), NEVER, np.minimum(found, NEVER)))

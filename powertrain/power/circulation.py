@@ -78,9 +78,9 @@ def _widest_cycle(edges: Sequence[Edge], left: Array, floor: float) -> list[int]
     added: list[int] = []
     for k in _strongest_first(left, floor):
         tail, head = edges[k]
-        way = _way(edges, added, {head}, {tail})
-        if way is not None:
-            return [*way, k]
+        back = way(edges, added, {head}, {tail})
+        if back is not None:
+            return [*back, k]
         added.append(k)
     return None
 
@@ -91,9 +91,9 @@ def _widest_path(
     added: list[int] = []
     for k in _strongest_first(left, floor):
         added.append(k)
-        way = _way(edges, added, sources, sinks)
-        if way:
-            return way
+        path = way(edges, added, sources, sinks)
+        if path:
+            return path
     return None
 
 
@@ -102,18 +102,18 @@ def _strongest_first(left: Array, floor: float) -> list[int]:
     return [int(k) for k in order if left[k] > floor]
 
 
-def _way(edges: Sequence[Edge], usable: Sequence[int], starts: set[int], ends: set[int]) -> list[int] | None:
+def way(edges: Sequence[Edge], usable: Sequence[int], starts: set[int], ends: set[int]) -> list[int] | None:
     """The edges of a shortest path over usable edges; [] if start and end coincide, None if there is no path."""
     reached: dict[int, int | None] = dict.fromkeys(sorted(starts))
     front = list(reached)
     while front:
         for vertex in front:
             if vertex in ends:
-                way: list[int] = []
+                path: list[int] = []
                 while (k := reached[vertex]) is not None:
-                    way.insert(0, k)
+                    path.insert(0, k)
                     vertex = edges[k][0]
-                return way
+                return path
         following: list[int] = []
         for k in usable:
             tail, head = edges[k]

@@ -13,7 +13,7 @@ from powertrain.language.connectors import Connector
 from powertrain.language.fields import Variable
 from powertrain.language.laws import der
 from powertrain.language.symbols import Symbol, column, free_symbols, key
-from powertrain.power.circulation import Edge
+from powertrain.power.circulation import Edge, way
 from powertrain.signals import signals_of
 
 VARIATOR_CASES = ("idle", "split", "series", "positive recirculation", "negative recirculation")
@@ -23,18 +23,8 @@ _MOST_IMPLICIT = 10
 
 def goes_beside(v: int, edges: Sequence[Edge]) -> bool:
     """Whether power gets from the source (vertex -1) to the sink (-2) without passing the vertex ``v``, or to no sink at all."""
-    return _reaches([e for e in edges if v not in e]) or not _reaches(edges)
-
-
-def _reaches(edges: Sequence[Edge]) -> bool:
-    """Whether the sink can be reached from the source."""
-    reached, front = {-1}, [-1]
-    while front:
-        tail = front.pop()
-        for head in [h for t, h in edges if t == tail and h not in reached]:
-            reached.add(head)
-            front.append(head)
-    return -2 in reached
+    beside = [k for k, edge in enumerate(edges) if v not in edge]
+    return way(edges, beside, {-1}, {-2}) is not None or way(edges, range(len(edges)), {-1}, {-2}) is None
 
 
 def kinematic_share(compiled: Compiled, ratio: str, shafts: tuple[str, str]) -> Symbol:

@@ -1,7 +1,8 @@
-"""Maps, drive cycles and other records in a parameter file: the name of a CSV file, the name of a cycle, or their fields.
+"""Maps, drive cycles and other records in a parameter file: the name of a file or cycle, the call of a function, or their fields.
 
 curve = "full_load.csv"
 curve = { csv = "full_load.csv", outside = "clip" }
+ocv = "cells_in_series(96)"
 curve = { name = "full load", unit = "N.m", axes = [{ name = "w", unit = "rad/s", points = [80.0, 400.0], outside = "clip" }],
           values = [110.0, 150.0] }
 cycle = "udds"
@@ -23,6 +24,7 @@ from typing import Any
 import powertrain as pt
 from powertrain.components.cycles import CYCLES, DriveCycle
 from powertrain.errors import suggestion
+from powertrain.presets.calls import map_of
 from powertrain.presets.places import Adjustable
 
 NONE = "none"
@@ -75,7 +77,7 @@ def decoded(value: Any, found: Adjustable, folder: Path) -> Any:
 
 def _map(value: Any, folder: Path) -> pt.Map:
     if isinstance(value, str):
-        return pt.Map.from_csv(folder / value)
+        return map_of(value, folder) if value.rstrip().endswith(")") else pt.Map.from_csv(folder / value)
     if "csv" in value:
         _check_keys(value, CSV_KEYS)
         return pt.Map.from_csv(folder / value["csv"], **{name: value[name] for name in value if name != "csv"})

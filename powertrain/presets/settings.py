@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import ast
 import inspect
-import re
 import tomllib
 import typing
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,6 +15,7 @@ from powertrain.errors import suggestion
 from powertrain.language.checks import is_rows, is_scalar, rows, scalar
 from powertrain.language.component import variants
 from powertrain.language.fields import is_given
+from powertrain.presets.calls import located
 from powertrain.presets.catalogue import Entry, components, find, fitting
 from powertrain.presets.data import decoded, plain, takes_data
 from powertrain.presets.places import Adjustable, place
@@ -31,10 +31,11 @@ def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:
     Maps are named by their file and cycles by their name or file, as in a parameter file: ``engine.curve`` "full_load.csv"; tables are
     written as there, too: ``cam`` "{ M = 4, N = 5 }".
     Values that follow each other are set at once, so that conditions between them hold for all of them together.
-    Errors: ParameterError for an unknown path, and for a value that does not fit, with its unit and range.
+    Errors: ParameterError for an unknown path, for a value that does not fit, with its unit and range, and for a value that a later one
+    would replace.
     """
     values: dict[str, Any] = {}
-    for path, text in pairs:
+    for path, text in _each_once(pairs):
         found = place(component, path)
         if found.is_part:
             component = pt.replace(component, values | {path: part(text, found)})
@@ -44,6 +45,21 @@ def assigned(component: M, pairs: Iterable[tuple[str, str]]) -> M:
         else:
             values[path] = checked(found, number_or_text(text) if found.spec is not None else _read(text, found))
     return pt.replace(component, values) if values else component
+
+
+def _each_once(pairs: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+    """The pairs. Errors: ParameterError for a path whose value, or that of a place within it, was given before: that would be lost."""
+    before: list[str] = []
+    for path, text in pairs:
+        for other in before:
+            if other == path:
+                raise pt.ParameterError(f"{path} is given twice")
+            if other.startswith((f"{path}.", f"{path}[")):
+                raise pt.ParameterError(
+                    f"{path} = {text} replaces {other}, which is given before it; give {path} first"
+                )
+        before.append(path)
+        yield path, text
 
 
 def checked(found: Adjustable, value: Any) -> Any:
@@ -176,7 +192,7 @@ def _made(node: ast.Call, cls: type[pt.Component], where: str, folder: Path | No
     arguments = [_built(value, where, None, folder) for value in node.args]
     named = {str(k.arg): _built(k.value, f"{where}.{k.arg}", kinds.get(str(k.arg)), folder) for k in node.keywords}
     if folder is not None and isinstance(target, ast.Attribute):
-        arguments, named = _located(maker, arguments, named, folder)
+        arguments, named = located(maker, arguments, named, folder)
     try:
         made = maker(*arguments, **named)
     except (TypeError, ValueError, AttributeError, LookupError) as error:
@@ -185,24 +201,9 @@ def _made(node: ast.Call, cls: type[pt.Component], where: str, folder: Path | No
             if maker is not cls
             else ""
         )
-        raise pt.ParameterError(f"{where}: {ast.unparse(node)} cannot be made: {error}{takes}") from None
+        raise pt.ParameterError(f"{where}: {ast.unparse(node)} cannot be created: {error}{takes}") from None
     assert isinstance(made, pt.Component)
     return made
-
-
-def _located(
-    maker: Callable[..., Any], arguments: list[Any], named: dict[str, Any], folder: Path
-) -> tuple[list[Any], dict[str, Any]]:
-    """The arguments of a maker with the names of files relative to a folder: its signature says which take a path."""
-    parameters = inspect.signature(maker).parameters
-    files = [name for name, parameter in parameters.items() if re.search(r"\bPath\b", str(parameter.annotation))]
-
-    def at(name: str, value: Any) -> Any:
-        return folder / value if name in files and isinstance(value, str) else value
-
-    names = [*parameters, *(len(arguments) * [""])]  # too many arguments are refused by the maker
-    located = [at(name, value) for name, value in zip(names, arguments, strict=False)]
-    return located, {name: at(name, value) for name, value in named.items()}
 
 
 def _read(text: str, found: Adjustable) -> Any:

@@ -40,14 +40,12 @@ POLE = 1e4
 def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, Mask]:
     """Least and greatest values at the points of ``grid`` at which ``laws`` rest, and where all ends are possible.
 
-    With several laws at rest, the lines between all ends are searched.
+    With several laws at rest, the lines between all ends are searched. A law whose bounds coincide at the first end, because it carries no
+    torque there, may rest at another one.
     """
-    ends, sides = [], []
-    for combination in product((1.0, -1.0), repeat=min(len(laws), MOST_LAWS)):
-        side = np.ones((len(solver.choices), grid.shape[1]))
-        side[laws[:MOST_LAWS]] = np.array(combination)[:, None]
-        ends.append(solver.solve(grid, side))
-        sides.append(side)
+    ends = _ends(solver, grid, laws)
+    while len(resting := np.flatnonzero(np.any([end.rest.any(axis=1) for end in ends], axis=0))) > len(laws):
+        laws, ends = resting, _ends(solver, grid, resting)
     values = [solver.values(grid, end)[0] for end in ends]
     low, high = np.minimum.reduce(values), np.maximum.reduce(values)
     solved: Mask = np.logical_and.reduce([end.status == OK for end in ends])
@@ -62,13 +60,26 @@ def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, Mask]:
     return low, high, solved
 
 
+def _ends(solver: Solver, grid: Rows, laws: Index) -> list[Points]:
+    """The solutions with all combinations of the sides from which ``laws`` approach rest."""
+    ends = []
+    for combination in product((1.0, -1.0), repeat=min(len(laws), MOST_LAWS)):
+        side = np.ones((len(solver.choices), grid.shape[1]))
+        side[laws[:MOST_LAWS]] = np.array(combination)[:, None]
+        ends.append(solver.solve(grid, side))
+    return ends
+
+
 class StuckLine:
     """Points with torques between those of two ends, as a function of the position from the first (0) to the second (1)."""
 
     def __init__(self, solver: Solver, grid: Rows, first: Points, last: Points, where: Index) -> None:
         self.solver, self.grid, self.count = solver, grid, grid.shape[1]
-        self.first, self.last = first.modes[:, where], last.modes[:, where]
-        self.resting = np.asarray(first.rest[:, where] & last.rest[:, where])
+        one, other = first.rest[:, where], last.rest[:, where]
+        self.resting = np.asarray(one | other)
+        modes, others = first.modes[:, where], last.modes[:, where]
+        # A law that rests at one end only carries no torque at the other: its place between its bounds is open there.
+        self.first, self.last = np.where(other & ~one, others, modes), np.where(one & ~other, modes, others)
 
     def sides(self, part: Array, points: Index) -> Rows:
         """Places of the laws between their limits, -1 and 1."""

@@ -18,7 +18,7 @@ from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.batch import LANES, Rows, Tape, lifted
 from powertrain.numerics.buffers import Array, Bound, zeros
-from powertrain.numerics.replay import Form, RowForms, row_forms
+from powertrain.numerics.replay import Affine, RowForms, row_forms, value
 from powertrain.steadystate.neighbours import Key, Walker
 
 Index = NDArray[np.intp]
@@ -45,7 +45,8 @@ class _Flat:
     """One combination of modes in which everything is affine along a row: a + b x with two numbers per output and row."""
 
     def __init__(self, problem: Equilibrium, forms: RowForms, slow: list[Symbol], ends: Symbol) -> None:
-        pairs = [Symbol(0) if part is None else part for form in forms.outputs for part in (form.a, form.b)]
+        affine = [form for form in forms.outputs if isinstance(form, Affine)]
+        pairs = [Symbol(0) if part is None else part for form in affine for part in (form.a, form.b)]
         rows = list(ca.cse([forms.fits, *pairs]))
         self._tape = Tape("steady_flat", slow, ca.vertcat(problem.common, ends), rows, LANES)
 
@@ -67,7 +68,7 @@ class _Curved:
     def __init__(
         self, problem: Equilibrium, forms: RowForms, slow: list[Symbol], ends: Symbol, x: Symbol, width: int
     ) -> None:
-        values = [_value(f, x) for f in forms.outputs]
+        values = [value(f, x) for f in forms.outputs]
         along = Symbol(1) if forms.fits_along is None else forms.fits_along
         outputs = [ca.densify(e) for e in (*values, forms.fits * along)]
         inputs = [x, ca.vertcat(Symbol(0, 1), *slow), ends, problem.common]
@@ -251,13 +252,6 @@ def _runs(which: Index, good: Mask) -> list[tuple[slice, slice]]:
     return [
         (slice(int(which[i]), int(which[j]) + 1), slice(int(i), int(j) + 1)) for i, j in zip(firsts, lasts, strict=True)
     ]
-
-
-def _value(form: Form, x: Symbol) -> Symbol:
-    if form.curve is not None:
-        return form.curve
-    a = Symbol(0) if form.a is None else form.a
-    return a if form.b is None else a + form.b * x
 
 
 def make_plan(rows: int, columns: int, modes: Modes) -> RowPieces | None:

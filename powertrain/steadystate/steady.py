@@ -187,7 +187,7 @@ def asked_for(
     wanted: list[Wanted],
     inputs: Mapping[str, float],
     free: Sequence[str] | None,
-    held: Sequence[str] | None = None,
+    held: Sequence[str] | None,
 ) -> Request:
     """Classify the names on the grid, and decide what is to be found."""
     compiled = plant.compiled

@@ -112,7 +112,6 @@ def _parts(whole: pt.Component, path: str = "") -> Iterator[tuple[str, pt.Compon
     """All parts with their paths; parts inside bodies, engines and so on are not included."""
     known = (*ONE.values(), Engine, ElectricMachine, Battery, PolarizedBattery)
     for name, part in children(whole):
-        if isinstance(part, pt.Component):
-            yield f"{path}{name}", part
-            if not isinstance(part, known):
-                yield from _parts(part, f"{path}{name}.")
+        yield f"{path}{name}", part
+        if not isinstance(part, known):
+            yield from _parts(part, f"{path}{name}.")

@@ -14,6 +14,7 @@ from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 from numpy.typing import NDArray
 
 import powertrain as pt
@@ -122,6 +123,20 @@ def with_parameters_of(control: pt.Component, planned: C, kind: type[pt.Componen
     """The planned control, with the parameters that both inherit from their partial class."""
     shared = [n for n, spec in kind._fields.items() if isinstance(spec, pt.Parameter)]
     return pt.replace(planned, {n: float(getattr(control, n)) for n in shared})
+
+
+def along_cycle(
+    speeds: Array, off: xr.Dataset, on: xr.Dataset, names: Sequence[str], dims: Sequence[str], v: Array, force: Array
+) -> NDArray[np.float64]:
+    """Cost and rate in every row of a cycle, of shape (2, rows, 2, controls, stores), from maps with the engine off and on.
+
+    ``names``: of force, cost and rate in the maps; ``dims``: their dimensions (speed, level, control, store), ``off`` without control.
+    """
+    found = np.full((2, v.size, 2, *(on.sizes[name] for name in dims[2:])), np.nan)
+    for mode, one in enumerate((off.expand_dims({dims[2]: 1}), on)):
+        pushed, *tables = (one[name].transpose(*dims).values for name in names)
+        found[:, :, mode, : pushed.shape[2]] = looked_up(speeds, pushed, tables, v, force)
+    return found
 
 
 def looked_up(

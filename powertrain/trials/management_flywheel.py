@@ -13,7 +13,7 @@ from powertrain.components.control import FlywheelCharging, PlannedCharge
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials.backward import demand
 from powertrain.trials.cycle import on_cycle
-from powertrain.trials.management import Management, looked_up, with_parameters_of
+from powertrain.trials.management import Management, along_cycle, with_parameters_of
 from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.flywheel_hybrid import W_START, FlywheelHybrid
 
@@ -111,12 +111,8 @@ class FlywheelBench:
     def along(self, v: Array, force: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Fuel flow [kg/s] and power into the flywheel [W] in every row of a cycle, of shape (rows, 2, throttles, stores)."""
         dims = ("speed", "level", "throttle", "store")
-        cost, rate = np.full((2, v.size, 2, self.throttles.size, STORES), np.nan)
         throttle = xr.DataArray(self.throttles, dims="throttle", coords={"throttle": self.throttles})
-        off = self._steady(self.grid, [FORCE, FUEL]).expand_dims(throttle=1)
+        off = self._steady(self.grid, [FORCE, FUEL])
         on = self._steady(self.grid | {"charge.throttle": throttle}, [FORCE, FUEL], on=1.0)
-        for mode, found in enumerate((off, on)):
-            pushed, *tables = (found[n].transpose(*dims).values for n in (FORCE, FUEL, RATE))
-            count = pushed.shape[2]
-            cost[:, mode, :count], rate[:, mode, :count] = looked_up(self.speeds, pushed, tables, v, force)
+        cost, rate = along_cycle(self.speeds, off, on, (FORCE, FUEL, RATE), dims, v, force)
         return cost, rate * float(self.vehicle.flywheel.J) * self.store

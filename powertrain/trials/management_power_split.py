@@ -17,7 +17,7 @@ from powertrain.components.engines import operating_line
 from powertrain.trials.anatomy import charge_at_start
 from powertrain.trials.backward import demand
 from powertrain.trials.cycle import on_cycle
-from powertrain.trials.management import Management, looked_up, with_parameters_of
+from powertrain.trials.management import Management, along_cycle, with_parameters_of
 from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.power_split_hybrid import SHARE, PowerSplitHybrid
 
@@ -135,11 +135,6 @@ class PowerSplitBench:
 
     def along(self, v: Array, force: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Fuel flow [kg/s] and rate of the charge [1/s] in every row of a cycle, of shape (rows, 2, powers, charges)."""
-        count = self.powers.size
         dims = ("speed", "level", "power", "soc")
-        cost, rate = np.full((2, v.size, 2, self.powers.size, len(CHARGES)), np.nan)
-        for mode, found in enumerate((self.off.expand_dims(power=1), self.on)):
-            pushed, *tables = (found[n].transpose(*dims).values for n in (FORCE, FUEL, CHARGING))
-            count = pushed.shape[2]
-            cost[:, mode, :count], rate[:, mode, :count] = looked_up(self.speeds, pushed, tables, v, force)
+        cost, rate = along_cycle(self.speeds, self.off, self.on, (FORCE, FUEL, CHARGING), dims, v, force)
         return cost, rate

@@ -310,7 +310,7 @@ def _synchronisers(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
     if len(parts.engines) != 1 or not isinstance(gearbox, ManualGearbox | DualClutchGearbox):
         return
     torque = _most(vehicle, parts.engines[0])[0]
-    for k, (gear, dogs) in enumerate(zip(gearbox.gears, gearbox.synchronisers, strict=True)):
+    for k, (gear, dogs) in enumerate(zip(gearbox.gears, gearbox.synchronisers, strict=False)):  # compile counts them
         ratio, fn_max, cgeo, peak = _number(gear, "ratio"), *(_number(dogs, n) for n in ("fn_max", "cgeo", "peak"))
         if not (ratio and fn_max and cgeo and peak):
             continue

@@ -25,7 +25,7 @@ from powertrain.numerics.many import Many
 from powertrain.numerics.tape import graph_of
 from powertrain.result import Result
 from powertrain.variational.partials import Partials, System
-from powertrain.variational.record import POINTS, Record, edge, nearest, spans
+from powertrain.variational.record import POINTS, Record, edge, nearest, record, spans
 
 _HALVINGS = 50
 _EVENT = 2e-4
@@ -52,6 +52,11 @@ class Corners:
         self.found = column([side for side in _sides(expressions) if ca.depends_on(side, moving)])
         self._values = Many(system.dae.arguments, self.found)
         self.slopes = Partials(system, self.found)
+
+    def cut(self, result: Result[Any], cuts: Array) -> tuple[Record, list[Corner]]:
+        """The run with steps that also end at ``cuts`` and at the corners that it passes, and these corners."""
+        corners = self.passed(result, record(result, cuts))
+        return record(result, np.union1d(cuts, [corner.time for corner in corners])), corners
 
     def passed(self, result: Result[Any], run: Record) -> list[Corner]:
         """All corners that a run passes between its events, in order of time."""

@@ -16,7 +16,7 @@ from powertrain.numerics.buffers import Array
 from powertrain.result import Result, complete
 from powertrain.variational.corners import Corners
 from powertrain.variational.partials import System
-from powertrain.variational.record import Steps, record
+from powertrain.variational.record import Steps
 from powertrain.variational.saltation import Saltation
 from powertrain.variational.transitions import VariationalRates, transitions
 
@@ -75,8 +75,7 @@ def floquet(result: Result[Any], start: float, period: float) -> Floquet:
     system = System(result.compiled, (), ())
     flow = VariationalRates(system, None)
     corners = Corners(system, ca.vertcat(flow.expressions, system.dae.residual))
-    cuts = np.array([start, end])
-    run = record(result, np.union1d(cuts, [c.time for c in corners.passed(result, record(result, cuts))]))
+    run, _ = corners.cut(result, np.array([start, end]))
     kept = (run.steps.times >= start) & (run.steps.times < end)
     points = np.repeat(kept, len(run.steps.samples.t) // max(len(kept), 1))
     steps = Steps(run.steps.times[kept], run.steps.durations[kept], Samples(*(v[points] for v in run.steps.samples)))

@@ -72,10 +72,7 @@ def _label(term: Term, signal: str) -> str:
 
 
 def _values(result: Result[Any], picked: Picked, samples: Samples) -> Array:
-    signals = signals_of(result.compiled)
-    if picked.name in signals.entries:
-        return signals.compute([picked.name], samples, result.p)[picked.name]
-    return signals.evaluate([picked.expression], samples, result.p)[:, 0]
+    return signals_of(result.compiled).values(picked, samples, result.p)
 
 
 def _read(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[float, list[Reading]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain.errors import ParameterError
 from powertrain.initialization.outdated import constant_in_tables
+from powertrain.language import htmltext
 from powertrain.language.arguments import listed, row
 from powertrain.language.symbols import column
 from powertrain.numerics.buffers import Array
@@ -86,7 +86,7 @@ class Gradient(Mapping[str, float]):
         return pd.DataFrame(columns, index=list(self.names))
 
     def _rows(self) -> list[tuple[str, ...]]:
-        """The significant unknowns, the most important first, and the number of others."""
+        """The heads of the columns, and the significant unknowns, the most important first."""
         found = sorted((n for n in self.names if self[n]), key=lambda n: (-abs(self.elasticity[n]), -abs(self[n])))
         rows = [
             (n, f"{self.at[n]:.6g} {self._units[k]}", f"{self._said(k)} {self.units[n]}", f"{self.elasticity[n]:+.4f}")
@@ -111,8 +111,8 @@ class Gradient(Mapping[str, float]):
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
-        cells = "".join(f"<tr>{''.join(f'<td>{html.escape(c)}</td>' for c in r)}</tr>" for r in self._rows())
-        return f"<p>{html.escape(f'{self.of} = {self.value:.8g} {self.unit}')}</p><table>{cells}</table>"
+        head, *rows = self._rows()
+        return htmltext.heading("Gradient", f"{self.of} = {self.value:.8g} {self.unit}") + htmltext.table(head, rows)
 
 
 def quotient(unit: str, by: str) -> str:

@@ -94,6 +94,28 @@ class Saltation:
             for k in range(len(events.times))
         ]
 
+    def _unknown_jump(self, run: Record, k: int) -> str:
+        """Why there is no derivative where the states jump by other rules than those of one round of resets and impacts."""
+        left, right, compiled = run.instants.left, run.instants.right, self.system.compiled
+        jumped = [n for n, j in zip(compiled.states, differ(left.x[k], right.x[k]), strict=True) if j]
+        jumped += [n for n, place in compiled.discretes.items() if differ(left.m[k, place], right.m[k, place])]
+
+        def value(held: Array, first: int) -> float:
+            begin, y, slope = held[first : first + 3]
+            return float(y + slope * (run.instants.times[k] - begin))
+
+        schedules = self.system.dae.schedules
+        signals = [s.name for s in schedules if differ(value(left.m[k], s.index), value(right.m[k], s.index))]
+        cause = (
+            f"{', '.join(signals)} moves a source under a clutch or contact with a jump"
+            if signals
+            else f"resets or impacts follow one another at the same instant, or a source jumps ({self.instants.names(run, k)})"
+        )
+        return (
+            f"at t = {run.instants.times[k]:.9g} s {', '.join(jumped)} jump{'s' if len(jumped) == 1 else ''}, because {cause}; the "
+            "derivative of the run cannot be computed there"
+        )
+
     def _jump(
         self, run: Record, k: int, f_left: Array, f_right: Array, slopes: Slopes, falls: Array, earlier: Array
     ) -> SaltationMap:
@@ -104,10 +126,7 @@ class Saltation:
         if self.mapping is not None:
             carried = self.mapping.map(run, k, {shift.index for shift in shifts})
             if carried is None:
-                raise NotDifferentiable(
-                    f"at t = {t:.9g} s resets or impacts follow one another at the same instant, or a source jumps under a clutch "
-                    f"or contact ({self.instants.names(run, k)}); the derivative of the run cannot be computed there"
-                )
+                raise NotDifferentiable(self._unknown_jump(run, k))
             s[:n, :n], q[:n], rate[:n] = carried.s, carried.q, carried.t
             rounds = carried.rounds
         across = s.copy(), q, rate

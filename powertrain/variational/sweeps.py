@@ -20,7 +20,7 @@ from powertrain.variational.functional import Functional
 from powertrain.variational.instants import NotDifferentiable
 from powertrain.variational.objectives import Reading
 from powertrain.variational.partials import Block, Partials, System
-from powertrain.variational.record import STAGES, Record, record
+from powertrain.variational.record import STAGES, Record, edge
 from powertrain.variational.saltation import Saltation, SaltationMap, row_of
 from powertrain.variational.simultaneous import Parts
 from powertrain.variational.transitions import WEIGHTS, Batch, Reverse, VariationalRates, batches, transitions
@@ -32,6 +32,8 @@ _SEEN = 1e-4
 """or by so little that a 100 % change of the unknown changes the result by this share,"""
 _FELT = 1e-9
 """or by so little that one unit of an unknown that is zero changes it by this share."""
+_BESIDE = 1e-6
+"""Distance of both sides of an extremum from it, as a share of a step."""
 
 
 class Model:
@@ -86,9 +88,7 @@ class Passage:
 
 def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional, cuts: Array) -> Passage:
     """Everything of a run except the matrices of its steps. NotDifferentiable names an event without a derivative."""
-    cuts = np.union1d(of.cuts, cuts)
-    corners = model.corners.passed(result, record(result, cuts))
-    run = record(result, np.union1d(cuts, [c.time for c in corners]))
+    run, corners = model.corners.cut(result, np.union1d(of.cuts, cuts))
     jumps = model.saltation.jumps(run)
     boundaries = [run.steps.before(t) for t in run.instants.times.tolist()]
     begin = np.zeros((model.flow.size, len(wanted.names)))
@@ -107,12 +107,32 @@ def _read(model: Model, result: Result[Any], run: Record, reading: Reading) -> R
         sample, boundary = row_of(side, reading.instant), -1
     else:
         sample, boundary = result.samples_at([reading.time]), run.steps.before(reading.time)
-    slopes = model.read(sample, run.p)
-    rates = model.flow.rates(sample, run.p)[:, : model.system.size]
-    k = reading.signal
-    s = np.zeros(model.flow.size)
-    s[: model.system.size] = slopes.s[0, k]
-    return Read(reading, sample, boundary, s, slopes.q[0, k], float(slopes.along(rates)[0, k]))
+    on_s, on_q, rate = _slopes(model, run, sample, reading.signal)
+    if reading.turning:
+        on_s, on_q = _at_extremum(model, result, run, reading)
+    return Read(reading, sample, boundary, np.pad(on_s, (0, model.flow.integrals)), on_q, rate)
+
+
+def _slopes(model: Model, run: Record, sample: Samples, k: int) -> tuple[Array, Array, float]:
+    """The derivatives of signal k with respect to s and q, and along the motion."""
+    slopes, rates = model.read(sample, run.p), model.flow.rates(sample, run.p)[:, : model.system.size]
+    return slopes.s[0, k], slopes.q[0, k], float(slopes.along(rates)[0, k])
+
+
+def _at_extremum(model: Model, result: Result[Any], run: Record, reading: Reading) -> tuple[Array, Array]:
+    """The derivatives of an extremum, between those on both sides of it.
+
+    If it is a corner, where one branch rises by a and the other falls by b, the corner moves by d(tau) = (d_2 - d_1)/(a + b) for changes
+    d_1 and d_2 of the branches, and the extremum by d_1 + a d(tau). The same mean belongs to a smooth extremum, where a = b = 0.
+    """
+    one, two = (
+        _slopes(model, run, edge(result, np.array([reading.time]), before, _BESIDE), reading.signal)
+        for before in (True, False)
+    )
+    fall = one[2] - two[2]
+    share = float(np.clip(one[2] / fall, 0.0, 1.0)) if fall else 0.5
+    on_s, on_q = ((1.0 - share) * d_1 + share * d_2 for d_1, d_2 in zip(one[:2], two[:2], strict=True))
+    return on_s, on_q
 
 
 def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[Parts, Block]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from powertrain.errors import ParameterError, suggestion
+from powertrain.language import htmltext
 from powertrain.language.arguments import names as argument_names
 from powertrain.result import Result
 from powertrain.saved import Array, Saved
@@ -202,7 +202,7 @@ class Comparison:
         return f"{head}; {said}\n{self.table.head(20).to_string(float_format='{:.6g}'.format)}"
 
     def _repr_html_(self) -> str:
-        head = f"<p><b>Comparison</b> {html.escape(' and '.join(self.names))}</p>"
         changed = self.parameters.to_html(float_format="{:.6g}".format, max_rows=40)
         table = self.table.to_html(float_format="{:.6g}".format, max_rows=40)
-        return f"{head}{table}<details><summary>parameters that differ</summary>{changed}</details>"
+        head = htmltext.heading("Comparison", " and ".join(self.names))
+        return head + table + htmltext.folded("parameters that differ", changed)

@@ -15,7 +15,7 @@ from powertrain.analysis.energy_terms import EnergyTerms, with_parts
 from powertrain.errors import ParameterError
 from powertrain.events import change
 from powertrain.figures.layout import Layout, layout
-from powertrain.language.component import Component, children
+from powertrain.language.component import Component, descendants
 from powertrain.language.connectors import Connector
 from powertrain.language.fields import Parameter
 from powertrain.language.replacing import replace
@@ -180,9 +180,6 @@ def _maps(result: Result[Any]) -> Iterator[tuple[str, OperatingMap]]:
             yield path, replace(part, {n: v for n, v in own.items() if v is not None}).operating_map()
 
 
-def _parts(whole: Component, path: str = "") -> Iterator[tuple[str, Any]]:
-    """All components of a model with their paths."""
-    for name, part in children(whole):
-        if not isinstance(part, Connector):
-            yield f"{path}{name}", part
-            yield from _parts(part, f"{path}{name}.")
+def _parts(whole: Component) -> Iterator[tuple[str, Any]]:
+    """All components of a model with their paths, without their ports."""
+    return ((path, part) for path, part in descendants(whole) if not isinstance(part, Connector))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.replay import row_forms
+from powertrain.numerics.replay import Affine, row_forms
 
 
 def test_a_choice_by_what_is_the_same_along_a_row_stays_affine() -> None:
@@ -16,6 +16,7 @@ def test_a_choice_by_what_is_the_same_along_a_row_stays_affine() -> None:
     forms = row_forms(x, ends, [c, ends[0], ends[1]], [chosen], [chosen + 10], [])
     assert forms.flat
     form = forms.outputs[0]
+    assert isinstance(form, Affine)
     assert form.a is not None
     assert form.b is not None
     affine = ca.Function("affine", [c], [form.a, form.b])
@@ -32,6 +33,7 @@ def test_a_quotient_of_two_multiples_is_constant_where_the_row_does_not_pass_zer
     x, c, d, ends = Symbol.sym("x"), Symbol.sym("c"), Symbol.sym("d"), Symbol.sym("ends", 2)
     forms = row_forms(x, ends, [c, d, ends[0], ends[1]], [(c * x) / (d * x)], [], [])
     (form,) = forms.outputs
+    assert isinstance(form, Affine)
     assert form.constant
     assert form.a is not None
     assert float(ca.Function("quotient", [c, d], [form.a])(6.0, 4.0)) == 1.5
@@ -77,7 +79,7 @@ def test_random_rows(seed: int) -> None:
     def filled(part: Symbol | None) -> Symbol:
         return zero if part is None else part
 
-    values = [f.curve if f.curve is not None else filled(f.a) + filled(f.b) * x for f in forms.outputs]
+    values = [filled(f.a) + filled(f.b) * x if isinstance(f, Affine) else f for f in forms.outputs]
     fits = forms.fits if forms.fits_along is None else forms.fits * forms.fits_along
     found = ca.Function("found", [x, c, d, ends], [ca.vertcat(*values), fits])
     plain = [ca.Function("plain", [x, c, d], [ca.vertcat(*group, zero)]) for group in given]

@@ -25,7 +25,7 @@ def residuals(model: pt.Component, values: dict[str, float]) -> Any:
     flat = flatten(model)
     rows = [e.residual for e in (*flat.equations, *flat.initial)]
     rows += [s.g for s in (*flat.recorder.switches, *flat.recorder.relations)]
-    rows += [right for _, right in flat.bindings.values()]
+    rows += [b.value for b in flat.bindings.values()]
 
     def kept(listed: list[Any]) -> list[Any]:
         rows.extend(listed)

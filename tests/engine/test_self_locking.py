@@ -139,7 +139,7 @@ def test_a_half_that_must_seize_is_proved_to_jam(k: float, J: float, F: float) -
     """Where friction and stop share the force on the mass, every share was tried, though friction at rest has only one."""
     with pytest.raises(
         pt.SimulationError,
-        match=r"(?s)at t = 1\.57\d* s in none of the 2 pieces of the bounds are modes consistent.*cam",
+        match=r"(?s)at t = 1\.57\d* s no modes are consistent with any of the 2 combinations of the conditions.*cam",
     ):
         SEIZING.simulate(4.0, parameters={"k": k, "J": J, "F": F})
 

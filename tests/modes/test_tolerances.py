@@ -35,7 +35,7 @@ def assigned(tree: ast.Module) -> dict[str, str]:
 
 
 def test_the_page_lists_all_tolerances_with_their_values() -> None:
-    page = (ROOT / "docs" / "theory" / "modes.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "theory" / "tolerances.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\* - `([A-Z_]+)`\n  - (\S+)\n  - \S", page, re.MULTILINE)
     names = assigned(ast.parse(Path(tolerances.__file__).read_text(encoding="utf-8")))
     assert [name for name, _ in rows] == list(names)

@@ -29,6 +29,7 @@ from powertrain.presets.settings import assigned
 from powertrain.trials import drive_cycle
 from powertrain.trials.cycle import on_cycle
 from powertrain.vehicles.electric_car import ElectricCar
+from powertrain.vehicles.manual_car import ManualCar
 from powertrain.vehicles.split_path_car import SplitPathCar
 
 PNG = b"\x89PNG"
@@ -459,6 +460,40 @@ def test_values_of_one_part_are_set_together(tmp_path: Path) -> None:
     assert assigned(SplitPathCar(), pairs.items()) == SplitPathCar(engine=engine)
     lines = "".join(f"{path.partition('.')[2]} = {value}\n" for path, value in pairs.items())
     assert applied(SplitPathCar(), tomllib.loads(f"[engine]\n{lines}"))[0] == SplitPathCar(engine=engine)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "said"),
+    [
+        ([("body.m", "1500"), ("body.m", "1600")], "body.m is given twice"),
+        (
+            [("engine.J", "0.2"), ("engine", "MappedEngine.gasoline()")],
+            r"engine = MappedEngine.gasoline\(\) replaces engine.J, which is given before it; give engine first",
+        ),
+        ([("gearbox.gears[0].ratio", "4"), ("gearbox", "ManualGearbox")], r"replaces gearbox.gears\[0\].ratio"),
+    ],
+)
+def test_values_that_a_later_one_would_replace(pairs: list[tuple[str, str]], said: str) -> None:
+    """They were lost."""
+    with pytest.raises(pt.ParameterError, match=said):
+        assigned(ManualCar(), pairs)
+
+
+def test_a_component_and_then_its_values() -> None:
+    car = assigned(ManualCar(), [("engine", "MappedEngine.gasoline()"), ("engine.J", "0.2"), ("body.m", "1500")])
+    assert (float(car.engine.J), float(car.body.m)) == (0.2, 1500.0)
+
+
+def test_another_number_of_gears_in_a_file(tmp_path: Path) -> None:
+    """The gears of a file replace all, and the synchronisers that they lack are an error of the model, not of the notes."""
+    file = tmp_path / "car.toml"
+    file.write_text(
+        'class = "ManualCar"\n[[gearbox.gears]]\nratio = 3.5\n[[gearbox.gears]]\nratio = 1.9\n', encoding="utf-8"
+    )
+    done = CliRunner().invoke(main, ["run", str(file), "--span", "0:3"])
+    assert done.exit_code in (1, 2)
+    assert isinstance(done.exception, SystemExit)
+    assert "but gearbox (ManualGearbox) has 2" in done.output
 
 
 def test_maps_and_cycles_are_set_by_their_names(tmp_path: Path) -> None:

@@ -99,7 +99,7 @@ def test_powers_add_up() -> None:
     signals = run.result
     closed = (
         (np.abs(signals["clutch.w_rel"]) < 1e-6)
-        & (signals["control.on"] > 0.5)
+        & (signals["control.matched"] > 0.5)
         & (signals["control.accelerator"] > 0.1)
     )
     limits = signals["battery.discharge_power"] > 20e3
@@ -133,6 +133,19 @@ def test_a_fuller_battery_makes_no_car_slower(car: pt.Component, charges: tuple[
     plant = pt.compile(pt.replace(car, driver=SetPedals(accelerator_set=1.0)))
     slow, fast = (time_between(plant.simulate(22.0, starts={"battery.soc": soc}), 0, 100 / 3.6) for soc in charges)
     assert fast < 1.05 * slow
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("position", ["P2", "P3", "P4"])
+def test_an_engine_started_on_the_road_does_not_brake_the_car(position: Position) -> None:
+    """Its speed comes from its own torque: while the driver accelerates, the car does too. It was slowed down by 10 m/s2."""
+    result = drive_cycle(HYBRIDS[position], DriveCycle("away", ((0, 0), (10, 12), (15, 14)))).result
+    t, slip = result.time, result["clutch.w_rel"]
+    (started,) = np.flatnonzero(np.diff(result["control.running"]) > 0)
+    assert slip[started] > 50
+    soon = (t >= t[started]) & (t < t[started] + 2)
+    assert result["body.chassis.a"][soon].min() > 0.5 * result["body.chassis.a"][started]
+    assert (slip[soon] < 1e-6).any()
 
 
 @pytest.mark.slow

@@ -84,8 +84,8 @@ def test_other_cars_are_read_in_the_same_columns(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("test_mass_kg", "mass", r"mine.csv lacks columns, which commas separate: test_mass_kg$"),
-        (",", ";", r"mine.csv lacks columns, which commas separate: vehicle, "),
+        ("test_mass_kg", "mass", r"mine.csv lacks columns \(separated by commas\): test_mass_kg$"),
+        (",", ";", r"mine.csv lacks columns \(separated by commas\): vehicle, "),
         ("1077.3", "heavy", r"mine.csv, line 2: test_mass_kg = 'heavy' is not a number"),
         ("1077.3", "-5", r"mine.csv, line 2: test_mass_kg = -5 must be positive"),
         ("MITSUBISHI", "#", r"mine.csv has no rows"),
@@ -122,12 +122,12 @@ def row(kind: str, fuel: str, gears: int = 8, bag4: str = "", mpg: float = 30.0)
     [
         (
             row("Automatic", DIESEL),
-            "the fuel is Federal Cert Diesel 7-15 PPM Sulfur; cars are built for gasoline and electricity",
+            "the fuel is Federal Cert Diesel 7-15 PPM Sulfur; only gasoline and electric cars are supported",
         ),
-        (row("Automatic", GASOLINE) + row("Automatic", "Electricity"), "plug-in hybrids are not built from the list"),
+        (row("Automatic", GASOLINE) + row("Automatic", "Electricity"), "plug-in hybrids are not supported"),
         (
             row("Semi-Automatic", GASOLINE, bag4="60"),
-            "a hybrid whose transmission is 'Semi-Automatic'; of hybrids, only those with a power",
+            "a hybrid whose transmission is 'Semi-Automatic'; only hybrids with a power",
         ),
         (row("Manual", GASOLINE, gears=3), r"gears = 3; manual gearboxes have 4 to 10"),
     ],
@@ -154,6 +154,16 @@ def test_gears_have_the_spread_and_end_at_the_top_ratio(car: TestCar) -> None:
     assert gears[0] / gears[-1] == pytest.approx(SPREAD[car.gears])
     steps = gears[:-1] / gears[1:]
     assert steps[:-1] / steps[1:] == pytest.approx(progression(car))
+
+
+@pytest.mark.parametrize("name", ["Toyota Prius power split", "Tesla Model 3 Long Range AWD electric"])
+def test_a_battery_of_twice_the_power_is_charged_with_twice_the_power(name: str) -> None:
+    """And gives twice the power, with the same efficiency: it has twice the cells in parallel."""
+    car = CARS[name]
+    one, two = (build(replace(car, power=k * car.power), Technology()).battery for k in (1, 2))
+    for more in ("Q", "i_charge", "i_discharge"):
+        assert float(getattr(two, more)) == pytest.approx(2 * float(getattr(one, more)))
+    assert float(two.R) * float(two.i_charge) == pytest.approx(float(one.R) * float(one.i_charge))
 
 
 def test_shared_numbers_stay_in_their_range() -> None:
@@ -228,7 +238,7 @@ def test_most_sprints_are_within_a_tenth() -> None:
     """The page says which are not, and why."""
     far = {name for name, (measured, predicted) in SPRINTS.items() if abs(predicted / measured - 1) > 0.1}
     assert len(SPRINTS) == 7
-    assert far == {"toyota-rav4-automatic"}
+    assert far == {"mazda-mx-5-manual", "toyota-rav4-automatic"}
 
 
 @pytest.mark.slow
@@ -237,7 +247,7 @@ def test_sprints_are_what_is_simulated(name: str) -> None:
     """From one foot on, where the clock of the magazines starts, to 60 mph."""
     sprint = full_accelerator(pt.vehicles.load(name))
     rolled = np.interp(0.3048, sprint["body.s"], sprint.time)
-    assert time_between(sprint, 1e-3, 60 * 0.44704) - rolled == pytest.approx(SPRINTS[name][1], abs=0.03)
+    assert time_between(sprint, 0.0, 60 * 0.44704) - rolled == pytest.approx(SPRINTS[name][1], abs=0.01)
 
 
 @pytest.mark.slow

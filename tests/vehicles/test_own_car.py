@@ -104,7 +104,7 @@ def test_schedules_for_what_are_no_gears(arguments: tuple[Any, ...], options: di
 
 def test_what_a_maker_takes() -> None:
     """More arguments than it takes, in a file."""
-    said = r"^schedule: GearSchedule.for_gears\(3, 2, 1\) cannot be made: .*; GearSchedule.for_gears takes ratios, final_drive, radius"
+    said = r"^schedule: GearSchedule.for_gears\(3, 2, 1\) cannot be created: .*; GearSchedule.for_gears takes ratios, final_drive, radius"
     with pytest.raises(pt.ParameterError, match=said):
         applied(ManualCar(), {"schedule": {"class": "GearSchedule.for_gears(3, 2, 1)"}})
     with pytest.raises(

@@ -71,6 +71,34 @@ def test_brakes_recover() -> None:
     assert run.result["battery.i"][braking & fast].max() > 20
 
 
+@pytest.mark.slow
+def test_the_engine_turns_with_the_wheels_where_machine_1_would_be_too_fast() -> None:
+    """Off at 42 m/s, 550 rad/s of the ring: it turns at (2.6 550 - 1000)/3.6 = 120 rad/s, without fuel; coasting, it turns less and less.
+
+    A stopped engine would let machine 1 turn at 1,430 rad/s: at no torque, so it could not be started.
+    """
+    rules = {"control.v_on": 60.0, "control.v_off": 55.0, "control.P_on": 30e3, "control.P_off": 20e3}
+    car = pt.replace(PowerSplitHybrid(), rules)
+    cycle = DriveCycle("down", ((0, 42), (30, 30), (60, 16), (80, 20), (92, 34)))
+    run = drive_cycle(car, cycle, starts={"body.v": 42.0})
+    result = run.result
+    _balanced(run)
+    off = result["control.running"] < 0.5
+    least = np.maximum((2.6 * result["machine_2.w"] - 1000) / 3.6, 0)
+    assert result["engine.w"][0] == pytest.approx(least[0])
+    assert least[0] == pytest.approx(119.6, abs=0.1)
+    np.testing.assert_allclose(result["engine.w"][off & (result.time < 60)], least[off & (result.time < 60)], atol=6)
+    assert np.abs(result["machine_1.w"]).max() < 1000 + 3.6 * 6
+    assert result["engine.fuel_rate"][off].max() == 0
+    assert result["control.running"][-1] == 1
+    assert run.time_outside == 0
+
+
+def test_machine_1_needs_a_torque_at_its_highest_speed() -> None:
+    with pytest.raises(pt.PowertrainError, match=r"control\.w_sun = 1000 rad/s, machine_1\.w_max = 1000 rad/s"):
+        pt.compile(pt.replace(PowerSplitHybrid(), {"machine_1.w_max": 1000.0}))
+
+
 def control(**inputs: float | tuple[list[float], list[float]]) -> pt.Result[PowerSplitControl]:
     """With an engine of 115 N.m whose torque is half open."""
     given = {"accelerator": 0.0, "brake": 0.0, "v": 10.0, "w": 0.0, "w_ring": 100.0, "soc": 0.6}

@@ -17,7 +17,7 @@ from powertrain.components.body import Body, DrivenAxle, RoadProfile, VehicleBod
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.differentials import LimitedSlipDifferential
 from powertrain.components.electric import cells_in_series
-from powertrain.components.engines import MappedEngine, WillansEngine
+from powertrain.components.engines import MappedEngine, WillansEngine, read_fuel_map
 from powertrain.components.gearless.spherical_cam import SphericalCam
 from powertrain.components.rotational import IdealGear, Inertia
 from powertrain.components.transmissions import ManualGearbox, RangeTransmission
@@ -354,7 +354,7 @@ def test_variants_of_vehicles(tmp_path: Path) -> None:
     assert pt.vehicles.load("ManualCar()") == pt.vehicles.load("ManualCar")
     with pytest.raises(pt.ParameterError, match="no variant 'plugin'; choose from at, plug_in"):
         pt.vehicles.load("ParallelHybrid.plugin()")
-    with pytest.raises(pt.ParameterError, match=r"ParallelHybrid.at\(\) cannot be made"):
+    with pytest.raises(pt.ParameterError, match=r"ParallelHybrid.at\(\) cannot be created"):
         pt.vehicles.load("ParallelHybrid.at()")
 
 
@@ -418,3 +418,40 @@ class PulledBody(pt.Component):
 
     def equations(self) -> pt.Equations:
         yield pt.connect(self.pull.flange, self.body.front)
+
+
+def test_maps_by_a_function(tmp_path: Path) -> None:
+    """The cells of a battery and a fuel table with columns of its own, in a file and as options: the functions were for Python alone."""
+    (tmp_path / "fuel.csv").write_text(
+        "Nmot,Md [Nm],be [g/kWh]\n1000,20,390\n1000,120,262\n6500,20,385\n6500,120,240\n"
+    )
+    (tmp_path / "car.toml").write_text('class = "ElectricCar"\n[battery]\nocv = "cells_in_series(180)"\nQ = "111 Ah"\n')
+    car = pt.vehicles.load(tmp_path / "car.toml")
+    assert car == pt.replace(ElectricCar(), {"battery.ocv": cells_in_series(180), "battery.Q": "111 A.h"})
+    assert car.battery.soc_min == ElectricCar().battery.soc_min
+    assert assigned(ElectricCar(), [("battery.ocv", "cells_in_series(180)"), ("battery.Q", "111 Ah")]) == car
+    call = "read_fuel_map('fuel.csv', speed='Nmot [rpm]')"
+    (tmp_path / "petrol.toml").write_text(
+        f'class = "ManualCar"\n[engine]\nclass = "MappedEngine.gasoline()"\nfuel_map = "{call}"\n'
+    )
+    engine = pt.vehicles.load(tmp_path / "petrol.toml").engine
+    assert engine.fuel_map == read_fuel_map(tmp_path / "fuel.csv", speed="Nmot [rpm]")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "cells_in_serie(96)",
+            r"battery.ocv = .* no function 'cells_in_serie' that gives a map; did you mean cells_in_series",
+        ),
+        ("cells_in_series()", r"missing 1 required positional argument: 'cells'; it takes cells"),
+        ("cells_in_series(96.5)", "96.5 cells; give a whole number"),
+        ("cells_in_series(n)", "battery.ocv"),
+        ("cells in series (96)", "battery.ocv"),
+        ("__import__('os').getcwd()", "no function"),
+    ],
+)
+def test_calls_that_give_no_map(text: str, said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        assigned(ElectricCar(), [("battery.ocv", text)])

@@ -33,6 +33,15 @@ CARS: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
+def test_a_gear_that_is_too_high_is_left_in_time() -> None:
+    """HWFET: at 640 s it accelerates from 20.5 m/s in eighth gear, at 1,400 rpm. Kicked down at 90 % of the pedal it was 0.69 s outside."""
+    run = drive_cycle(AutomaticCar(), "hwfet")
+    assert run.time_outside == 0
+    assert run.result.at(640.0, "schedule.gear") == 8
+    assert run.result.at(648.0, "schedule.gear") < 8
+
+
 def test_shift_speeds_of_a_gearset_in_rpm() -> None:
     box = Automatic.simpson_three_speed()
     schedules: list[Any] = [AutomaticCar.with_gearset(box, w_up=w).schedule for w in ("1500 rpm", 50 * np.pi)]

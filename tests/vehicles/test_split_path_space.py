@@ -48,6 +48,19 @@ def some(structure: Structure, unit: Variator, *, m: Any, R_o: Any, shifts: Any)
     return geared(raw, DUTY, unit)
 
 
+def test_the_table_reaches_from_the_best_efficiency_to_the_smallest_unit() -> None:
+    """A simple split trades efficiency for size over a long front, of which only the most efficient end used to be shown."""
+    space = split_path_space(
+        DUTY, [ELECTRIC], [Structure((("input", "Hab"),))], candidates=128, rounds=2, progress=False
+    )
+    (one,) = space.found
+    size, efficiency = one.values["unit_size"], one.values["mean_efficiency"]
+    assert np.isfinite(efficiency).sum() > 100
+    assert len(one.front()) > 40
+    assert space.table.unit_size.min() == pytest.approx(np.nanmin(size), rel=0.01)
+    assert space.table.mean_efficiency.max() == pytest.approx(np.nanmax(efficiency), rel=1e-9)
+
+
 @pytest.mark.parametrize("structure", [TWO_MODE, TWO_RANGES])
 def test_ranges_meet_at_equal_speeds(structure: Structure) -> None:
     n = len(structure.planetaries)

@@ -62,7 +62,7 @@ class SphericalCamDifferential(Differential, Lossy):
     """The differential with carriers of conical rollers as side wheels, and pairs of conjugate spherical cams as planets.
 
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0,  w_rel = w_left - w_right,  tau = (left.tau - right.tau)/2
-    w_cam = (N/M) (w_left - w_crown): the spin of a cam of M lobes between carriers of N rollers, on its shaft in the cage
+      w_cam = (N/M) (w_left - w_crown): the spin of a cam of M lobes between carriers of N rollers, on its shaft in the cage
     w_rel > 0: tau = kappa(psi) |crown.tau|/2;  w_rel < 0: tau = -kappa(-psi) |crown.tau|/2;  w_rel = 0: anything between
 
     Conjugate profiles keep the speeds exact at every angle. The equality of the halves does not depend on M and N, which only determine the

@@ -40,3 +40,13 @@ def test_the_engine_starts_with_the_run(start: float) -> None:
     inputs = {**ENGINE, **MACHINE, "accelerator": 0.0, "w_machine": 0.0, "w_shaft": 0.0}
     result = pt.compile(ParallelControl()).simulate(start + 1.0, start=start, points=3, inputs=inputs)
     assert result["on"][-1] == 1
+
+
+def test_an_engine_that_is_slower_than_the_gearbox_neither_drives_nor_charges() -> None:
+    """It fires, but 10 rad/s are missing until 0.5 s: the machine gives the 1.8 kW asked for; then 120 N.m arrive at 50 rad/s."""
+    slip = ([0.0, 1.0], [10.0, -10.0])
+    inputs = {**ENGINE, **MACHINE, "accelerator": 0.1, "w_machine": 50.0, "w_shaft": 50.0, "slip": slip}
+    result = pt.simulate(ParallelControl(v_0=2.0), 1.0, inputs=inputs)
+    assert result.at(0.4, "matched") == 0
+    assert result.at(0.6, "matched") == 1
+    assert [result.at(t, "tau") * 50 for t in (0.4, 0.6)] == pytest.approx([1.8e3, 1.8e3 - 6e3])

@@ -176,6 +176,11 @@ def test_losses_that_no_efficiency_tells() -> None:
     [
         ([100, 400], [0.8, 1.05], r"an efficiency of 1.05 at 3820 rpm and 50 N.m; it must be above 0 and at most 1"),
         ([100, 400], [80, 90], r"of 80 at 954.9 rpm and 50 N.m; .* a column in percent is headed efficiency \[%\]"),
+        (
+            [100, 400],
+            [0.008, 0.0095],
+            r"the best efficiency is 0.95%; a column of fractions such as 0.95 is headed efficiency \[1\]",
+        ),
         ([100, 400], [0.8, 0], r"of 0 at 3820 rpm .* beyond the limit of the machine, repeat"),
         ([-100, 400], [0.8, 0.9], r"a speed of -954.93 rpm; speeds must not be negative"),
     ],

@@ -225,6 +225,13 @@ LONG = "speed [rpm],torque [N.m],fuel [g/s]\n"
         (LONG + "0,0,1\n0,5,1\n0,5,2\n", {"fill": True}, "lines 3 and 4 both give a value at 0 rpm and torque 5 N.m"),
         (LONG + "1000,0,1\n1000.2,5,1\n", {"fill": True}, "1000 rpm and torque 0 N.m is the only point at this speed; .* round"),
         (LONG.replace(",", ";") + "0;0;1,5\n0;5;1.5\n", {}, "'1,5' in line 2 has a comma, '1.5' in line 3 a point"),
+        (
+            LONG.replace(",", ";") + "800;0;1\n800;5;1\n1.500;0;1\n1.500;5;1\n",
+            {},
+            "fuel.csv:4: '1.500' in a column with '800' may be 1500; write numbers without separators of thousands",
+        ),
+        (LONG.replace(",", "\t") + "800\t0\t1\n-1,500\t5\t1\n", {}, "fuel.csv:3: '-1,500' in a column with '800' may be -1500"),
+        ("Engine 1.6 l\n" + LONG + "0,0,1\n", {}, "but there are 1 headings; .*; lines above the headings begin with #"),
         (LONG + "0,0,1,5\n", {}, "fuel.csv:2: 4 cells, but there are 3 headings; columns are separated by ','"),
         (",10,20\n0,1,1\n", {"speed": "[rpm]"}, r"a wide table .* pass load='load \[unit\]', fuel='fuel \[unit\]'"),
         (LONG + "0,-5,1\n0,0,1\n9,-5,1\n9,0,1\n", {}, "fuel.csv: the fuel table ends at 0 N.m; it must contain torques above zero"),
@@ -234,6 +241,14 @@ LONG = "speed [rpm],torque [N.m],fuel [g/s]\n"
 def test_tables_that_are_refused(tmp_path: Path, text: str, options: dict[str, object], said: str) -> None:
     with pytest.raises(pt.ParameterError, match=said):
         read(tmp_path, text, **options)
+
+
+def test_thirds_are_no_thousands(tmp_path: Path) -> None:
+    (path := tmp_path / "torque.csv").write_text(
+        "speed [rpm];throttle [%];torque [Nm]\n"
+        + "".join(f"{n};{u};{u}\n" for n in (1, 3000) for u in ("0", "33.333", "66.667", "100"))
+    )
+    assert read_torque_map(path).axes[1].points == pytest.approx((0, 0.33333, 0.66667, 1), rel=1e-9)
 
 
 THROTTLES = (0.0, 25.0, 100.0)

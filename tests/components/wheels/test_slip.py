@@ -125,6 +125,22 @@ def test_spinning_at_standstill_and_sliding_locked(wheel: Wheel) -> None:
         assert locked == pytest.approx(formula(TYRES[0], -1.0, 4000, 0.5), rel=1e-6)
 
 
+@pytest.mark.parametrize(("v", "share"), [(0.0, 1.0), (-1.5, 0.5), (4.0, 0.0)])
+def test_the_damping_of_a_tyre_rises_towards_standstill(v: float, share: float) -> None:
+    """Of a tyre that is not yet deflected, f = damping (v_slip - |v| f/C); by half a cosine it is d + d_low at rest and d from 3 m/s."""
+    damping, v_slip = 1000 + 1e4 * share, 0.02
+    force = on_drum(SlipWheel(), v, v_slip, 1e-3)["wheel.f"][0]
+    assert force == pytest.approx(damping * v_slip / (1 + damping * abs(v) / 6e4), rel=1e-7)
+
+
+@pytest.mark.parametrize(("v", "slide", "kappa"), [(1.0, -0.9, -0.9 / 2.1), (0.5, 4.0, 8.0)])
+def test_the_slip_of_a_slow_contact_that_slides(v: float, slide: float, kappa: float) -> None:
+    """v_c/max(|v|, 3 m/s - |v_c|), and the force of the formula there."""
+    run = on_drum(MagicFormulaWheel(), v, slide, 3)
+    assert run["wheel.kappa_c"][-1] == pytest.approx(kappa, rel=1e-6)
+    assert run["wheel.f"][-1] == pytest.approx(formula(TYRES[0], kappa, 4000), rel=1e-6)
+
+
 @pytest.mark.slow
 def test_loss_of_steady_slip_is_force_times_slip_speed() -> None:
     for wheel in (SlipWheel(Cr=0), MagicFormulaWheel(Cr=0)):

@@ -42,6 +42,15 @@ def test_what_is_no_size_of_a_radial_tyre(size: Any) -> None:
         RigidWheel(radius=size)
 
 
+@pytest.mark.parametrize("size", ["205/16R55", "205/55R40", "205/15R16", "205/55R06"])
+def test_numbers_in_another_order_are_no_tyre_size(size: Any) -> None:
+    """205/16R55, with height and rim exchanged, was a wheel of 0.71 m."""
+    with pytest.raises(
+        pt.ParameterError, match=f"^RigidWheel.radius = '{size}' has a height of .* in the order width/height R rim"
+    ):
+        RigidWheel(radius=size)
+
+
 def test_a_number_is_no_tyre_size() -> None:
     size: Any = 205
     with pytest.raises(pt.ParameterError, match="tyre size = 205 is not the size of a radial tyre"):
