@@ -16,9 +16,7 @@ from test_fuzz import bounded
 import powertrain as pt
 from powertrain.components import rotational, translational
 from powertrain.components.blocks import Constant, Pulse, Ramp, Sine, Trapezoid
-from powertrain.components.cvu import TorqueLimiter
 from powertrain.components.electric import DCTerminal, VoltageSource
-from powertrain.components.transmissions import RangeTransmission
 from powertrain.language.component import children
 from powertrain.language.fields import Parameter, Port
 
@@ -180,35 +178,6 @@ def holds(model: Driveline) -> bool:
     assert (np.abs(found - states(again, names)) / span).max(initial=0.0) < 1e-9
     assert (np.abs(found - reference) / span).max(initial=0.0) < 3e-3
     return True
-
-
-class IdleGears(pt.Component):
-    """A transmission with two ranges in its geared neutral: the gears of the other range are idle, and one of their shafts is at rest."""
-
-    drive: rotational.Torque = rotational.Torque()
-    push: Sine = Sine(amplitude=-7.1, offset=-2.1, f=1.8, phase=3.5)
-    rotor: rotational.Inertia = rotational.Inertia(J=0.9)
-    limit: TorqueLimiter = TorqueLimiter(tau_max=1.0)
-    input: rotational.Inertia = rotational.Inertia(J=0.4)
-    gears: RangeTransmission = RangeTransmission()
-    output: rotational.Inertia = rotational.Inertia(J=0.13)
-
-    def equations(self) -> pt.Equations:
-        yield pt.connect(self.drive.tau, self.push.y)
-        yield pt.connect(self.drive.flange, self.rotor.flange_a)
-        yield pt.connect(self.rotor.flange_b, self.limit.flange_a)
-        yield pt.connect(self.limit.flange_b, self.input.flange_a)
-        yield pt.connect(self.input.flange_b, self.gears.flange_a)
-        yield self.gears.ratio.value == 0.0
-        yield pt.connect(self.gears.flange_b, self.output.flange_a)
-
-
-def test_modes_of_idle_gears_at_rest() -> None:
-    """Loads of 1e-8 N.m are round-off, whether a law is judged as stuck or as sliding."""
-    with bounded():
-        run = pt.simulate(IdleGears(), 0.6, points=3)
-    assert run.statistics["steps"] < MOST_STEPS
-    assert abs(run["output.w"]).max() < 1e-3
 
 
 @pytest.mark.slow

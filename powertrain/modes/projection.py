@@ -1,6 +1,6 @@
-"""Sets the speeds of laws at rest and the gaps of closed contacts exactly to zero, by the smallest correction of the states.
+"""Sets the speeds of stuck laws and the gaps of closed contacts exactly to zero, by the smallest correction of the states.
 
-With the speeds w(x) of the laws at rest and W = dw/dx, the correction of least norm is -W'λ with W W'λ = w. A second correction removes
+With the speeds w(x) of the stuck laws and W = dw/dx, the correction of least norm is -W'λ with W W'λ = w. A second correction removes
 what rounding and nonlinear speeds leave.
 
 Where the gap of a closed contact is a nonlinear function of the states, errors of the integration add up. A projection after each step
@@ -15,9 +15,7 @@ from functools import partial
 import casadi as ca
 
 from powertrain.compiler.cancellation import terms
-from powertrain.dae.friction import STUCK
 from powertrain.dae.hybrid import Contact, HybridDae
-from powertrain.dae.tolerances import ZONE
 from powertrain.language.symbols import column
 
 _DEPENDENT = 1e-13
@@ -27,22 +25,19 @@ round-off, as where a clutch connects two shafts that gears tie to one speed.
 
 
 def at_rest(dae: HybridDae) -> ca.SX:
-    """The states with the speeds of all laws at rest set to zero: those that are stuck, and those too slow to tell.
-
-    Whether a law at rest sticks or slides is judged at one state: at the remaining speed of the sliding law a damper may hold its load.
-    """
+    """The states with the speeds of all stuck laws set to zero."""
     x = [dae.x[i] for i in range(dae.x.numel())]
     place = {state.element_hash(): i for i, state in enumerate(x)}
     free, coupled = _moved(dae), []
     for law in dae.frictions:
         if law.algebraic or law.prescribed:
             continue
-        rests = ca.logic_or(dae.m[law.index] == STUCK, ca.fabs(law.w) <= ZONE)
+        stuck = dae.m[law.index] == 0
         i = place.get(law.w.element_hash()) if law.w.is_symbolic() else None
         if i is None:
-            coupled.append((rests, law.w))
+            coupled.append((stuck, law.w))
         else:
-            x[i], free[i] = ca.if_else(rests, 0.0, x[i]), ca.if_else(rests, 0.0, free[i])
+            x[i], free[i] = ca.if_else(stuck, 0.0, x[i]), ca.if_else(stuck, 0.0, free[i])
     return _projected(dae, column(x), column(free), coupled) if coupled else column(x)
 
 
