@@ -7,7 +7,7 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 import pytest
-from test_every_component import concrete, made
+from catalogue import concrete, made
 
 import powertrain as pt
 import powertrain.components as library
