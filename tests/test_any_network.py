@@ -94,7 +94,9 @@ class Network:
         self.parts.append(part)
         for name, kind in connectors(part):
             if kind == "signal":
-                self.drive(index, name, signal(self.rng))
+                source = signal(self.rng)
+                # a share of the power that is zero leaves nothing to divide by; the gearboxes never give it
+                self.drive(index, name, Constant(k=1.0) if name.startswith("passed") else source)
             elif kind == "bus":
                 self.parts.append(VoltageSource())
                 self.buses.append([(index, name), (len(self.parts) - 1, "bus")])
