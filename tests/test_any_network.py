@@ -95,7 +95,7 @@ class Network:
         for name, kind in connectors(part):
             if kind == "signal":
                 source = signal(self.rng)
-                # a share of the power that is zero leaves nothing to divide by; the gearboxes never give it
+                # gearboxes never pass on none of the power, which would divide by zero
                 self.drive(index, name, Constant(k=1.0) if name.startswith("passed") else source)
             elif kind == "bus":
                 self.parts.append(VoltageSource())

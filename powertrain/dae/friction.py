@@ -57,7 +57,8 @@ def rest_margin(dae: HybridDae, law: Friction) -> ca.SX:
     rises, long before this speed is reached.
     """
     yields = ca.fabs(law.rate) > YIELDING * law.reach * ca.fabs(law.torque)
-    moved = ca.logic_and(dae.m[law.index] == STUCK, yields)  # without a load a matter of round-off, at a speed of zero
+    # without a load, round-off decides this, but then w is zero
+    moved = ca.logic_and(dae.m[law.index] == STUCK, yields)
     return INTEGRATED - ca.if_else(moved, ca.fabs(law.w), 0.0)
 
 

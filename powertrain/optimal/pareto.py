@@ -58,8 +58,8 @@ def pareto_front(
     method
         "gradient": each point minimises the largest weighted distance from the ideal results, plus a small share of their sum
         (Wierzbicki, Mathematical Modelling 3 (1982) 391-405), by SLSQP with exact gradients; local, for smooth results, also on concave
-        fronts. "nsga2": the evolutionary
-        algorithm of Deb et al. (IEEE Trans. Evol. Comput. 6 (2002) 182-197), for results that jump or have many local minima.
+        fronts. "nsga2": the evolutionary algorithm of Deb et al. (IEEE Trans. Evol. Comput. 6 (2002) 182-197), for results that jump or
+        have many local minima.
     generations, seed, executor
         For "nsga2": the number of generations, the seed of its random numbers, and an executor as for ``pt.sweep``.
     options
