@@ -310,4 +310,4 @@ def test_wrong_arguments_are_refused(name: str) -> None:
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::RuntimeWarning")
 @pytest.mark.parametrize("name", CALLS)
 def test_many_wrong_arguments_are_refused(name: str) -> None:
-    fuzz(name, 300)
+    fuzz(name, 150)

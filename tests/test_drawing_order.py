@@ -45,7 +45,7 @@ def run(model: Driveline) -> pt.Result[Any] | None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(120))
+@pytest.mark.parametrize("seed", range(60))
 def test_random_drivelines_in_another_drawing(seed: int) -> None:
     rng = random.Random(seed)
     model = driveline(rng.choice, rng.randint(3, 14), careless=rng.random() < 0.2)

@@ -41,7 +41,7 @@ def alike(one: Any, other: Any) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(30))
 def test_the_second_half_starts_at_the_end_of_the_first(seed: int) -> None:
     model, plant, whole = drawn(seed)
     cut = random.Random(seed).choice([0.2, 0.35, 0.5, 1.0, 1.7])
@@ -57,7 +57,7 @@ CUTS = (0.11, 0.27, 0.43, 0.61, 0.83)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(150))
+@pytest.mark.parametrize("seed", range(80))
 def test_a_machine_cut_in_two_moves_as_the_whole_one(seed: int) -> None:
     """The second half starts with the states and discrete variables at the end of the first."""
     options: dict[str, Any] = {"rtol": 1e-8}
@@ -82,7 +82,7 @@ def test_a_machine_cut_in_two_moves_as_the_whole_one(seed: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("begin", [-500.0, 1000.0])
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", range(15))
 def test_the_same_run_at_another_time(seed: int, begin: float) -> None:
     model, _, run = drawn(seed)
     signals = tuple(

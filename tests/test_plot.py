@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import matplotlib as mpl
@@ -59,12 +58,6 @@ class Stopping(pt.Component):
 @pytest.fixture(scope="module")
 def result() -> Result[Stopping]:
     return pt.simulate(Stopping(), stop=3, points=100)
-
-
-@pytest.fixture(autouse=True)
-def _close() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 def legend(ax: Axes) -> list[str]:

@@ -1,11 +1,9 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any, ClassVar
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
@@ -94,15 +92,6 @@ def closed_form(layout: Layout, r: float, eta: float = ETA, eta_v: float = ETA_V
     lost = abs(P_v) * (1 / eta_v - 1 if P_v > 0 else 1 - eta_v)
     P_in = 1.0 + sum(power.values()) + lost
     return {"P_1": power[layout[0]], "P_2": P_v, "K": into / P_in, "efficiency": 1 / P_in}
-
-
-@pytest.fixture(autouse=True)
-def no_window() -> Iterator[None]:
-    import matplotlib.pyplot as plt
-
-    mpl.use("Agg")
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import combinations
 
 import matplotlib as mpl
-import matplotlib.pyplot as plt
 import pytest
 from cases import few
 from matplotlib.axes import Axes
@@ -38,12 +37,6 @@ MODELS = {
 def boxes(ax: Axes) -> dict[str, tuple[float, float]]:
     """The middle of each part's box, by the part's name."""
     return {text.get_text(): text.get_position() for text in ax.texts if text.get_fontsize() == 8}
-
-
-@pytest.fixture(autouse=True)
-def closed() -> object:
-    yield
-    plt.close("all")
 
 
 @pytest.mark.parametrize("name", few(MODELS, 3))

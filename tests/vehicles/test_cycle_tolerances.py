@@ -1,4 +1,4 @@
-"""Every vehicle drives the whole WLTC at every usual tolerance, and consumes the same; and it drives every other cycle."""
+"""Every vehicle drives the whole WLTC, consumes the same at a coarse and a fine tolerance, and drives every other cycle."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ def gears(run: CycleRun) -> list[float]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
-def test_the_wltc_is_driven_at_every_tolerance(name: str) -> None:
+def test_the_wltc_is_driven_at_either_tolerance(name: str) -> None:
     """Errors of a run grow with its tolerance: a decision of a controller that falls otherwise changes some tenths of a per cent.
 
     A kick-down of the ``AutomaticCar`` at 1,619 s is one: at a tolerance of 1e-4 it does not take place, which saves 0.16 % of the fuel.
     """
     plant = pt.compile(on_cycle(KINDS[name](), "wltc"))
-    runs = {rtol: drive_cycle(plant, rtol=rtol) for rtol in (1e-4, 1e-5, 1e-6)}
+    runs = {rtol: drive_cycle(plant, rtol=rtol) for rtol in (1e-4, 1e-6)}
     for rtol, run in runs.items():
         assert not run.message, (rtol, run.message)
         assert run.result.time[-1] == 1800.0

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from cases import few
@@ -46,6 +45,5 @@ def test_losses_are_never_negative_and_torques_balance(kind: Differential) -> No
 def test_figure_and_bad_differences() -> None:
     ax = plot_differential_map(differential_map(BevelDifferential(eta=0.9), DIFFERENCES, [100.0, 200.0]))
     assert "speed difference" in ax.get_xlabel()
-    plt.close("all")
     with pytest.raises(pt.ParameterError, match="a speed difference of 0 rad/s is not allowed"):
         differential_map(BevelDifferential(), [0.0], [100.0])

@@ -4,7 +4,6 @@ import itertools
 from typing import Any
 
 import casadi as ca
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
@@ -443,7 +442,6 @@ def test_figure_shows_map_and_points(found: xr.Dataset) -> None:
     assert legend is not None
     cases = [text.get_text() for text in legend.get_texts()][-2:]
     assert cases == ["variable unit: split", "variable unit: negative recirculation"]
-    plt.close("all")
 
 
 CARS_WITH_GEARS = ManualCar, DualClutchCar, AutomaticCar, FourWheelDriveCar, RearDriveCar

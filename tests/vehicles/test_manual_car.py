@@ -67,7 +67,7 @@ def test_start_stop_saves_what_idling_burns() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["wltc", "nedc", "udds", "hwfet"])
 def test_cycles(name: str) -> None:
-    run = drive_cycle(ManualCar(), name, compile=True)
+    run = drive_cycle(ManualCar(), name)
     _balanced(run)
     assert run.time_outside == 0
     assert 4.5 < run.litres_per_100km < 7

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -119,7 +118,6 @@ def test_figures(run: CycleRun) -> None:
     if isinstance(box := run.plant.model.gearbox, Automatic):
         drawn = plot_lever_diagrams(box.scheme)
         assert drawn[-1].get_title() == "Gear R: ratio -3.297"
-    plt.close("all")
 
 
 @pytest.mark.parametrize("name", ["four", "six"])
@@ -136,7 +134,6 @@ def test_names_in_lever_diagrams_stand_across_the_levers(name: str) -> None:
             assert steep * (y[1] - y[0]) < 1e-9
             box = text.get_window_extent()
             assert frame.x0 < box.x0 < box.x1 < frame.x1
-    plt.close("all")
 
 
 @pytest.mark.slow

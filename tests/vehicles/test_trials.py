@@ -5,7 +5,6 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -223,7 +222,6 @@ def test_energy_flow_shows_every_loss_in_scale(town: CycleRun) -> None:
     assert shown == {"supplied", *wanted}
     widths = [w.width or 0.0 for w in ax.patches if isinstance(w, Wedge)]
     assert max(widths) == pytest.approx(float(lost["engine"]) / supplied)
-    plt.close("all")
 
 
 def test_figures_and_pages_have_the_name_of_the_vehicle(town: CycleRun, tmp_path: Path) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from moving_off import MovingOff
@@ -86,10 +85,8 @@ def test_plots_are_overlaid() -> None:
     assert [line.get_linestyle() for line in ax.lines] == ["-", "--"]
     np.testing.assert_array_equal(ax.lines[1].get_ydata(), STIFF["car.w"])
     assert "driveline.shaft.tau" in BOTH.plot().get_legend_handles_labels()[1][0]  # what differs most
-    plt.close("all")
     with pytest.raises(pt.ParameterError, match=r"one unit, not N\.m, rad/s"):
         BOTH.plot("car.w", "driveline.shaft.tau")
-    plt.close("all")
 
 
 def test_what_is_refused() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from electric_rigs import FlywheelDrive, HeldMachine
@@ -327,4 +326,3 @@ def test_machine_map() -> None:
     limit = np.asarray(ax.lines[0].get_xydata(), float)
     assert limit[:, 1].max() == pytest.approx(200)
     assert plot_machine_map(MACHINE, ax=ax) is ax
-    plt.close("all")

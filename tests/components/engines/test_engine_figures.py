@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -17,4 +16,3 @@ def test_engine_map(engine: WillansEngine | MappedEngine) -> None:
     assert torque == pytest.approx(float(engine.full_load(rpm * np.pi / 30)))
     assert "g/kWh" in ax.get_title()
     assert plot_engine_map(engine, ax=ax) is ax
-    plt.close("all")

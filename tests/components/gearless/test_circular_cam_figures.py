@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -14,13 +13,6 @@ from matplotlib.patches import Circle
 
 from powertrain.components.gearless.circular_cam import TABLE_1, TORQUE, CircularCams, forces, track_contacts
 from powertrain.components.gearless.circular_cam import figures as drawn
-
-
-@pytest.fixture(autouse=True)
-def _no_window() -> Iterator[None]:
-    plt.switch_backend("Agg")
-    yield
-    plt.close("all")
 
 
 @pytest.mark.parametrize("drive", [1.0, -1.0])
@@ -51,7 +43,6 @@ def test_rollers_touch_the_drawn_cams() -> None:
             for outline in outlines[:2] if k < 4 else outlines[2:]:
                 distance = np.hypot(*(outline - circle.center).T)
                 assert distance.min() == pytest.approx(circle.radius, rel=1e-3)
-        plt.close("all")
 
 
 @pytest.mark.slow

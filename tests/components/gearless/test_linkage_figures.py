@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import matplotlib as mpl
@@ -26,12 +26,6 @@ PLAIN: list[Callable[..., Axes]] = [
     figures.efficiency,
     figures.forces_over_length,
 ]
-
-
-@pytest.fixture(autouse=True)
-def _closed() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 @pytest.mark.parametrize("draw", PLAIN, ids=lambda draw: draw.__name__)

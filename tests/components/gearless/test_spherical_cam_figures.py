@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.animation import FuncAnimation
@@ -16,13 +15,6 @@ from powertrain.components.gearless.spherical_cam import figures as drawn
 from powertrain.components.gearless.spherical_cam.animation import animation
 
 CAM = SphericalCam(3, 4)
-
-
-@pytest.fixture(autouse=True)
-def _no_window() -> Iterator[None]:
-    plt.switch_backend("Agg")
-    yield
-    plt.close("all")
 
 
 @pytest.mark.parametrize("draw", [drawn.flat_profile, drawn.pressure_angles, drawn.profile_on_sphere, drawn.mechanism])
