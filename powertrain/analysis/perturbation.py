@@ -14,7 +14,8 @@ import numpy as np
 
 from powertrain.analysis.operating_point import Array
 from powertrain.compiler.assemble import Compiled, compile_flat
-from powertrain.compiler.flatten import Equation, Flat, flatten
+from powertrain.compiler.flat import Equation, Flat
+from powertrain.compiler.flatten import flatten
 from powertrain.dae.hybrid import OperatingPoint
 from powertrain.errors import ModelError
 from powertrain.language.component import Component

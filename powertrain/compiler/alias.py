@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import casadi as ca
 
-from powertrain.compiler.flatten import Equation, Flat
+from powertrain.compiler.flat import Equation, Flat
 from powertrain.compiler.generic import generic_values
 from powertrain.errors import ModelError
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time

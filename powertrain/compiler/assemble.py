@@ -11,7 +11,8 @@ from powertrain.compiler.alias import Base, Reduced, eliminate_aliases
 from powertrain.compiler.binding import Limits, bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
-from powertrain.compiler.flatten import Equation, Flat, ModelConstant, ModelVariable, flatten
+from powertrain.compiler.flat import Equation, Flat, ModelConstant, ModelVariable
+from powertrain.compiler.flatten import flatten
 from powertrain.compiler.generic import generic_values
 from powertrain.compiler.index import differentiate, select_states
 from powertrain.compiler.jumps import refuse_jumps

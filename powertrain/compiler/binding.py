@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.flatten import Binding, Flat, ModelConstant, rewritten
+from powertrain.compiler.flat import Binding, Flat, ModelConstant, rewritten
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.checks import unmet
 from powertrain.language.recorder import Place

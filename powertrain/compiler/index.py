@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.alias import Base, Reduced, quote
-from powertrain.compiler.flatten import Equation
+from powertrain.compiler.flat import Equation
 from powertrain.compiler.generic import generic_values
 from powertrain.compiler.matching import Matching
 from powertrain.errors import ModelError

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.calls import marks
-from powertrain.compiler.flatten import Flat, rewritten
+from powertrain.compiler.flat import Flat, rewritten
 from powertrain.compiler.operations import JUMPING, KINKS, STEPS, Ways, behind_jumps, may_jump
 from powertrain.compiler.walks import Jump, Setting, find_jump
 from powertrain.errors import ModelError, ParameterError

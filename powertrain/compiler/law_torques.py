@@ -10,7 +10,7 @@ from typing import NoReturn
 import casadi as ca
 
 from powertrain.compiler.alias import Reduced, quote
-from powertrain.compiler.flatten import Equation
+from powertrain.compiler.flat import Equation
 from powertrain.compiler.index import Differentiated
 from powertrain.errors import ModelError
 from powertrain.language.law import Law

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.compiler.flatten import Flat
+from powertrain.compiler.flat import Flat
 from powertrain.compiler.generic import generic_values
 from powertrain.compiler.law_torques import LawTorque
 from powertrain.compiler.resolver import Resolver

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
-from powertrain.compiler.flatten import Equation, Face, Flat
+from powertrain.compiler.flat import Equation, Face, Flat
 from powertrain.language.component import Component
 from powertrain.language.law import Law
 from powertrain.language.recorder import Place, Recorder, reading

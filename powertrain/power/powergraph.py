@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.analysis.energy_terms import Part
-from powertrain.compiler.flatten import Face
+from powertrain.compiler.flat import Face
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names
 from powertrain.signals import fits_pattern
