@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_location import CURVES, Step
+from test_location import CURVES, DEEP, Step
 
 from powertrain.dae.tolerances import EPS
 from powertrain.engine import in_c
@@ -106,15 +106,19 @@ def test_what_others_hold_has_no_mobility_left(seed: int) -> None:
         assert np.all(arrays["terms"][others] >= 0.999999 * least[others])
 
 
-@pytest.mark.parametrize("name", CURVES)
+SEARCHES = {name: ([curve, lambda q: 5.0], 0.0) for name, curve in CURVES.items()} | {"deep": ([*DEEP, lambda q: 5.0], 0.05)}
+"""Indicators, and how far below zero they count."""
+
+
+@pytest.mark.parametrize("name", SEARCHES)
 def test_both_loops_search_at_the_same_places(name: str) -> None:
     """The search for a crossing in C asks for the indicators where that in Python does, and finds the same fraction.
 
     Beside an indicator that stays positive: C looks for others that fall midway even if there are none.
     """
-    found = []
+    found, (curves, depth) = [], SEARCHES[name]
     for in_python in (True, False):
-        step = Step([CURVES[name], lambda q: 5.0])
+        step = Step(curves)
         asked: list[float] = []
 
         def value(step: Step = step, asked: list[float] = asked) -> None:
@@ -123,12 +127,12 @@ def test_both_loops_search_at_the_same_places(name: str) -> None:
 
         if in_python:
             locate: Any = type("Locate", (), {"call": staticmethod(value)})
-            found.append((Locator(locate, step.memory).find(), asked))
+            found.append((Locator(locate, step.memory).find(depth), asked))
             continue
         arrays = {key: getattr(step.memory, key) for key in ("above", "g", "fraction", "worst", "info")}
-        model = Model(arrays | {"lows": np.zeros(2)}, indicators=2)
+        model = Model(arrays | {"lows": np.zeros(len(curves))}, indicators=len(curves))
         model.function("locate", value)
-        found.append((model.call("find", 0.0, result=ctypes.c_double), asked))
+        found.append((model.call("find", depth, result=ctypes.c_double), asked))
     assert found[0] == found[1]
     assert len(found[0][1]) > 1
 
