@@ -284,3 +284,19 @@ def test_a_reset_on_two_conditions(either: bool) -> None:
     found = pt.gradient(pt.simulate(Combined(either=either), 1.5, rtol=1e-11), "s", ["x1", "y1"])
     np.testing.assert_allclose(found.array, [-1.5e-5, -5e-6], rtol=1e-6)
     np.testing.assert_allclose(found.spread, [5e-6, 5e-6], rtol=1e-6)
+
+
+class Stepped(pt.Component):
+    """x reaches its threshold as the input steps from 0 to 1."""
+
+    u: pt.Input = pt.signal_input("1", "Input")
+    x: pt.Variable = pt.variable("1", "Level", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == pt.switch(self.x < 1, 1 + self.u.value, 2.5 + 2.5 * self.u.value)
+
+
+def test_a_step_of_an_input_at_the_instant_of_a_switch() -> None:
+    """If the step comes later by d(T), the rate is 2.5 instead of 5 for so long; if it comes earlier, x gets there by d(T)/2 earlier."""
+    run = pt.simulate(Stepped(), 2.0, inputs={"u": ([0.0, 1.0, 1.0, 2.0], [0.0, 0.0, 1.0, 1.0])})
+    assert pt.gradient(run, "x", "u.times")["u.times[1]"] == pytest.approx(-2.5, rel=1e-6)

@@ -198,10 +198,10 @@ def test_a_small_residual_is_no_solution_while_steps_go_on() -> None:
     assert float(find([0.0, 0.0], [0.1, 1e-7], [], [])[1]) > 0
 
 
-@pytest.mark.parametrize("start", [0.3, -0.3, 0.0])
+@pytest.mark.parametrize("start", [0.2, -0.1, 0.0])
 def test_a_root_at_zero_is_found(start: float) -> None:
-    """z + z^3 = 0: what is left of z is not compared with z itself."""
-    find = steps.newton(steps.common(one_unknown(lambda z, x: z + z**3), [0]))
+    """z + z^2 = 0: what is left of z is not compared with z itself."""
+    find = steps.newton(steps.common(one_unknown(lambda z, x: z + z**2), [0]))
     z, left = (float(v) for v in find([0.0, 0.0], [0.1, start], [], []))
     assert left == 0
     assert abs(z) < 1e-15
