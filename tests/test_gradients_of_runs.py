@@ -157,6 +157,16 @@ def test_instants_of_steps_of_two_inputs() -> None:
     assert (found["u.times[1]"], found["v.times[1]"]) == pytest.approx((-1.0, -3.0), rel=1e-9)
 
 
+@pytest.mark.parametrize("few", [0, 9])
+def test_a_maximum_where_an_input_steps_down(monkeypatch: pytest.MonkeyPatch, few: int) -> None:
+    """x rises at 1/s until the step comes."""
+    monkeypatch.setattr("powertrain.variational.gradients._FEW", few)
+    run = pt.simulate(Fed(), 2.0, inputs={"u": ([0.0, 1.0, 1.0, 1.8], [1.0, 1.0, -1.0, -1.0])})
+    found = pt.gradient(run, pt.maximum("x"), "u.times")
+    assert found.value == pytest.approx(1.0)
+    assert (found["u.times[1]"], found["u.times[2]"]) == pytest.approx((1.0, 0.0), abs=1e-9)
+
+
 def test_instants_of_knots_through_slip_and_stick() -> None:
     """The heat of an engagement by the corners of the command, against differences of runs."""
     plant = pt.compile(Engaging())
