@@ -310,9 +310,9 @@ class Scaled(pt.Component):
     y: pt.Variable = pt.variable("1", "Other level", start=0.0)
 
     def equations(self) -> pt.Equations:
-        one, other = pt.switch(self.x > self.r, 1.0, 0.0), pt.switch(self.y > 2 * self.r, 1.0, 0.0)
+        one, other = pt.switch(self.x > self.r, 1.0, 0.0), pt.switch(self.y > self.r, 1.0, 0.0)
         yield pt.der(self.x) == self.r - 0.2 * one - 0.1 * other - 0.3 * one * other
-        yield pt.der(self.y) == 2 * self.r
+        yield pt.der(self.y) == self.r
 
 
 @pytest.mark.parametrize("few", [0, 9])
