@@ -303,21 +303,21 @@ def test_a_step_of_an_input_at_the_instant_of_a_switch() -> None:
 
 
 class Scaled(pt.Component):
-    """Two levels, their rates and their limits grow with r alike: the limits are always passed after 1 s."""
+    """The rate of x and its limit grow with r alike: like y it always passes its limit after 1 s."""
 
     r: pt.Parameter = pt.parameter("1", "Scale", default=1.0)
     x: pt.Variable = pt.variable("1", "Level", start=0.0)
     y: pt.Variable = pt.variable("1", "Other level", start=0.0)
 
     def equations(self) -> pt.Equations:
-        one, other = pt.switch(self.x > self.r, 1.0, 0.0), pt.switch(self.y > self.r, 1.0, 0.0)
+        one, other = pt.switch(self.x > self.r, 1.0, 0.0), pt.switch(self.y > 1, 1.0, 0.0)
         yield pt.der(self.x) == self.r - 0.2 * one - 0.1 * other - 0.3 * one * other
-        yield pt.der(self.y) == self.r
+        yield pt.der(self.y) == 1
 
 
 @pytest.mark.parametrize("few", [0, 9])
 def test_what_moves_no_instant_has_no_sides(monkeypatch: pytest.MonkeyPatch, few: int) -> None:
-    """x = r + (r - 0.6): the unknown reaches the instants by the levels and by the limits, which cancel."""
+    """x = r + (r - 0.6): the unknown reaches the instants by the level and by the limit, which cancel."""
     monkeypatch.setattr("powertrain.variational.gradients._FEW", few)
     found = pt.gradient(pt.simulate(Scaled(), 2.0, rtol=1e-11), "x", "r")
     assert found["r"] == pytest.approx(2.0, rel=1e-7)
