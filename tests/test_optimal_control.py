@@ -273,8 +273,8 @@ def test_derivatives_of_smooth_maps_are_left_as_they_are() -> None:
 def test_combined_conditions_are_rounded_as_truth_values(x: float, y: float) -> None:
     """Of a, b in [0, 1]: a b for both, a + b - a b for either, 1 - a for not."""
     u, p = ca.SX.sym("u", 2), ca.SX.sym("p")
-    a, b = u[0] > 0.0, u[1] > 0.0
-    conditions = [ca.logic_and(a, b), ca.logic_or(a, b), ca.logic_not(a)]
+    one, other = u[0] > 0.0, u[1] > 0.0
+    conditions = [ca.logic_and(one, other), ca.logic_or(one, other), ca.logic_not(one)]
     f = ca.Function("f", [u, p], [ca.vertcat(*(ca.if_else(c, 1.0, 0.0) for c in conditions))], ["u", "p"], ["y"])
     course = np.array([[-1.0, 0.0, 1.0], [1.0, 0.0, -1.0]])
     found = np.array(rounded(f, [course, np.zeros((1, 3))], ["u"])[0]([x, y], [0.0, 0.3])).ravel()

@@ -303,7 +303,7 @@ def test_one_state_stands_for_all_where_nothing_depends_on_it(seed: int) -> None
 def test_a_store_that_runs_empty_is_charged_as_much_as_possible() -> None:
     rate = np.array([-3.0, -2.0, -2.5])[None, None, :, None].repeat(3, axis=0).repeat(2, axis=3)
     stages = pt.Stages(np.ones(3), np.array([0.0, 2.0]), np.zeros_like(rate), rate)
-    with pytest.raises(pt.ParameterError, match="in interval 0, from 0 s on, it falls to -1$"):
+    with pytest.raises(pt.ParameterError, match=r"in interval 0, from 0 s on, it falls to -1$"):
         pt.dynamic_programming(stages, start=1.0, end=1.0, price=1.0)
 
 

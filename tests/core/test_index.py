@@ -242,7 +242,9 @@ def test_a_constraint_that_others_do_not_repeat_is_not_quoted() -> None:
     with pytest.raises(pt.ModelError, match="repeat or contradict") as caught:
         pt.compile(FourConstraints())
     said = str(caught.value)
-    assert [text in said for text in ("b + self.c ==", "b + self.d ==", "c + self.d ==", "f ==")] == [True] * 3 + [False]
+    assert [text in said for text in ("b + self.c ==", "b + self.d ==", "c + self.d ==", "f ==")] == [True] * 3 + [
+        False
+    ]
 
 
 class Sum(pt.Component):

@@ -27,6 +27,8 @@ def test_friction_has_the_unit_of_its_force_or_torque() -> None:
     assert {law.name: law.unit for law in frictions} == {"pads.mode": "N", "disc.mode": "N.m"}
 
 
-@pytest.mark.parametrize(("unit", "rates"), [("m", ["m/s", "m/s2"]), ("m/s2", ["m/s3", "m/s4"]), ("J", ["J/s", "J/s2"])])
+@pytest.mark.parametrize(
+    ("unit", "rates"), [("m", ["m/s", "m/s2"]), ("m/s2", ["m/s3", "m/s4"]), ("J", ["J/s", "J/s2"])]
+)
 def test_units_of_rates(unit: str, rates: list[str]) -> None:
     assert [rate_unit(unit, order) for order in (0, 1, 2)] == [unit, *rates]

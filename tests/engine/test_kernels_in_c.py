@@ -106,7 +106,9 @@ def test_what_others_hold_has_no_mobility_left(seed: int) -> None:
         assert np.all(arrays["terms"][others] >= 0.999999 * least[others])
 
 
-SEARCHES = {name: ([curve, lambda q: 5.0], 0.0) for name, curve in CURVES.items()} | {"deep": ([*DEEP, lambda q: 5.0], 0.05)}
+SEARCHES = {name: ([curve, lambda q: 5.0], 0.0) for name, curve in CURVES.items()} | {
+    "deep": ([*DEEP, lambda q: 5.0], 0.05)
+}
 """Indicators, and how far below zero they count."""
 
 
