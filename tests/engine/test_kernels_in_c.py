@@ -12,10 +12,13 @@ import numpy as np
 import pytest
 from test_location import CURVES, DEEP, Step
 
+from powertrain.dae.hybrid import START, TimeSignal
 from powertrain.dae.tolerances import EPS
 from powertrain.engine import in_c
 from powertrain.engine.location import MOST_IDLE, Locator
+from powertrain.engine.schedules import Schedules
 from powertrain.integration.step_control import HALVINGS
+from powertrain.modes.resolve import PASSES
 from powertrain.modes.resting import SINGULAR
 from powertrain.numerics.buffers import INFO
 from powertrain.numerics.compiled import compiler, library
@@ -257,3 +260,55 @@ def test_a_start_sees_no_instant() -> None:
     model.record.changed, seen = 1, list[float]()
     assert model.call("pt_begin") == 0
     assert seen == [0.0]
+
+
+def test_an_input_that_was_set_passes_the_corners_of_its_signal() -> None:
+    """Also those that the signal of another input has at the same instant."""
+    times, values = np.array([0.0, 1.0, 1.0, 2.0]), np.array([0.0, 2.0, 5.0, 6.0])
+    schedules = Schedules([TimeSignal("a", 0, times, values), TimeSignal("b", 3, times[1:], -values[1:])])
+    m = np.zeros(6)
+    arrays = {"m": m, "overridden": np.array([1, 0], np.intc)}
+    model = Model(arrays, {"places": schedules.places})
+    record, kept = in_c.signals(in_c.signal_tables(schedules))
+    model.kept.append(kept)
+    model.record.signals = model._kept(record)
+    m[:3] = 0.5, 7.0, 0.0
+    assert model.call("following", 0.2, result=ctypes.c_double) == 1.0
+    assert model.call("cross", 0.2, 1.5) == 1
+    assert m.tolist() == [0.5, 7.0, 0.0, 1.0, -5.0, -1.0]
+    arrays["overridden"][:] = 1
+    assert model.call("following", 0.2, result=ctypes.c_double) == np.inf
+    assert model.call("cross", 1.5, 2.5) == 0
+    assert m[3:].tolist() == [1.0, -5.0, -1.0]
+
+
+@pytest.mark.parametrize(
+    ("edges", "discretes"), [([[1, 1]], [5.0, 0.0]), ([[1, 0], [0, 1]], [5.0, 6.0]), ([[0, 1], [1, 1]], [0.0, 0.0])]
+)
+def test_conditions_that_are_true_at_a_start(edges: list[list[int]], discretes: list[float]) -> None:
+    """Of two resets the first one counts what is true from the beginning on. The second one has to become true, as by the first."""
+    sizes = {"m": 4, "held": 4, "flags": 7, "edges": 2, "closing": 1, "jumped": 2, "resets": 2, "seen": 4 * PASSES}
+    arrays = {name: np.zeros(size) for name, size in sizes.items()}
+    arrays |= {name: np.zeros(2) for name in ("time", "y_0", "y_1", "fire", "p")} | {"which": np.zeros(2, np.intc)}
+    tables = {
+        "when_place": [0, 1],
+        "when_first": [0, 1, 2],
+        "when_initially": [1, 0],
+        "reset_place": [2, 3],
+        "reset_discrete": [1, 1],
+    }
+    model, rounds = Model(arrays, tables, whens=2, m=4, y=1), iter([*edges, [0, 0]])
+
+    def update() -> None:
+        arrays["edges"][:] = next(rounds)
+        arrays["flags"][1] = arrays["edges"].any()
+        arrays["held"][:] = arrays["m"]
+
+    def resets() -> None:
+        arrays["resets"][:] = 5.0, 6.0
+
+    model.function("update", update)
+    model.function("resets", resets)
+    arrays["jumped"][0] = START
+    assert model.call("resolve") == 0
+    assert arrays["m"][2:].tolist() == discretes
