@@ -312,3 +312,42 @@ def test_conditions_that_are_true_at_a_start(edges: list[list[int]], discretes: 
     arrays["jumped"][0] = START
     assert model.call("resolve") == 0
     assert arrays["m"][2:].tolist() == discretes
+
+
+def test_an_event_left_to_python_is_as_it_was_found() -> None:
+    """With the segments of signals before it, which Python enters when it passes the corner."""
+    schedules = Schedules([TimeSignal("a", 0, np.array([0.0, 1.0, 2.0]), np.array([0.0, 2.0, 5.0]))])
+    arrays = {name: np.zeros(3) for name in ("m", "before", "held_left")} | {"left": np.zeros(1), "time": np.zeros(2)}
+    arrays |= {"y_0": np.ones(1), "y_1": np.zeros(1), "fire": np.zeros(1)}
+    model = Model(arrays, {"places": schedules.places}, m=3, y=1)
+    record, kept = in_c.signals(in_c.signal_tables(schedules))
+    model.kept.append(kept)
+    model.record.signals = model._kept(record)
+    schedules.enter(arrays["m"], 0.5)
+    arrays["held_left"][:] = arrays["m"]
+    run = model.record
+    run.t, run.corner, run.instant, run.crossed, run.every_mode = 1.0, 1.0, np.inf, 0.2, 1
+    assert kernels().event(ctypes.byref(run), 1) == in_c.ASK
+    assert run.crossed == 0.2
+    np.testing.assert_array_equal(arrays["m"], arrays["held_left"])
+
+
+@pytest.mark.parametrize("begun", [0, 1])
+def test_what_has_stuck_is_at_rest_where_a_run_goes_on_with_other_inputs(begun: int) -> None:
+    sizes = {"m": 1, "held": 1, "held_left": 1, "before": 1, "flags": 7, "edges": 1, "closing": 1, "jumped": 2, "seen": PASSES}
+    arrays = {name: np.zeros(size) for name, size in sizes.items()}
+    arrays |= {name: np.zeros(1) for name in ("fire", "p", "slope_0", "slope_1", "tolerance")}
+    arrays |= {"time": np.zeros(2), "first": np.array([1e-3, 0.0]), "y_0": np.array([1e-9]), "y_1": np.zeros(1)}
+    model = Model(arrays, m=1, y=1)
+
+    def fresh() -> None:
+        side = model.record.side
+        arrays[f"y_{1 - side}"][:] = arrays[f"y_{side}"]
+
+    model.function("rest", lambda: arrays["y_1"].fill(0.0))
+    model.function("update", lambda: None)
+    model.function("fresh", fresh)
+    model.record.begun, model.record.changed, model.record.side = begun, 1, 0
+    assert model.call("pt_begin") == 0
+    assert arrays[f"y_{model.record.side}"][0] == (0.0 if begun else 1e-9)
+    assert arrays["jumped"][0] == 0.0
