@@ -334,7 +334,17 @@ def test_an_event_left_to_python_is_as_it_was_found() -> None:
 
 @pytest.mark.parametrize("begun", [0, 1])
 def test_what_has_stuck_is_at_rest_where_a_run_goes_on_with_other_inputs(begun: int) -> None:
-    sizes = {"m": 1, "held": 1, "held_left": 1, "before": 1, "flags": 7, "edges": 1, "closing": 1, "jumped": 2, "seen": PASSES}
+    sizes = {
+        "m": 1,
+        "held": 1,
+        "held_left": 1,
+        "before": 1,
+        "flags": 7,
+        "edges": 1,
+        "closing": 1,
+        "jumped": 2,
+        "seen": PASSES,
+    }
     arrays = {name: np.zeros(size) for name, size in sizes.items()}
     arrays |= {name: np.zeros(1) for name in ("fire", "p", "slope_0", "slope_1", "tolerance")}
     arrays |= {"time": np.zeros(2), "first": np.array([1e-3, 0.0]), "y_0": np.array([1e-9]), "y_1": np.zeros(1)}
