@@ -193,21 +193,21 @@ def test_an_impact_of_two_masses(of: str) -> None:
 
 
 class Noting(pt.Component):
-    """As x reaches 1, one reset notes the time, and by that sets off another, which notes its square."""
+    """As x reaches 1, one reset notes the square of the time, and by that sets off another, which notes the square of that."""
 
     r: pt.Parameter = pt.parameter("1/s", "Rate", default=0.8)
     x: pt.Variable = pt.variable("1", "Level", start=0.0)
-    a: pt.Discrete = pt.discrete("s", "The time", start=0.0)
-    b: pt.Discrete = pt.discrete("s2", "Its square", start=0.0)
+    a: pt.Discrete = pt.discrete("s2", "Square of the time", start=0.0)
+    b: pt.Discrete = pt.discrete("s4", "Its square", start=0.0)
     s: pt.Variable = pt.variable("1", "Sum", start=0.0)
 
     def equations(self) -> pt.Equations:
         yield pt.der(self.x) == self.r
         yield pt.der(self.s) == self.b
-        yield pt.when(self.x > 1, pt.reinit(self.a, pt.time))
+        yield pt.when(self.x > 1, pt.reinit(self.a, pt.time**2))
         yield pt.when(self.a > 0.5, pt.reinit(self.b, self.a**2))
 
 
 def test_a_reset_that_another_reset_sets_off_at_its_own_time() -> None:
-    """b = 1/r^2 from 1/r on."""
-    assert_as_formula(Noting(), "s", lambda r: (2.0 - 1 / r) / r**2, {"r": 0.8}, stop=2.0)
+    """b = 1/r^4 from 1/r on."""
+    assert_as_formula(Noting(), "s", lambda r: (2.0 - 1 / r) / r**4, {"r": 0.8}, stop=2.0)
