@@ -13,6 +13,7 @@ from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 
 from powertrain.dae.hybrid import Contact, Guard, HybridDae, Reset, Switch, TimeSignal, When
 from powertrain.engine.simulator import Simulator
+from powertrain.engine.trajectory import Instant
 from powertrain.errors import PowertrainError, SimulationError
 
 
@@ -196,6 +197,23 @@ def test_a_part_of_a_run_has_its_steps_and_events() -> None:
         for found, expected in zip(part.at(inside[:-1], False), run.at(inside[:-1], False), strict=True):
             np.testing.assert_array_equal(found, expected)
         np.testing.assert_array_equal(part.final[0], run.at([part.end], False).x[0, 0])
+
+
+@pytest.mark.parametrize(
+    ("time", "before", "after", "extra", "begins"),
+    [
+        (0.0, [2.0, 0.0, 1.0], [0.0, 1.0, 1.0], (), True),
+        (0.1, [2.0, 0.0, 1.0], [0.0, 1.0, 1.0], (), False),
+        (0.0, [2.0, 0.0, 1.0], [0.0, 1.0, 0.0], (), False),
+        (0.0, [2.0, 0.0, 1.0], [0.0, 1.0, 1.0], (("hit", "impact"),), False),
+    ],
+)
+def test_free_laws_that_engage_at_the_start_are_no_event(
+    time: float, before: list[float], after: list[float], extra: tuple[tuple[str, str], ...], begins: bool
+) -> None:
+    """The second value marks whether the first law rests at its limit; the third is the mode of a law that is not free."""
+    y = np.zeros(1)
+    assert Instant(time, y, y, np.array(before), np.array(after), extra).begins(0.0, [1]) == begins
 
 
 def test_a_second_run_does_not_depend_on_the_first() -> None:
