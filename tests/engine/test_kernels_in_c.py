@@ -267,7 +267,7 @@ def test_an_input_that_was_set_passes_the_corners_of_its_signal() -> None:
     times, values = np.array([0.0, 1.0, 1.0, 2.0]), np.array([0.0, 2.0, 5.0, 6.0])
     schedules = Schedules([TimeSignal("a", 0, times, values), TimeSignal("b", 3, times[1:], -values[1:])])
     m = np.zeros(6)
-    arrays = {"m": m, "overridden": np.array([1, 0], np.intc)}
+    arrays: dict[str, _Array] = {"m": m, "overridden": np.array([1, 0], np.intc)}
     model = Model(arrays, {"places": schedules.places})
     record, kept = in_c.signals(in_c.signal_tables(schedules))
     model.kept.append(kept)
@@ -288,9 +288,9 @@ def test_an_input_that_was_set_passes_the_corners_of_its_signal() -> None:
 def test_conditions_that_are_true_at_a_start(edges: list[list[int]], discretes: list[float]) -> None:
     """Of two resets the first one counts what is true from the beginning on. The second one has to become true, as by the first."""
     sizes = {"m": 4, "held": 4, "flags": 7, "edges": 2, "closing": 1, "jumped": 2, "resets": 2, "seen": 4 * PASSES}
-    arrays = {name: np.zeros(size) for name, size in sizes.items()}
+    arrays: dict[str, _Array] = {name: np.zeros(size) for name, size in sizes.items()}
     arrays |= {name: np.zeros(2) for name in ("time", "y_0", "y_1", "fire", "p")} | {"which": np.zeros(2, np.intc)}
-    tables = {
+    tables: dict[str, Sequence[int]] = {
         "when_place": [0, 1],
         "when_first": [0, 1, 2],
         "when_initially": [1, 0],
