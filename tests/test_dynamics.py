@@ -141,3 +141,46 @@ def test_inputs_over_time_keep_their_course_and_their_derivative() -> None:
         size = 2.0 * slope - 1.0
         assert abs(found) == pytest.approx(abs(size)), t
         assert found == pytest.approx(run.at([t], ["motion.flange.tau"])["motion.flange.tau"][0])
+
+
+def test_a_step_of_an_input_holds_from_its_instant_on() -> None:
+    plant = pt.compile(Dragged())
+    run = plant.simulate(3.0, inputs={"v": 2.0, "extra": ([0.0, 1.0, 1.0, 2.0], [1.0, 1.0, 4.0, 4.0])})
+    model = plant.function("motion.flange.tau", inputs=[], modes=(run, 0.5))
+    found = [
+        abs(float(model.function(t=t, x=model.x, z=model.z, u=[], p=model.p)["y"])) for t in (0.0, 0.999, 1.0, 2.5)
+    ]
+    assert found == pytest.approx([1.0, 1.0, 4.0, 4.0])
+
+
+@pytest.mark.parametrize("press", [0.0, 0.5])
+def test_a_law_is_free_while_its_limits_coincide(plant: pt.Plant[Engaging], press: float) -> None:
+    """100 N.m to either side at half the pressure."""
+    free = plant.function(modes={"clutch.mode": 2})
+    assert free.margins == ("clutch.mode: free",)
+    assert float(free.function(0, free.x, free.z, [0.0, press], free.p)[3]) == pytest.approx(-400.0 * press)
+
+
+class Limited(pt.Component):
+    """A mass that friction holds up to 1.5 times what it slides with, and rates that follow two comparisons at once."""
+
+    f: pt.Input = pt.signal_input("N", "Force on the mass")
+    v: pt.Variable = pt.variable("m/s", "Speed", start=0.0)
+    x: pt.Variable = pt.variable("1", "Level", start=0.3)
+    y: pt.Variable = pt.variable("1", "Other level", start=0.4)
+    grip: pt.Variable = pt.variable("N", "Friction")
+
+    def equations(self) -> pt.Equations:
+        yield 2 * pt.der(self.v) == self.f.value - self.grip
+        yield pt.friction(self.v, self.grip, -3.0, 2.0, peak=1.5, name="grip")
+        yield pt.der(self.x) == pt.switch(ca.logic_and(self.x > 0.2, self.y > 0.1), 1.0, 2.0)
+        yield pt.der(self.y) == pt.switch(ca.logic_or(self.x > 1.0, self.y > 0.1), 1.0, 2.0)
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.3, 0.4), (0.1, 0.4), (1.3, 0.05), (0.15, 0.05)])
+def test_limits_of_what_sticks_and_of_comparisons_at_once(x: float, y: float) -> None:
+    """Both hold while the smaller excess is positive, either of them while the larger one is."""
+    model = pt.compile(Limited()).function(modes={"grip": 0})
+    states = [{"v": 0.0, "x": x, "y": y}[name] for name in model.states]
+    margins = np.array(model.function(0, states, model.z, [2.5], model.p)[3]).ravel().tolist()
+    assert margins == pytest.approx([2.5 + 4.5, 3.0 - 2.5, min(x - 0.2, y - 0.1), max(x - 1.0, y - 0.1)])

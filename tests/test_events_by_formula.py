@@ -159,3 +159,55 @@ def test_second_derivatives_need_one_instant() -> None:
     """Laws that an unknown moves apart are refused."""
     with pytest.raises(pt.SimulationError, match="switch together, and an unknown moves their instants apart"):
         pt.hessian(Apart(), "y", ["one", "other"], stop=1.5)
+
+
+class Colliding(pt.Component):
+    """A mass meets another one that stands 0.5 m ahead."""
+
+    m_1: pt.Parameter = pt.parameter("kg", "Mass", default=1.5)
+    m_2: pt.Parameter = pt.parameter("kg", "Mass of the other", default=0.8)
+    e: pt.Parameter = pt.parameter("1", "Restitution", default=0.6)
+    x_1: pt.Variable = pt.variable("m", "Place", start=0.0)
+    v_1: pt.Variable = pt.variable("m/s", "Speed", start=1.2)
+    x_2: pt.Variable = pt.variable("m", "Place of the other", start=0.5)
+    v_2: pt.Variable = pt.variable("m/s", "Speed of the other", start=0.0)
+    force: pt.Variable = pt.variable("N", "Force between them")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x_1) == self.v_1
+        yield pt.der(self.x_2) == self.v_2
+        yield self.m_1 * pt.der(self.v_1) == -self.force
+        yield self.m_2 * pt.der(self.v_2) == self.force
+        yield pt.unilateral(self.x_2 - self.x_1, self.force, restitution=self.e)
+
+
+@pytest.mark.parametrize("of", ["x_1", "x_2"])
+def test_an_impact_of_two_masses(of: str) -> None:
+    """Momentum stays, and they part with e times the speed at which they met."""
+
+    def place(m_1: Any, m_2: Any, e: Any, v_1: Any) -> Any:
+        after = v_1 * ((m_1 - e * m_2 if of == "x_1" else (1 + e) * m_1) / (m_1 + m_2))
+        return 0.5 + after * (2.0 - 0.5 / v_1)
+
+    assert_as_formula(Colliding(), of, place, {"m_1": 1.5, "m_2": 0.8, "e": 0.6, "v_1": 1.2}, stop=2.0)
+
+
+class Noting(pt.Component):
+    """As x reaches 1, one reset notes the square of the time, and by that sets off another, which notes the square of that."""
+
+    r: pt.Parameter = pt.parameter("1/s", "Rate", default=0.8)
+    x: pt.Variable = pt.variable("1", "Level", start=0.0)
+    a: pt.Discrete = pt.discrete("s2", "Square of the time", start=0.0)
+    b: pt.Discrete = pt.discrete("s4", "Its square", start=0.0)
+    s: pt.Variable = pt.variable("1", "Sum", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.r
+        yield pt.der(self.s) == self.b
+        yield pt.when(self.x > 1, pt.reinit(self.a, pt.time**2))
+        yield pt.when(self.a > 0.5, pt.reinit(self.b, self.a**2))
+
+
+def test_a_reset_that_another_reset_sets_off_at_its_own_time() -> None:
+    """b = 1/r^4 from 1/r on."""
+    assert_as_formula(Noting(), "s", lambda r: (2.0 - 1 / r) / r**4, {"r": 0.8}, stop=2.0)

@@ -140,6 +140,33 @@ def test_instants_of_knots(decay: pt.Plant[Decay], monkeypatch: pytest.MonkeyPat
         assert found[f"torque.times[{k}]"] == pytest.approx((speed(up) - speed(down)) / 2e-5, rel=1e-7)
 
 
+class Fed(pt.Component):
+    """The integral of u + 3 v."""
+
+    u: pt.Input = pt.signal_input("1", "One")
+    v: pt.Input = pt.signal_input("1", "Other")
+    x: pt.Variable = pt.variable("1", "Integral", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.u.value + 3 * self.v.value
+
+
+def test_instants_of_steps_of_two_inputs() -> None:
+    steps = {"u": ([0.0, 0.5, 0.5], [0.0, 0.0, 1.0]), "v": ([0.0, 1.0, 1.0], [0.0, 0.0, 1.0])}
+    found = pt.gradient(pt.simulate(Fed(), 2.0, inputs=steps), "x", ["u.times", "v.times"])
+    assert (found["u.times[1]"], found["v.times[1]"]) == pytest.approx((-1.0, -3.0), rel=1e-9)
+
+
+@pytest.mark.parametrize("few", [0, 9])
+def test_a_maximum_where_an_input_steps_down(monkeypatch: pytest.MonkeyPatch, few: int) -> None:
+    """x rises at 1/s until the step comes."""
+    monkeypatch.setattr("powertrain.variational.gradients._FEW", few)
+    run = pt.simulate(Fed(), 2.0, inputs={"u": ([0.0, 1.0, 1.0, 1.8], [1.0, 1.0, -1.0, -1.0])})
+    found = pt.gradient(run, pt.maximum("x"), "u.times")
+    assert found.value == pytest.approx(1.0)
+    assert (found["u.times[1]"], found["u.times[2]"]) == pytest.approx((1.0, 0.0), abs=1e-9)
+
+
 def test_instants_of_knots_through_slip_and_stick() -> None:
     """The heat of an engagement by the corners of the command, against differences of runs."""
     plant = pt.compile(Engaging())

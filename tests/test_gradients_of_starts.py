@@ -143,3 +143,33 @@ def test_expressions_that_differ_in_a_late_digit() -> None:
         assert found.value == pytest.approx(((1400 - c) ** 3 - (1000 - c) ** 3) / 3000, rel=1e-9)
         first = pt.sensitivity(run, square(c), "x", [0.0])
         assert first.to_array().item() == pytest.approx(2000 * (1000 - c), rel=1e-9)
+
+
+class Held(pt.Component):
+    """Two inertias that a clutch holds together from the start, and one that sticks to a belt."""
+
+    belt: pt.Parameter = pt.parameter("m/s", "Speed of the belt", default=0.5)
+    a: pt.Variable = pt.variable("rad/s", "Speed of 2 kg.m2", start=1.0)
+    b: pt.Variable = pt.variable("rad/s", "Speed of 3 kg.m2", start=1.0)
+    v: pt.Variable = pt.variable("m/s", "Speed of 2 kg on the belt", start=0.5)
+    x: pt.Variable = pt.variable("m", "Its way", start=0.0)
+    torque: pt.Variable = pt.variable("N.m", "Of the clutch")
+    force: pt.Variable = pt.variable("N", "Of the belt")
+
+    def equations(self) -> pt.Equations:
+        yield 2 * pt.der(self.a) == -self.torque
+        yield 3 * pt.der(self.b) == self.torque
+        yield pt.friction(self.a - self.b, self.torque, -5, 5, name="clutch")
+        yield pt.der(self.x) == self.v
+        yield 2 * pt.der(self.v) == 1.0 - self.force
+        yield pt.friction(self.v - self.belt, self.force, -5, 5, name="shoe")
+
+
+@pytest.mark.parametrize("of", ["a", "b"])
+def test_laws_that_stick_from_the_start_take_away_what_a_start_adds(of: str) -> None:
+    """The momentum 2 a + 3 b stays; what has stuck to the belt follows it, whatever speed it begins with."""
+    run = pt.simulate(Held(), 2.0)
+    found = pt.gradient(run, of, ["a", "b"])
+    assert (found["a"], found["b"]) == pytest.approx((0.4, 0.6), rel=1e-9)
+    found = pt.gradient(run, "x", ["belt", "v"])
+    assert (found["belt"], found["v"]) == pytest.approx((2.0, 0.0), abs=1e-9)

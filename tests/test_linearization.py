@@ -27,6 +27,7 @@ from powertrain import (
     variable,
 )
 from powertrain.analysis.linearization import linearize
+from powertrain.analysis.reduction import Matrices, substitute_inputs
 from powertrain.components import blocks
 from powertrain.components import rotational as rot
 from powertrain.components import translational as tr
@@ -648,3 +649,29 @@ def test_the_axle_of_a_standing_car_is_not_locked() -> None:
     moved = (ends[1][twist][-1] - ends[0][twist][-1]) / 1e-6 - 1.0
     assert moved == pytest.approx(expm(linear.A * h)[k, k] - 1.0, rel=1e-2)
     assert moved < -1e-2
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_inputs_without_their_derivatives_have_the_same_response(order: int) -> None:
+    """Transfer functions of outputs and of relative motions at any s: (s - a)^-1 sum_k b_k s^k is sum_k g_k s^k and a proper rest, and d
+    is such that the outputs do without the g_k of derivatives."""
+    rng = np.random.default_rng(order)
+    n, inputs = 5, 2
+    a, c, w = (rng.normal(size=(rows, n)) for rows in (n, 3, 2))
+    b, v = ([rng.normal(size=(rows, inputs)) for _ in range(order)] for rows in (n, 2))
+    none = np.zeros((n, inputs))
+    g = [sum((np.linalg.matrix_power(a, j - k - 1) @ b[j] for j in range(k + 1, order)), none) for k in range(order)]
+    d = [rng.normal(size=(3, inputs)), *(-c @ each for each in g[1:])]
+    full = Matrices(a, b, c, d, w, v)
+    proper, gains = substitute_inputs(full, lambda *place: AssertionError(place))
+    np.testing.assert_allclose(gains, g[0], atol=1e-12)
+    assert len(proper.b) == len(proper.d) == 1
+    for s in (0.3 + 1.7j, -2.1, 4j):
+
+        def responses(m: Matrices, s: complex = s) -> list[Any]:
+            x = np.linalg.solve(s * np.eye(n) - m.a, sum(each * s**k for k, each in enumerate(m.b)))
+            powers = [sum(each * s**k for k, each in enumerate(direct)) for direct in (m.d, m.v)]
+            return [m.c @ x + powers[0], m.w @ x + powers[1]]
+
+        for found, expected in zip(responses(proper), responses(full), strict=True):
+            np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10)

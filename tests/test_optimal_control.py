@@ -269,6 +269,26 @@ def test_derivatives_of_smooth_maps_are_left_as_they_are() -> None:
     assert float(made(3.0, [0.0, 1e-6])) == pytest.approx(1.0 + 6.0, rel=1e-6)
 
 
+@pytest.mark.parametrize(("x", "y"), [(0.5, 0.5), (0.5, -0.5), (-0.5, 0.5), (-0.5, -0.5)])
+def test_combined_conditions_are_rounded_as_truth_values(x: float, y: float) -> None:
+    """Of a, b in [0, 1]: a b for both, a + b - a b for either, 1 - a for not."""
+    u, p = ca.SX.sym("u", 2), ca.SX.sym("p")
+    one, other = u[0] > 0.0, u[1] > 0.0
+    conditions = [ca.logic_and(one, other), ca.logic_or(one, other), ca.logic_not(one)]
+    f = ca.Function("f", [u, p], [ca.vertcat(*(ca.if_else(c, 1.0, 0.0) for c in conditions))], ["u", "p"], ["y"])
+    course = np.array([[-1.0, 0.0, 1.0], [1.0, 0.0, -1.0]])
+    found = np.array(rounded(f, [course, np.zeros((1, 3))], ["u"])[0]([x, y], [0.0, 0.3])).ravel()
+    a, b = ((1 + v / math.hypot(v, 0.3)) / 2 for v in (x, y))
+    np.testing.assert_allclose(found, [a * b, a + b - a * b, 1 - a], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("nearest", "corners"), [(0.005, 1), (0.02, 0)])
+def test_a_corner_that_the_course_all_but_reaches_is_rounded(nearest: float, corners: int) -> None:
+    x, p = ca.SX.sym("x"), ca.SX.sym("p")
+    course = np.linspace(nearest, 1.0, 5)[None]
+    assert rounded(ca.Function("f", [x, p], [ca.fabs(x)], ["x", "p"], ["y"]), [course, 0 * course], ["x"])[1] == corners
+
+
 def test_a_corner_of_round_off_stays_sharp() -> None:
     """A limit that holds throughout, but for round-off, has no size that a width could be a part of."""
     x, p = ca.SX.sym("x"), ca.SX.sym("p")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import powertrain as pt
+from powertrain.optimal.pareto import _undominated
 
 
 class Circles(pt.Component):
@@ -121,3 +122,9 @@ def test_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pymoo.optimize", None)
     with pytest.raises(pt.PowertrainError, match=r"pip install 'powertrain\[uncertainty\]'"):
         pt.pareto_front(CIRCLES, {"a": "a", "b": "b"}, BOX, method="nsga2", stop=1.0)
+
+
+def test_points_that_differ_by_round_off_do_not_dominate_each_other() -> None:
+    """Of two such points one is left; of two with one result in common, the better one."""
+    assert len(_undominated(np.array([[0.0, 1.0], [1e-9, 1.0 - 1e-9], [1.0, 0.0]]))) == 2
+    assert _undominated(np.array([[0.0, 1.0], [0.0, 0.5], [1.0, 0.0]])) == [1, 2]

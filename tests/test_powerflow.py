@@ -18,11 +18,13 @@ from powertrain.components.cvu import CVU
 from powertrain.components.differentials import FundamentalDifferential, Mesh, PlanetaryGear
 from powertrain.components.rotational import (
     ConstantSpeed,
+    ConstantTorque,
     Damper,
     Fixed,
     Flange,
     IdealGear,
     Inertia,
+    Speed,
     Torque,
     Torque2,
     TwoFlanges,
@@ -706,3 +708,29 @@ def test_plots_over_ratio_and_map() -> None:
     assert ax.get_xlabel()
     with pytest.raises(pt.ParameterError, match="two dimensions"):
         plot_efficiency_map(flow, "V", "ratio")
+
+
+class Lossless(pt.Component):
+    """A motor drives a load through a gear."""
+
+    w: pt.Input = pt.signal_input("rad/s", "Speed")
+    motor: Speed = Speed(exact=True)
+    gear: IdealGear = IdealGear(ratio=2.0)
+    load: ConstantTorque = ConstantTorque(tau_constant=-3.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.w, self.motor.w_ref)
+        yield pt.connect(self.motor.flange, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.load.flange)
+
+
+def test_a_point_without_a_solution_has_no_loss_where_nothing_is_ever_lost() -> None:
+    plant = pt.compile(Lossless())
+    points = pt.steady(plant, {"w": [4.0, 8.0]}, outputs=pt.power_outputs(plant))
+    for name in points.data_vars:
+        if str(name).startswith("power("):
+            points[name][1] = np.nan
+    flow = pt.power_flow(plant, points)
+    np.testing.assert_allclose(flow.input, [6.0, np.nan])
+    assert (flow.data.loss.isel(w=0) == 0.0).all()
+    assert np.isnan(flow.data.loss.isel(w=1)).all()

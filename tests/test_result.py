@@ -513,3 +513,25 @@ def test_times_in_no_order_give_what_each_gives_alone() -> None:
         alone = trajectory.at([t], with_events=False)
         for values, value in zip((x, z, held), alone[1:], strict=True):
             np.testing.assert_array_equal(values[k], value[0])
+
+
+class Pair(pt.Component):
+    """Two unknowns that stay implicit; what each does to the equation of the other differs."""
+
+    x: pt.Variable = pt.variable("1", "State", start=0.6)
+    u: pt.Variable = pt.variable("1", "Implicit unknown")
+    v: pt.Variable = pt.variable("1", "Other implicit unknown")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == -self.x
+        yield self.u + ca.tanh(3 * self.v + self.u) == self.x
+        yield self.v - 0.2 * ca.tanh(self.u - self.v) == 0.5 * self.x
+
+
+def test_algebraic_unknowns_are_corrected_by_newtons_method() -> None:
+    """From 1e-2 off to round-off, which takes the right slopes."""
+    result = pt.simulate(Pair(), 1.0)
+    samples = result.samples_at([0.2, 0.7])
+    assert samples.z.shape == (2, 2)
+    found = signals_of(result.compiled).corrected(samples._replace(z=samples.z + 1e-2), result.p).z
+    np.testing.assert_allclose(found, samples.z, rtol=1e-13)

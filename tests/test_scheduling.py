@@ -288,3 +288,36 @@ def test_charge_that_is_lost_earns_nothing() -> None:
     found = pt.ecms(stages, start=0.5, end=0.9)
     assert found.modes[:20].sum() <= 2
     assert found.cost <= 6.0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_one_state_stands_for_all_where_nothing_depends_on_it(seed: int) -> None:
+    two = random_stages(seed)
+    one = pt.Stages(two.durations, np.array([5.0]), two.cost[..., :1], two.rate[..., :1], two.switching)
+    given: dict[str, Any] = {"start": 1.0, "end": 2.0, "price": 7.0, "grid": np.arange(13.0)}
+    expected, found = (pt.dynamic_programming(stages, **given) for stages in (two, one))
+    assert found.cost == pytest.approx(expected.cost, rel=1e-12)
+    np.testing.assert_allclose(found.policy.grid, expected.policy.grid, atol=1e-12)  # type: ignore[attr-defined]
+
+
+def test_a_store_that_runs_empty_is_charged_as_much_as_possible() -> None:
+    rate = np.array([-3.0, -2.0, -2.5])[None, None, :, None].repeat(3, axis=0).repeat(2, axis=3)
+    stages = pt.Stages(np.ones(3), np.array([0.0, 2.0]), np.zeros_like(rate), rate)
+    with pytest.raises(pt.ParameterError, match=r"in interval 0, from 0 s on, it falls to -1$"):
+        pt.dynamic_programming(stages, start=1.0, end=1.0, price=1.0)
+
+
+@pytest.mark.parametrize(("worth", "on_from_off", "on_from_on"), [(0.4, 0, 0), (0.75, 0, 1), (1.1, 1, 1)])
+def test_a_change_of_mode_costs_what_its_direction_costs(worth: float, on_from_off: int, on_from_on: int) -> None:
+    """On costs 1/s and charges 1/s, off discharges 1/s; switching on costs 2, which counts as 1/s for 2 s, off nothing."""
+    cost, rate = (np.array(v)[None, :, None, None].repeat(2, axis=3) for v in ([0.0, 1.0], [-1.0, 1.0]))
+    stages = pt.Stages(np.ones(1), np.array([0.0, 10.0]), cost, rate, np.array([[0.0, 2.0], [0.0, 0.0]]))
+    policy = scheduling._Price(stages, worth, 2.0)
+    assert [policy.decide(0, 5.0, mode)[0] for mode in (0, 1)] == [on_from_off, on_from_on]
+
+
+@pytest.mark.parametrize(("end", "nodes"), [(4.5, 8), (4.0, 7), (0.0, 7), (15.0, 7)])
+def test_the_final_state_is_a_node_of_the_grid(end: float, nodes: int) -> None:
+    grid = scheduling._grid(random_stages(0), 7, end)
+    assert grid.size == nodes
+    assert (end in grid) == (end <= 12.0)

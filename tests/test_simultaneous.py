@@ -284,3 +284,41 @@ def test_a_reset_on_two_conditions(either: bool) -> None:
     found = pt.gradient(pt.simulate(Combined(either=either), 1.5, rtol=1e-11), "s", ["x1", "y1"])
     np.testing.assert_allclose(found.array, [-1.5e-5, -5e-6], rtol=1e-6)
     np.testing.assert_allclose(found.spread, [5e-6, 5e-6], rtol=1e-6)
+
+
+class Stepped(pt.Component):
+    """x reaches its threshold as the input steps from 0 to 1, and is so little beyond it then that both are one event."""
+
+    u: pt.Input = pt.signal_input("1", "Input")
+    x: pt.Variable = pt.variable("1", "Level", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == pt.switch(self.x < 1 - 1.15e-10, 1 + self.u.value, 2.5 + 2.5 * self.u.value)
+
+
+def test_a_step_of_an_input_at_the_instant_of_a_switch() -> None:
+    """If the step comes later by d(T), the rate is 2.5 instead of 5 for so long; if it comes earlier, x gets there by d(T)/2 earlier."""
+    run = pt.simulate(Stepped(), 2.0, inputs={"u": ([0.0, 1.0, 1.0, 2.0], [0.0, 0.0, 1.0, 1.0])})
+    assert pt.gradient(run, "x", "u.times")["u.times[1]"] == pytest.approx(-2.5, rel=1e-6)
+
+
+class Scaled(pt.Component):
+    """The rate of x and its limit grow with r alike: like y it always passes its limit after 1 s."""
+
+    r: pt.Parameter = pt.parameter("1", "Scale", default=1.0)
+    x: pt.Variable = pt.variable("1", "Level", start=0.0)
+    y: pt.Variable = pt.variable("1", "Other level", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        one, other = pt.switch(self.x > self.r, 1.0, 0.0), pt.switch(self.y > 1, 1.0, 0.0)
+        yield pt.der(self.x) == self.r - 0.2 * one - 0.1 * other - 0.3 * one * other
+        yield pt.der(self.y) == 1
+
+
+@pytest.mark.parametrize("few", [0, 9])
+def test_what_moves_no_instant_has_no_sides(monkeypatch: pytest.MonkeyPatch, few: int) -> None:
+    """x = r + (r - 0.6): the unknown reaches the instants by the level and by the limit, which cancel."""
+    monkeypatch.setattr("powertrain.variational.gradients._FEW", few)
+    found = pt.gradient(pt.simulate(Scaled(), 2.0, rtol=1e-11), "x", "r")
+    assert found["r"] == pytest.approx(2.0, rel=1e-7)
+    assert found.spread[0] < 1e-7

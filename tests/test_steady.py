@@ -438,6 +438,68 @@ def test_several_angles_that_turn_together() -> None:
     np.testing.assert_allclose(found["shaft.phi_rel"], [9e-3, -6e-3], rtol=1e-9)
 
 
+class Geared(pt.Component):
+    """A spring of 5 N.m/rad behind a gear; its twist is a state, or the difference of two."""
+
+    declared: bool = False
+    r: pt.Parameter = pt.parameter("1", "Ratio", default=2.0)
+    d: pt.Parameter = pt.parameter("N.m.s/rad", "Damping of the slow side", default=2.0)
+    tau: pt.Input = pt.signal_input("N.m", "Torque on the fast side", default=1.0)
+    phi: pt.Variable = pt.variable("rad", "Fast angle")
+    w: pt.Variable = pt.variable("rad/s", "Fast speed")
+    psi: pt.Variable = pt.variable("rad", "Slow angle")
+    u: pt.Variable = pt.variable("rad/s", "Slow speed")
+    twist: pt.Variable = pt.variable("rad", "Twist", prefer=True)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.phi) == self.w
+        yield pt.der(self.psi) == self.u
+        if self.declared:
+            yield pt.der(self.twist) == self.w - self.r * self.u
+        else:
+            yield self.twist == self.phi - self.r * self.psi
+        yield pt.der(self.w) == self.tau.value - 5 * self.twist
+        yield pt.der(self.u) == 5 * self.r * self.twist - self.d * self.u
+
+
+@pytest.mark.parametrize("axis", ["d", "tau"])
+def test_angles_that_turn_together_by_the_ratio_of_a_gear(axis: str) -> None:
+    """u = r tau/d and w = r u."""
+    found = pt.steady(Geared(), {axis: [1.0, 4.0]}, outputs=["w", "u"])
+    u = np.array([2.0, 0.5]) if axis == "d" else np.array([1.0, 4.0])
+    np.testing.assert_allclose([found.u, found.w], [u, 2 * u], rtol=1e-9)
+
+
+def test_angles_that_turn_together_by_another_ratio_at_every_point() -> None:
+    """Their twist is the same kind of state at every point."""
+    found = pt.steady(Geared(declared=True), {"r": [1.0, 3.0]}, outputs=["w", "u"])
+    np.testing.assert_allclose([found.u, found.w], [[0.5, 1.5], [0.5, 4.5]], rtol=1e-9)
+    with pytest.raises(pt.ParameterError, match="turn together by ratios that change along the grid"):
+        pt.steady(Geared(), {"r": [1.0, 3.0]}, outputs=["w"])
+
+
+class InTurn(pt.Component):
+    """Every condition depends on what the one before gives, and on x."""
+
+    x: pt.Input = pt.signal_input("1", "Level")
+    a: pt.Variable = pt.variable("1", "First")
+    b: pt.Variable = pt.variable("1", "Second")
+    c: pt.Variable = pt.variable("1", "Third")
+
+    def equations(self) -> pt.Equations:
+        yield self.a == pt.switch(self.x.value > 0, 1.0, -1.0)
+        yield self.b == pt.switch(self.a > self.x.value, 5.0, 6.0)
+        yield self.c == pt.switch(self.b + self.x.value > 5.5, 2.0, 3.0)
+
+
+def test_conditions_that_depend_on_each_other_in_turn() -> None:
+    x = np.array([-3.0, -0.6, -0.4, 0.2, 0.7, 2.0])
+    found = pt.steady(InTurn(), {"x": x})
+    a = np.where(x > 0, 1, -1)
+    b = np.where(a > x, 5, 6)
+    np.testing.assert_array_equal([found.a, found.b, found.c], [a, b, np.where(b + x > 5.5, 2, 3)])
+
+
 def test_nothing_balances() -> None:
     class Runaway(pt.Component):
         torque: ConstantTorque = ConstantTorque(tau_constant=1.0)

@@ -70,6 +70,28 @@ def test_a_stuck_clutch_in_closed_form() -> None:
     assert float(ca.mmin(found.function([13.0, 1.0], found.p)[1])) < 0  # above 10 N.m the clutch slips
 
 
+class Fast(pt.Component):
+    """A speed in millions."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque")
+    source: Torque = Torque()
+    rotor: Inertia = Inertia(J=1)
+    fan: QuadraticSpeedDependentTorque = QuadraticSpeedDependentTorque(
+        tau_nominal=-5, w_nominal=5e6, TorqueDirection=False
+    )
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque, self.source.tau)
+        yield pt.connect(self.source.flange, self.rotor.flange_a)
+        yield pt.connect(self.rotor.flange_b, self.fan.flange)
+
+
+def test_the_accuracy_of_unknowns_is_relative_to_their_size() -> None:
+    """Newton's method would never end if it were absolute."""
+    found = pt.steady_function(Fast(), {"torque": 5.0}, ["rotor.w"], guesses={"rotor.w": 4e6})
+    assert float(found.function([6.0], found.p)[0]) == pytest.approx(5e6 * np.sqrt(1.2), rel=1e-9)
+
+
 def test_a_slipping_clutch_and_parameters() -> None:
     """With a tenth of the force the clutch passes 1 N.m: (w/50)^2 is 1/5 behind it, and T - 1 before it."""
     found = pt.steady_function(PLANT, {"torque": 4.0, "press": 0.1}, OUTPUTS, guesses=GUESSES)

@@ -11,6 +11,7 @@ import pytest
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.dae import friction
+from powertrain.equilibrium.points import Points
 from powertrain.steadystate.intervals import StuckLine
 
 OK, STUCK = 0, 1
@@ -61,8 +62,9 @@ FORMULAS: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("load", [0.0, 1.0, -1.7, -5.0, 5.0])
+@pytest.mark.parametrize("load", [0.0, 1.0, -1.7, -5.0, 5.0, -1.75, 2.15])
 def test_ranges_are_those_of_all_torques(load: float) -> None:
+    """With the last two the maximum of the bump is nearer to an end than to any other sample."""
     names = ["tau", *FORMULAS]
     found = pt.steady(Rubbing(), {"w": [0.0, 1.0], "load": [load, 20.0]}, outputs=names)
     assert found.status.values.tolist() == [[STUCK, STUCK], [OK, OK]]
@@ -171,3 +173,16 @@ def test_no_place_between_the_ends_is_the_mode_of_a_stuck_law() -> None:
     sides = StuckLine.sides(ends, parts, np.zeros(5, np.intp))
     assert (sides != friction.STUCK).all()
     np.testing.assert_allclose(sides, [2 * parts - 1, 1 - 2 * parts], atol=1e-14)
+
+
+def test_a_law_that_rests_at_one_end_alone_stays_where_it_is() -> None:
+    """The first law goes from limit to limit; the second rests at the first end, the third at the last one; the fourth slides."""
+
+    def end(modes: list[float], rest: list[bool]) -> Points:
+        column = np.array(rest)[:, None]
+        return Points(np.zeros((0, 1)), np.array(modes)[:, None], np.zeros(1, np.int8), column, column)
+
+    first = end([1.0, -1.0, 1.0, 1.0], [True, True, False, False])
+    last = end([-1.0, 1.0, -1.0, 1.0], [True, False, True, False])
+    line = StuckLine(SimpleNamespace(), np.zeros((0, 1)), first, last, np.zeros(1, np.intp))  # type: ignore[arg-type]
+    np.testing.assert_allclose(line.sides(np.array([0.25]), np.zeros(1, np.intp)).ravel(), [0.5, -1.0, -1.0, 1.0])

@@ -68,11 +68,13 @@ class PartlyCurved(pt.Component):
     k: pt.Input = pt.signal_input("1", "From row to row")
     y: pt.Variable = pt.variable("1", "Affine or curved")
     z: pt.Variable = pt.variable("1", "Affine on both sides of one half")
+    level: pt.Variable = pt.variable("1", "The same all along a row on either side")
 
     def equations(self) -> pt.Equations:
         x, k = self.x.value, self.k.value
         yield self.y == pt.switch(k >= 0, k * x**2, k * x + 1)
         yield self.z == pt.switch(x >= 0.5, k * x, 3 - x)
+        yield self.level == pt.switch(x >= 0.5, 2 * k, 5.0)
 
 
 def test_rows_of_all_kinds_next_to_each_other() -> None:
@@ -83,6 +85,7 @@ def test_rows_of_all_kinds_next_to_each_other() -> None:
     assert (found.status == OK).all()
     np.testing.assert_allclose(found.y, np.where(K >= 0, K * X**2, K * X + 1), rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(found.z, np.where(X >= 0.5, K * X, 3 - X), rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(found.level, np.where(X >= 0.5, 2 * K, 5.0), rtol=1e-12)
 
 
 class Corners(pt.Component):

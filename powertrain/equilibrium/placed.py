@@ -127,13 +127,12 @@ def influential(placed: Placed) -> list[int]:
 
 def turning_together(placed: Placed, kept: Sequence[int]) -> Turning:
     """The states of which only differences matter. ParameterError if that changes along the grid."""
-    found, moved = _null_directions(placed, kept, placed.parameters), placed.parameters.copy()
-    moved[[i for i, n in enumerate(placed.compiled.parameters) if n in placed.axis or n in placed.free]] *= 1.01
-    if found and not _alike(found, _null_directions(placed, kept, moved)):
+    found = _null_directions(placed, kept, 1.0)
+    if found and not _alike(found, _null_directions(placed, kept, 1.01)):
         names = ", ".join(placed.dae.state_names[i] for i in (*found, *next(iter(found.values()))))
         raise ParameterError(
             f"steady: {names} turn together by ratios that change along the grid; "
-            "declare their difference as a variable with prefer=True"
+            "let their difference be a state of its own, by its rate: der(difference) == ..."
         )
     return found
 
@@ -144,17 +143,19 @@ def _alike(one: Turning, other: Turning) -> bool:
     )
 
 
-def _null_directions(placed: Placed, kept: Sequence[int], parameters: Array) -> Turning:
+def _null_directions(placed: Placed, kept: Sequence[int], place: float) -> Turning:
+    """The directions in which no state has an effect, for any values but those of the grid, which are at one ``place``."""
     if not kept:
         return {}
     p, jacobian = placed.dae.p, ca.jacobian(column(placed.everything), column([placed.dae.x[i] for i in kept]))
-    own = {key(s) for s in scalars(p)}
+    own, grid = {key(s) for s in scalars(p)}, {key(s) for s in (*placed.axis.values(), *placed.free.values())}
     symbols = [s for s in ca.symvar(jacobian) if key(s) not in own]
     function = ca.Function("powertrain_turning", [column(symbols), p], [ca.densify(jacobian)])
+    given, points = [key(s) in grid for s in symbols], np.random.default_rng(0).uniform(0.3, 2.0, (3, len(symbols)))
+    points[:, given] = place * points[0, given]
     stacks = []
-    for k in range(3):
-        point = np.random.default_rng(k).uniform(0.3, 2.0, len(symbols))
-        value = np.nan_to_num(np.array(function(point, parameters)), nan=1.0, posinf=1.0, neginf=1.0)
+    for point in points:
+        value = np.nan_to_num(np.array(function(point, placed.parameters)), nan=1.0, posinf=1.0, neginf=1.0)
         stacks.append(value / np.maximum(np.abs(value).max(axis=1, keepdims=True), 1e-300))
     _, sizes, basis = np.linalg.svd(np.vstack(stacks))
     null = basis[int((sizes > _NOTHING * max(sizes.max(), 1e-300)).sum()) :]

@@ -141,12 +141,13 @@ def taken_step(model: Common, method: str, slope: ca.SX) -> tuple[StepResult, ca
 
 
 def _closed(model: Common, taken: StepResult) -> StepResult:
-    """The step with closed contacts closed at its end."""
-    function, n = closing(model.dae), model.dae.x.numel()
+    """The step with closed contacts closed at its end, to which the dense output is led."""
+    function, n, dense = closing(model.dae), model.dae.x.numel(), taken.dense
     if function is None:
         return taken
     (x,) = function.call(model.arguments(model.time[0] + model.time[1], taken.end))
-    return replace(taken, end=ca.vertcat(x, taken.end[n:, :]))
+    end = ca.vertcat(x, taken.end[n:, :])
+    return replace(taken, end=end, dense=ca.horzcat(dense[:, 0], dense[:, 1] + end - taken.end, dense[:, 2:]))
 
 
 def closing(dae: HybridDae) -> ca.Function | None:

@@ -613,7 +613,7 @@ static int smooth(pt_model *a)
         double t = a->t;
         int last = a->fixed || t + 1.01 * h >= a->target;
         if (last) {
-            wanted = a->fixed ? 0 : h;
+            wanted = h;
             h = a->target - t;
         }
         a->time[0] = t;

@@ -109,7 +109,8 @@ class _Replay:
         if operation == ca.OP_MUL and (first.constant or last.constant):
             return last.times(first.a) if first.constant else first.times(last.a)
         if operation == ca.OP_IF_ELSE_ZERO and first.constant:
-            return last.each(lambda part: _where(first.a, part))
+            condition = first.at(self.x)
+            return last.each(lambda part: ca.if_else(condition, part, 0))
         if operation == ca.OP_DIV and last.constant and (divisor := last.a) is not None:
             return first.each(lambda part: part / divisor)
         if operation == ca.OP_DIV and first.a is None and last.a is None and first.b is not None and last.b is not None:
@@ -177,7 +178,3 @@ def _fails(forms: Sequence[Affine], ends: Symbol) -> Symbol:
             negative = negative * (end < 0)
         found = ca.fmax(found, negative)
     return found
-
-
-def _where(condition: Symbol | None, part: Symbol) -> Symbol:
-    return Symbol(0) if condition is None else ca.if_else(condition, part, 0)

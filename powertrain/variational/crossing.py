@@ -82,8 +82,7 @@ def extrapolated(partials: Partials, p: Array, near: Samples, far: Samples) -> S
 def has_room(result: Result[Any], run: Record, before: bool) -> NDArray[np.bool_]:
     """Whether there is time between an event and the one before or after it, or the end of the run."""
     times = run.instants.times
-    room = spans(result.trajectory, times, before) * _BESIDE > _ROOM * (1.0 + np.abs(times))
-    return np.asarray(room & (before | (times < run.end)))
+    return np.asarray(spans(result.trajectory, times, before) * _BESIDE > _ROOM * (1.0 + np.abs(times)))
 
 
 def beside_events(result: Result[Any], run: Record, before: bool) -> tuple[Samples, Samples]:

@@ -92,6 +92,36 @@ def test_torn_blocks(seed: int) -> None:
     np.testing.assert_allclose(u, 0.3 * np.tanh(P @ u) + b[:, None] * np.sin(result.time), rtol=1e-7, atol=1e-8)
 
 
+class Hub(_Unknowns):
+    """u0 .. u4 follow from u5, which depends on all of them."""
+
+    def equations(self) -> pt.Equations:
+        for k in range(5):
+            yield self.u[k] == 0.3 * ca.tanh(self.u5 + k)
+        yield self.u5 + self.u0 + self.u1 * self.u2 + self.u3 * self.u4 == ca.sin(pt.time)
+
+
+def test_a_block_is_torn_at_the_unknown_in_most_of_its_equations() -> None:
+    z = pt.compile(Hub()).compiled.dae.z
+    assert [z[k].name() for k in range(z.numel())] == ["u5"]
+
+
+class Divided(pt.Component):
+    """y = x^2 p, written as a quotient that has no value for the default of p."""
+
+    p: pt.Parameter = pt.parameter("1", "Divisor", default=0.0)
+    x: pt.Variable = pt.variable("1", "State", start=1.5)
+    y: pt.Variable = pt.variable("1", "Follows")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == 0
+        yield self.y / self.p == self.x**2
+
+
+def test_a_coefficient_without_a_value_for_the_defaults() -> None:
+    assert pt.simulate(Divided(), 1.0, parameters={"p": 2.0})["y"][-1] == pytest.approx(4.5)
+
+
 class Vanishing(_Unknowns):
     """The coefficient of u0 in the first equation passes through zero; x is the time."""
 

@@ -211,6 +211,42 @@ def test_constraints_that_repeat_each_other_are_all_quoted() -> None:
     assert len(pt.compile(pt.replace(Twice(), {"two.ratio": 3.0})).compiled.states) == 2
 
 
+class FourConstraints(pt.Component):
+    """Six speeds v and the torques of four constraints C v = 0, the third of which is half of the first plus the second."""
+
+    a: pt.Variable = pt.variable("rad/s", "speed")
+    b: pt.Variable = pt.variable("rad/s", "speed")
+    c: pt.Variable = pt.variable("rad/s", "speed")
+    d: pt.Variable = pt.variable("rad/s", "speed")
+    e: pt.Variable = pt.variable("rad/s", "speed")
+    f: pt.Variable = pt.variable("rad/s", "speed")
+    t1: pt.Variable = pt.variable("N.m", "torque")
+    t2: pt.Variable = pt.variable("N.m", "torque")
+    t3: pt.Variable = pt.variable("N.m", "torque")
+    t4: pt.Variable = pt.variable("N.m", "torque")
+
+    def equations(self) -> pt.Equations:
+        yield self.a + self.b + self.c == 0
+        yield self.a + 2 * self.b + self.d == 0
+        yield 1.5 * self.a + 2.5 * self.b + 0.5 * self.c + self.d == 0
+        yield self.c + self.e + self.f == 0
+        yield pt.der(self.a) == 1 - self.t1 - self.t2 - 1.5 * self.t3
+        yield pt.der(self.b) == 1 - self.t1 - 2 * self.t2 - 2.5 * self.t3
+        yield pt.der(self.c) == 1 - self.t1 - 0.5 * self.t3 - self.t4
+        yield pt.der(self.d) == 1 - self.t2 - self.t3
+        yield pt.der(self.e) == 1 - self.t4
+        yield pt.der(self.f) == 2 - self.t4
+
+
+def test_a_constraint_that_others_do_not_repeat_is_not_quoted() -> None:
+    with pytest.raises(pt.ModelError, match="repeat or contradict") as caught:
+        pt.compile(FourConstraints())
+    said = str(caught.value)
+    assert [text in said for text in ("b + self.c ==", "b + self.d ==", "c + self.d ==", "f ==")] == [True] * 3 + [
+        False
+    ]
+
+
 class Sum(pt.Component):
     """The derivative of a sum of two variables that time gives: all three equations have to be differentiated."""
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
+
 import powertrain as pt
 from powertrain.components import rotational, translational
+from powertrain.language.units import rate_unit
 
 
 class Brakes(pt.Component):
@@ -22,3 +25,10 @@ class Brakes(pt.Component):
 def test_friction_has_the_unit_of_its_force_or_torque() -> None:
     frictions = pt.compile(Brakes()).compiled.dae.frictions
     assert {law.name: law.unit for law in frictions} == {"pads.mode": "N", "disc.mode": "N.m"}
+
+
+@pytest.mark.parametrize(
+    ("unit", "rates"), [("m", ["m/s", "m/s2"]), ("m/s2", ["m/s3", "m/s4"]), ("J", ["J/s", "J/s2"])]
+)
+def test_units_of_rates(unit: str, rates: list[str]) -> None:
+    assert [rate_unit(unit, order) for order in (0, 1, 2)] == [unit, *rates]

@@ -13,6 +13,7 @@ from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 
 from powertrain.dae.hybrid import Contact, Guard, HybridDae, Reset, Switch, TimeSignal, When
 from powertrain.engine.simulator import Simulator
+from powertrain.engine.trajectory import Instant
 from powertrain.errors import PowertrainError, SimulationError
 
 
@@ -181,6 +182,38 @@ def test_times_with_both_limits_and_without() -> None:
     assert m[at, 1].tolist() == [2.0, -1.0]
     assert trajectory.at(grid, with_events=False)[0] == pytest.approx(grid)
     assert trajectory.at([0.4], with_events=False)[3][0, 1] == -1.0
+
+
+def test_a_part_of_a_run_has_its_steps_and_events() -> None:
+    """Whole steps that begin and end at events, in between, or at the ends of the run; all bounces are steps."""
+    run = Simulator(ball(0.5)).run([5.0, 0.0], [], stop=4.0)
+    first, second = (float(e.time) for e in run.events[:2])
+    for start, end in ((first, second), (0.5, second), (first, 2.2), (0.0, 4.0), (3.1, 3.2)):
+        part = run.part(start, end)
+        assert part.start == run.times[run.times <= start].max()
+        assert part.end == min(run.times[run.times >= end], default=4.0)
+        assert [e.time for e in part.events] == [e.time for e in run.events if part.start <= e.time <= part.end]
+        inside = np.linspace(part.start, part.end, 20)
+        for found, expected in zip(part.at(inside[:-1], False), run.at(inside[:-1], False), strict=True):
+            np.testing.assert_array_equal(found, expected)
+        np.testing.assert_array_equal(part.final[0], run.at([part.end], False).x[0, 0])
+
+
+@pytest.mark.parametrize(
+    ("time", "before", "after", "extra", "begins"),
+    [
+        (0.0, [2.0, 0.0, 1.0], [0.0, 1.0, 1.0], (), True),
+        (0.1, [2.0, 0.0, 1.0], [0.0, 1.0, 1.0], (), False),
+        (0.0, [2.0, 0.0, 1.0], [0.0, 1.0, 0.0], (), False),
+        (0.0, [2.0, 0.0, 1.0], [0.0, 1.0, 1.0], (("hit", "impact"),), False),
+    ],
+)
+def test_free_laws_that_engage_at_the_start_are_no_event(
+    time: float, before: list[float], after: list[float], extra: tuple[tuple[str, str], ...], begins: bool
+) -> None:
+    """The second value marks whether the first law rests at its limit; the third is the mode of a law that is not free."""
+    y = np.zeros(1)
+    assert Instant(time, y, y, np.array(before), np.array(after), extra).begins(0.0, [1]) == begins
 
 
 def test_a_second_run_does_not_depend_on_the_first() -> None:

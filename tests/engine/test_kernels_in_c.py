@@ -10,12 +10,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_location import CURVES, Step
+from test_location import CURVES, DEEP, Step
 
+from powertrain.dae.hybrid import START, TimeSignal
 from powertrain.dae.tolerances import EPS
 from powertrain.engine import in_c
 from powertrain.engine.location import MOST_IDLE, Locator
+from powertrain.engine.schedules import Schedules
 from powertrain.integration.step_control import HALVINGS
+from powertrain.modes.resolve import PASSES
 from powertrain.modes.resting import SINGULAR
 from powertrain.numerics.buffers import INFO
 from powertrain.numerics.compiled import compiler, library
@@ -106,15 +109,21 @@ def test_what_others_hold_has_no_mobility_left(seed: int) -> None:
         assert np.all(arrays["terms"][others] >= 0.999999 * least[others])
 
 
-@pytest.mark.parametrize("name", CURVES)
+SEARCHES = {name: ([curve, lambda q: 5.0], 0.0) for name, curve in CURVES.items()} | {
+    "deep": ([*DEEP, lambda q: 5.0], 0.05)
+}
+"""Indicators, and how far below zero they count."""
+
+
+@pytest.mark.parametrize("name", SEARCHES)
 def test_both_loops_search_at_the_same_places(name: str) -> None:
     """The search for a crossing in C asks for the indicators where that in Python does, and finds the same fraction.
 
     Beside an indicator that stays positive: C looks for others that fall midway even if there are none.
     """
-    found = []
+    found, (curves, depth) = [], SEARCHES[name]
     for in_python in (True, False):
-        step = Step([CURVES[name], lambda q: 5.0])
+        step = Step(curves)
         asked: list[float] = []
 
         def value(step: Step = step, asked: list[float] = asked) -> None:
@@ -123,12 +132,12 @@ def test_both_loops_search_at_the_same_places(name: str) -> None:
 
         if in_python:
             locate: Any = type("Locate", (), {"call": staticmethod(value)})
-            found.append((Locator(locate, step.memory).find(), asked))
+            found.append((Locator(locate, step.memory).find(depth), asked))
             continue
         arrays = {key: getattr(step.memory, key) for key in ("above", "g", "fraction", "worst", "info")}
-        model = Model(arrays | {"lows": np.zeros(2)}, indicators=2)
+        model = Model(arrays | {"lows": np.zeros(len(curves))}, indicators=len(curves))
         model.function("locate", value)
-        found.append((model.call("find", 0.0, result=ctypes.c_double), asked))
+        found.append((model.call("find", depth, result=ctypes.c_double), asked))
     assert found[0] == found[1]
     assert len(found[0][1]) > 1
 
@@ -251,3 +260,104 @@ def test_a_start_sees_no_instant() -> None:
     model.record.changed, seen = 1, list[float]()
     assert model.call("pt_begin") == 0
     assert seen == [0.0]
+
+
+def test_an_input_that_was_set_passes_the_corners_of_its_signal() -> None:
+    """Also those that the signal of another input has at the same instant."""
+    times, values = np.array([0.0, 1.0, 1.0, 2.0]), np.array([0.0, 2.0, 5.0, 6.0])
+    schedules = Schedules([TimeSignal("a", 0, times, values), TimeSignal("b", 3, times[1:], -values[1:])])
+    m = np.zeros(6)
+    arrays: dict[str, _Array] = {"m": m, "overridden": np.array([1, 0], np.intc)}
+    model = Model(arrays, {"places": schedules.places})
+    record, kept = in_c.signals(in_c.signal_tables(schedules))
+    model.kept.append(kept)
+    model.record.signals = model._kept(record)
+    m[:3] = 0.5, 7.0, 0.0
+    assert model.call("following", 0.2, result=ctypes.c_double) == 1.0
+    assert model.call("cross", 0.2, 1.5) == 1
+    assert m.tolist() == [0.5, 7.0, 0.0, 1.0, -5.0, -1.0]
+    arrays["overridden"][:] = 1
+    assert model.call("following", 0.2, result=ctypes.c_double) == np.inf
+    assert model.call("cross", 1.5, 2.5) == 0
+    assert m[3:].tolist() == [1.0, -5.0, -1.0]
+
+
+@pytest.mark.parametrize(
+    ("edges", "discretes"), [([[1, 1]], [5.0, 0.0]), ([[1, 0], [0, 1]], [5.0, 6.0]), ([[0, 1], [1, 1]], [0.0, 0.0])]
+)
+def test_conditions_that_are_true_at_a_start(edges: list[list[int]], discretes: list[float]) -> None:
+    """Of two resets the first one counts what is true from the beginning on. The second one has to become true, as by the first."""
+    sizes = {"m": 4, "held": 4, "flags": 7, "edges": 2, "closing": 1, "jumped": 2, "resets": 2, "seen": 4 * PASSES}
+    arrays: dict[str, _Array] = {name: np.zeros(size) for name, size in sizes.items()}
+    arrays |= {name: np.zeros(2) for name in ("time", "y_0", "y_1", "fire", "p")} | {"which": np.zeros(2, np.intc)}
+    tables: dict[str, Sequence[int]] = {
+        "when_place": [0, 1],
+        "when_first": [0, 1, 2],
+        "when_initially": [1, 0],
+        "reset_place": [2, 3],
+        "reset_discrete": [1, 1],
+    }
+    model, rounds = Model(arrays, tables, whens=2, m=4, y=1), iter([*edges, [0, 0]])
+
+    def update() -> None:
+        arrays["edges"][:] = next(rounds)
+        arrays["flags"][1] = arrays["edges"].any()
+        arrays["held"][:] = arrays["m"]
+
+    def resets() -> None:
+        arrays["resets"][:] = 5.0, 6.0
+
+    model.function("update", update)
+    model.function("resets", resets)
+    arrays["jumped"][0] = START
+    assert model.call("resolve") == 0
+    assert arrays["m"][2:].tolist() == discretes
+
+
+def test_an_event_left_to_python_is_as_it_was_found() -> None:
+    """With the segments of signals before it, which Python enters when it passes the corner."""
+    schedules = Schedules([TimeSignal("a", 0, np.array([0.0, 1.0, 2.0]), np.array([0.0, 2.0, 5.0]))])
+    arrays = {name: np.zeros(3) for name in ("m", "before", "held_left")} | {"left": np.zeros(1), "time": np.zeros(2)}
+    arrays |= {"y_0": np.ones(1), "y_1": np.zeros(1), "fire": np.zeros(1)}
+    model = Model(arrays, {"places": schedules.places}, m=3, y=1)
+    record, kept = in_c.signals(in_c.signal_tables(schedules))
+    model.kept.append(kept)
+    model.record.signals = model._kept(record)
+    schedules.enter(arrays["m"], 0.5)
+    arrays["held_left"][:] = arrays["m"]
+    run = model.record
+    run.t, run.corner, run.instant, run.crossed, run.every_mode = 1.0, 1.0, np.inf, 0.2, 1
+    assert kernels().event(ctypes.byref(run), 1) == in_c.ASK
+    assert run.crossed == 0.2
+    np.testing.assert_array_equal(arrays["m"], arrays["held_left"])
+
+
+@pytest.mark.parametrize("begun", [0, 1])
+def test_what_has_stuck_is_at_rest_where_a_run_goes_on_with_other_inputs(begun: int) -> None:
+    sizes = {
+        "m": 1,
+        "held": 1,
+        "held_left": 1,
+        "before": 1,
+        "flags": 7,
+        "edges": 1,
+        "closing": 1,
+        "jumped": 2,
+        "seen": PASSES,
+    }
+    arrays = {name: np.zeros(size) for name, size in sizes.items()}
+    arrays |= {name: np.zeros(1) for name in ("fire", "p", "slope_0", "slope_1", "tolerance")}
+    arrays |= {"time": np.zeros(2), "first": np.array([1e-3, 0.0]), "y_0": np.array([1e-9]), "y_1": np.zeros(1)}
+    model = Model(arrays, m=1, y=1)
+
+    def fresh() -> None:
+        side = model.record.side
+        arrays[f"y_{1 - side}"][:] = arrays[f"y_{side}"]
+
+    model.function("rest", lambda: arrays["y_1"].fill(0.0))
+    model.function("update", lambda: None)
+    model.function("fresh", fresh)
+    model.record.begun, model.record.changed, model.record.side = begun, 1, 0
+    assert model.call("pt_begin") == 0
+    assert arrays[f"y_{model.record.side}"][0] == (0.0 if begun else 1e-9)
+    assert arrays["jumped"][0] == 0.0

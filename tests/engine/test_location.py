@@ -148,6 +148,14 @@ def test_depth() -> None:
     )  # not deep where it is first below zero
 
 
+DEEP: Sequence[Curve] = [lambda q: 0.15 - q, lambda q: 5.0 * (q - 0.1) ** 2 - 0.06]
+"""One that falls, and one that is below zero at the start already, dips, and is above zero again where the other is below -0.05."""
+
+
+def test_one_that_dips_below_the_depth_from_between_zero_and_there() -> None:
+    assert Step(DEEP).find(depth=0.05) == pytest.approx(0.1 - np.sqrt(0.002), abs=1e-9)
+
+
 def test_others_that_fall_later_in_the_interval_do_not_count_twice() -> None:
     """Indicators above zero at the end of the interval are left out, so that their values do not steer the search."""
     step = Step([lambda q: 0.3 - q, lambda q: 0.02])

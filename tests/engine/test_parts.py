@@ -14,7 +14,7 @@ from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 from test_methods import implicit, nonlinear
 
 import powertrain as pt
-from powertrain.dae.hybrid import Guard, HybridDae
+from powertrain.dae.hybrid import Contact, Guard, HybridDae, Opened
 from powertrain.engine.simulator import Simulator
 from powertrain.integration import fused as steps
 from powertrain.integration.parts import Parts, in_parts
@@ -35,6 +35,16 @@ def guarded() -> HybridDae:
         Guard(name, "", x[0], ca.SX(low), ca.SX(1.0), "", "count") for name, low in (("inside", -1.0), ("outside", 0.9))
     )
     return dae(t, x, m, p, rates, ["a", "b"], guards=(inside, outside))
+
+
+def on_a_moving_ramp() -> HybridDae:
+    """A mass on a closed contact whose gap bends with the position, and with time."""
+    t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("m", 1), ca.SX.sym("p", 0)
+    force, none, one = ca.SX.sym("force"), ca.SX(0, 1), ca.SX(1)
+    gap = x[0] ** 2 - 0.1 - ca.sin(3 * t)
+    opened = Opened(force, ca.vertcat(x[1], force - 9.81), none, one, one, none, none, none, one, one, none)
+    contact = Contact("ramp", "", 0, gap, one, one, one, ca.SX(0))
+    return dae(t, x, m, p, ca.vertcat(x[1], -x[0]), ["y", "v"], contacts=(contact,), opened=opened)
 
 
 MODELS = {"two": nonlinear(), "implicit": implicit(), "clutches": coupled_clutches(), "guarded": guarded()}
@@ -98,21 +108,22 @@ def test_a_step_in_parts_is_the_step_in_one_function(name: str, method: str, tmp
 
 
 @pytest.mark.parametrize("h", [1e-3, 0.05])
-@pytest.mark.parametrize("name", MODELS)
-def test_a_step_by_sparse_factors_is_the_step_in_one_function(name: str, h: float) -> None:
+@pytest.mark.parametrize("model", [*MODELS.values(), on_a_moving_ramp()], ids=[*MODELS, "ramp"])
+def test_a_step_by_sparse_factors_is_the_step_in_one_function(model: HybridDae, h: float) -> None:
     """Unknowns, dense output, error, indicators and what is out of its range; from both sides of the buffer."""
-    model = MODELS[name]
     whole = OneStep(model, "rodas5p")
+    whole.memory.m[: len(model.contacts)] = 1.0
     whole.memory.time[1] = h
     rates = ca.Function("f", [model.t, model.x, model.z, model.m, model.p], [ca.vertcat(model.xdot, model.residual)])
     whole.memory.slope[0][: whole.n] = np.array(rates(*whole.memory.instant(0))).ravel()
     expected = whole.after()
     expected["info"][4] = 0.0  # the explicit method's ratio
+    np.testing.assert_allclose(expected["dense"].reshape(5, -1).sum(axis=0), expected["y"], rtol=1e-12)
     for side in (0, 1):
         sparse = OneStep(model, "rodas5p")
         memory = sparse.memory
         memory.y[side][:] = whole.memory.y[0]
-        memory.time[1] = h
+        memory.time[1], memory.m[:] = h, whole.memory.m
         sparse.call = SparseStep(steps.common(model), memory, side).call
         found = sparse.after() | {"y": memory.y[1 - side]}
         for key in ("y", "dense", "info", "outside"):

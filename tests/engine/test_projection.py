@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from models import dae
 
-from powertrain.dae.hybrid import Friction, HybridDae
+from powertrain.dae.hybrid import Friction, HybridDae, Opened
 from powertrain.modes.projection import at_rest
 
 Matrix = np.ndarray[Any, Any]
@@ -129,3 +129,14 @@ def test_motions_that_differ_by_a_millionth_are_both_set_to_zero() -> None:
     model = laws(lambda t, y, p: [y[0], y[0] + y[2], y[0] + y[2] + 1e-6 * y[1]], 3, 3)
     found = projected(model, np.array([0.3, 0.4, -0.7]), np.zeros(3))
     assert np.abs(found).max() < 1e-5
+
+
+def test_states_that_torques_move_through_implicit_unknowns_yield_too() -> None:
+    """The first state is moved by the torque itself, the second by an unknown that follows from it, the third by nothing."""
+    model = laws(lambda t, y, p: [y[0] + y[1] + y[2]], 3, 1)
+    z, torque, none, one = ca.SX.sym("z"), ca.SX.sym("torque"), ca.SX(0, 1), ca.SX(1)
+    rates = ca.vertcat(torque, z, 0)
+    opened = Opened(torque, rates, z**3 - torque, one, one, -one, one, one, one, one, none)
+    function = at_rest(replace(model, z=z, residual=z**3 - torque, opened=opened))
+    found = ca.Function("f", [model.x, model.m], [function])([1.0, 2.0, 3.0], [0.0])
+    np.testing.assert_allclose(np.array(found).ravel(), [-2.0, -1.0, 3.0], atol=1e-14)

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 import powertrain as pt
 from powertrain.components import blocks
 from powertrain.components import rotational as rot
-from powertrain.modes.resting import _follow, _own
+from powertrain.modes.resting import _follow, _own, mobility
 
 NO_MOTION = np.zeros(2)
 
@@ -55,6 +55,33 @@ def test_what_remains_of_a_motion_that_has_died_away_is_no_motion() -> None:
     G, holds = np.ones((2, 2)), np.array([False, True])
     for rate, held in ((0.9e-9, True), (1.1e-9, False)):
         assert _follow(G, np.array([rate, 0.0]), np.full(2, 1e-9), [0], holds) == [held]
+
+
+class Leaning(pt.Component):
+    """A mass that two brakes hold; a resistance that is not linear follows from its speed and from the first brake."""
+
+    v: pt.Variable = pt.variable("m/s", "Speed", start=0.3)
+    z: pt.Variable = pt.variable("N", "Resistance", guess=0.2)
+    f_1: pt.Variable = pt.variable("N", "Of the first brake")
+    f_2: pt.Variable = pt.variable("N", "Of the second brake")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.v) == 7.0 - self.f_1 - 2 * self.f_2 - self.z
+        yield self.z + self.z**3 == 0.5 * self.f_1 + self.v
+        yield pt.friction(self.v, self.f_1, -3, 3, peak=1.5, name="one")
+        yield pt.friction(2 * self.v, self.f_2, -5, 5, peak=1.2, name="two")
+
+
+def test_mobility_beside_an_implicit_unknown() -> None:
+    """dz/df_1 = 0.5/(1 + 3 z^2), and at torques of zero one step of Newton's method leads to z - (z + z^3 - v)/(1 + 3 z^2)."""
+    dae = pt.compile(Leaning()).compiled.dae
+    function, z, v = mobility(dae), 0.4, 0.3
+    assert function is not None
+    y = np.concatenate([[v], [z], np.zeros(dae.z.numel() - 1)])
+    slope, free, *_ = (np.array(e) for e in function([0.0, 0.0], y, dae.held_start, []))
+    dz, near = 0.5 / (1 + 3 * z**2), z - (z + z**3 - v) / (1 + 3 * z**2)
+    np.testing.assert_allclose(slope.T, [[1 + dz, 2.0], [2 * (1 + dz), 4.0]], rtol=1e-12)
+    np.testing.assert_allclose(free.ravel(), [7.0 - near, 2 * (7.0 - near)], rtol=1e-12)
 
 
 KNOTS = np.linspace(0.0, 5.0, 11)

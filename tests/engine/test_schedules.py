@@ -85,6 +85,15 @@ def test_a_time_that_stands_twice_with_one_value_is_no_jump() -> None:
     assert value(m, 0, 1.5) == pytest.approx(3.0)
 
 
+@pytest.mark.parametrize("first", [True, False])
+def test_a_jump_beside_a_corner(first: bool) -> None:
+    """Of two signals with a breakpoint at the same instant."""
+    times = [np.array([0.0, 1, 1, 2]), np.array([0.0, 1, 2])]
+    values = [np.array([0.0, 2, 3, 4]), np.array([0.0, 2, 3])]
+    schedules = Schedules([TimeSignal("a", 3 * k, times[one], values[one]) for k, one in enumerate((not first, first))])
+    assert schedules.cross(np.zeros(6), 0.5, 1.0)
+
+
 def test_constant_outside_and_jumps_at_the_ends() -> None:
     schedules, m = Schedules([TimeSignal("a", 0, np.array([0.0, 0, 1, 1]), np.array([-3.0, 1, 2, 8]))]), np.zeros(3)
     for t, expected in ((-1.0, -3.0), (0.0, 1.0), (0.5, 1.5), (1.0, 8.0), (9.0, 8.0)):

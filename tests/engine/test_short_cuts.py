@@ -14,6 +14,7 @@ from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
 from test_methods import implicit, nonlinear
 
 from powertrain.dae.hybrid import Friction, HybridDae, TimeSignal
+from powertrain.engine.loop import Run
 from powertrain.engine.simulator import Simulator
 from powertrain.integration import fused as steps
 from powertrain.modes.resolve import ModeResolver
@@ -82,6 +83,24 @@ def test_corners_are_passed_at_once_unless_a_law_has_to_change(monkeypatch: pyte
     _, x, _, held = run.at([0.25, 1.5, 2.5, 4.0], with_events=False)
     assert x[:, 0] == pytest.approx([0.0, -0.5, -0.5, 0.0], abs=1e-9)
     assert held[-1, 3] == pytest.approx(0.5)
+
+
+def test_a_step_cut_short_by_a_corner_does_not_shorten_the_next() -> None:
+    """Twenty pairs of corners a microsecond apart: growing back from there would take 9 steps each."""
+    t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("m", 3), ca.SX.sym("p", 0)
+    times = np.concatenate([[k, k + 1e-6] for k in range(1, 21)])
+    signal = TimeSignal("signal", 0, times, np.ones(40))
+    run = Simulator(dae(t, x, m, p, m[1] - x, ["x"], schedules=(signal,))).run([1.0], [], stop=22.0)
+    assert run.statistics["steps"] < 60
+
+
+def test_a_corner_ends_a_row_of_events_that_change_nothing() -> None:
+    engine = Simulator(on_a_moving_ground())
+    engine.run([0.0], [], stop=0.1)
+    run = Run(engine, 0.1, 5.0, np.inf, None, lambda _: None)
+    run.idle, run.side = 5, 0
+    assert run._turns()
+    assert run.idle == 0
 
 
 def test_the_quick_search_for_algebraic_unknowns_ends_where_the_careful_one_ends() -> None:

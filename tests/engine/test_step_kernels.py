@@ -198,6 +198,15 @@ def test_a_small_residual_is_no_solution_while_steps_go_on() -> None:
     assert float(find([0.0, 0.0], [0.1, 1e-7], [], [])[1]) > 0
 
 
+@pytest.mark.parametrize("start", [0.2, -0.1, 0.0])
+def test_a_root_at_zero_is_found(start: float) -> None:
+    """z + z^2 = 0: what is left of z is not compared with z itself."""
+    find = steps.newton(steps.common(one_unknown(lambda z, x: z + z**2), [0]))
+    z, left = (float(v) for v in find([0.0, 0.0], [0.1, start], [], []))
+    assert left == 0
+    assert abs(z) < 1e-15
+
+
 @pytest.mark.parametrize("fraction", [0.2, 0.5, 0.9])
 def test_unknowns_inside_a_step_solve_their_equations(fraction: float) -> None:
     """z^3 + z = 4 x. The polynomial is off by 1e-3, one correction by Newton's method leaves its square, two leave nothing."""

@@ -57,7 +57,7 @@ def test_a_trough_before_the_first_sample_is_seen_where_the_curve_turns_straight
     assert surveyed(samples)[0] == (least < 0.0)
 
 
-@pytest.mark.parametrize("slope", [0.1, 1.0])
+@pytest.mark.parametrize("slope", [0.0, 0.1, 1.0])
 @pytest.mark.parametrize("bend", [0.0, 1.0, 10.0])
 @pytest.mark.parametrize("third", [0.0, 1.0, 10.0])
 def test_what_has_just_left_zero_does_not_dip(slope: float, bend: float, third: float) -> None:

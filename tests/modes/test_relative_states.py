@@ -48,6 +48,19 @@ class ByFreewheel(Driven):
         yield pt.connect(self.spring.flange_b, self.far.flange_a)
 
 
+class BesideAShaft(Driven):
+    """The source turns an inertia without a clutch as well."""
+
+    clutch: Clutch = Clutch(mue_pos=((0.0, 1.0),), fn_max=20.0)
+    engaged: Constant = Constant(k=1.0)
+    rigid: Inertia = Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield from self.driven(self.clutch)
+        yield pt.connect(self.engaged.y, self.clutch.f_normalized)
+        yield pt.connect(self.source.flange, self.rigid.flange_a)
+
+
 STEP = {"u": ([0.0, 0.3, 0.3, 2.0], [0.0, 0.0, 10.0, 10.0])}
 
 
@@ -112,3 +125,8 @@ def test_the_gradient_through_it_is_refused() -> None:
         pt.SimulationError, match=r"at t = 0\.3 s clutch\.w_rel jumps, because u moves a source under a clutch"
     ):
         pt.gradient(result, "load.w", ["load.J"])
+
+
+def test_a_clutch_does_not_let_an_inertia_beside_it_jump() -> None:
+    with pytest.raises(pt.SimulationError, match=r"at t = 0.3 s u makes .* jump by 10 rad/s"):
+        pt.simulate(BesideAShaft(), 2.0, inputs=STEP)
