@@ -1,7 +1,7 @@
 """What the fuel consumption on the WLTC depends on: derivatives with respect to all parameters from one run.
 
 The most important parameters are shown. The modes of the laws change some 250 times: the start clutch slips and sticks, the driving side
-of gears changes, the engine idles. The derivatives account for the motion of these events. They take about as long as one or two
+of gears changes, the engine idles. The derivatives account for the motion of these events. They take about as long as two or three
 runs; finite differences would need two runs for each of more than 70 parameters.
 """
 

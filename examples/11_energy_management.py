@@ -26,7 +26,7 @@ def main(picture: str | None = None) -> MethodComparison:
         axes[0].plot(run.result.time, run.result["flywheel.w"], label=method)
         axes[1].plot(run.result.time, run.result["engine.w"], linewidth=0.9)
     axes[0].set_ylabel("Speed of the flywheel [rad/s]")
-    axes[0].legend(fontsize=8)
+    axes[0].legend(fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1), ncols=3)
     axes[1].set_ylabel("Speed of the engine [rad/s]")
     axes[1].set_xlabel("Time [s]")
     if picture:

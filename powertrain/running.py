@@ -1,4 +1,4 @@
-"""A run in hand: step by step with inputs from outside, for controllers in Python, hardware in the loop and learning."""
+"""Runs that are advanced step by step, with inputs from outside: controllers in Python, hardware in the loop, learning."""
 
 from __future__ import annotations
 

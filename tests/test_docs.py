@@ -103,6 +103,13 @@ def test_every_line_between_formulas_is_one() -> None:
             )
 
 
+def test_a_line_of_prose_that_begins_with_a_minus_is_no_list(made_with: Any) -> None:
+    shown = made_with("pagetext").docstring(
+        "It is released by (kappa - 1)/2 times the torque, or by (kappa\n- 1)/kappa times it."
+    )
+    assert shown.splitlines()[1] == r"\- 1)/kappa times it."
+
+
 def test_a_line_of_formulas_is_one_of_statements(made_with: Any) -> None:
     shown = made_with("pagetext").docstring("A brake.\n\nw > 0: tau = limit,  w = 0: |tau| <= limit\n\nIt holds.")
     assert shown.startswith("A brake.")

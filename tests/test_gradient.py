@@ -36,7 +36,8 @@ def test_derivatives_are_the_slopes(bench: pt.Plant[SplitPathBench]) -> None:
         for signal in OUTPUTS:
             slope = (up[signal].values - down[signal].values) / 2e-6
             np.testing.assert_allclose(found[f"d({signal})/d({name})"], slope, rtol=1e-6, atol=1e-8)
-    assert found[f"d(K)/d({R_O})"].attrs["units"] == "1/(1)"
+    assert found[f"d(K)/d({R_O})"].attrs["units"] == "1"
+    assert found["d(efficiency)/d(r)"].attrs["units"] == "1"
 
 
 def test_ends_of_an_interval_have_their_own(bench: pt.Plant[SplitPathBench]) -> None:

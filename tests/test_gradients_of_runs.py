@@ -13,11 +13,21 @@ import casadi as ca
 import numpy as np
 import pytest
 from drivelines import driveline
+from joined import joined
 from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
 
 import powertrain as pt
 from powertrain.components.blocks import Step
-from powertrain.components.rotational import Brake, Damper, Fixed, Inertia, SpringDamper, Torque
+from powertrain.components.rotational import (
+    Brake,
+    ConstantTorque,
+    Damper,
+    Fixed,
+    IdealGear,
+    Inertia,
+    SpringDamper,
+    Torque,
+)
 from powertrain.variational.instants import NotDifferentiable, Shift, duration, without_effect
 
 TIGHT: dict[str, Any] = {"rtol": 1e-11, "points": 1}
@@ -75,6 +85,16 @@ def test_parameters_starts_and_inputs(decay: pt.Plant[Decay]) -> None:
     assert found.units["inertia.J"] == "rad/s/(kg.m2)"
     assert "inertia.w at the end" in str(found)
     assert found.to_dataframe().loc["damper.d", "derivative"] == found["damper.d"]
+
+
+def test_pure_numbers_and_unknown_units_are_printed_without_unit() -> None:
+    """w = ratio tau t/J = 2 t, and the integral of w^2 is 4/3."""
+    parts = ConstantTorque(tau_constant=3.0), IdealGear(ratio=2.0), Inertia(J=3.0)
+    run = pt.simulate(joined(*parts, joints="0.flange=1.flange_a 1.flange_b=2.flange_a"), 1.0)
+    found = pt.gradient(run, pt.integral(lambda m: m.parts[2].w ** 2), ["parts[1].ratio", "parts[2].J"])
+    heading, _, *rows = str(found).splitlines()
+    assert heading.endswith(" = 1.3333333")
+    assert [row.split()[1:-1] for row in rows] == [["2", "1.33333"], ["3", "kg.m2", "-0.888889"]]
 
 
 def test_objectives(decay: pt.Plant[Decay]) -> None:

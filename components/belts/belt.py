@@ -126,7 +126,7 @@ class BeltDrive(TwoShafts):
 
     def check(self) -> Equations:
         """The pulleys must not overlap."""
-        yield self.radius_a + self.radius_b < self.distance
+        yield self.radius_a + self.radius_b < self.distance  # the pulleys do not overlap
 
     def equations(self) -> Equations:
         """Two pulleys and two spans in a ring; on the slack side, if a drives forward, the belt runs from a to b."""

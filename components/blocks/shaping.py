@@ -105,7 +105,7 @@ class SlewRateLimiter(Filter):
 
     def check(self) -> Equations:
         """A signal must be able to fall."""
-        yield self.Falling < 0
+        yield self.Falling < 0  # the signal can fall
 
     def equations(self) -> Equations:
         """Three pieces."""
@@ -132,7 +132,7 @@ class Hysteresis(Filter):
     def check(self) -> Equations:
         """The band must not be empty, and y_start is 0 or 1."""
         yield self.uLow <= self.uHigh
-        yield self.y_start * self.y_start == self.y_start
+        yield self.y_start * self.y_start == self.y_start  # 0 or 1
 
     def equations(self) -> Equations:
         """The state is needed only within the band."""

@@ -31,7 +31,7 @@ class CoastDownBody(MovingBody):
 
     def check(self) -> Equations:
         """The smallest load, at v = -F_1/(2 F_2), must not be negative."""
-        yield ca.fmin(self.F_1, 0) ** 2 <= 4 * self.F_0 * self.F_2
+        yield ca.fmin(self.F_1, 0) ** 2 <= 4 * self.F_0 * self.F_2  # else the road load is negative at some speed
 
     def equations(self) -> Equations:
         """The road load, which also holds the vehicle at rest."""

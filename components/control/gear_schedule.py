@@ -134,7 +134,7 @@ class SpeedSchedule(Shifting, Switching):
     def check(self) -> Equations:
         """A shift ends before the next one begins; otherwise lever, clutch and throttle would jump."""
         yield from super().check()
-        yield sum(getattr(self, stage) for stage in self.stages) <= self.dwell
+        yield sum(getattr(self, stage) for stage in self.stages) <= self.dwell  # a shift ends before the next one
 
     def initial(self) -> Equations:
         """No shift is going on, and no kick-down is remembered."""

@@ -46,7 +46,7 @@ class HypoidGear(LossyPair):
     def check(self) -> Equations:
         """The pinion has the larger spiral angle, and the ring gear can drive it."""
         yield self.beta_1 >= self.beta_2
-        yield self.mue * ca.tan(self.beta_1) < ca.cos(self.alpha)
+        yield self.mue * ca.tan(self.beta_1) < ca.cos(self.alpha)  # else the ring gear cannot drive
 
     def equations(self) -> Equations:
         """Kinematics, and the loss depending on the driving side."""

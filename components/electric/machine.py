@@ -148,7 +148,7 @@ class ElectricMachine(Lossy):
     def check(self) -> Equations:
         """A loss map holds for one temperature of the winding."""
         if self.loss_map is not None:
-            yield self.alpha <= 0
+            yield self.alpha <= 0  # a loss map holds for one temperature
 
     def equations(self) -> Equations:
         """A limited torque, and a power balance."""

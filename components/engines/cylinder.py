@@ -73,7 +73,7 @@ class Cylinder(OneFlangeAndSupport):
 
     def check(self) -> Equations:
         """The rod must be longer than the throw."""
-        yield self.rod > self.stroke / 2
+        yield self.rod > self.stroke / 2  # the connecting rod is longer than the throw
 
     def equations(self) -> Equations:
         """The slider crank by virtual work, with the gas pressure."""

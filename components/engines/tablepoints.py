@@ -65,7 +65,7 @@ class Points:
             row, column = (int(k) for k in np.argwhere(number == 0)[0])
             raise ParameterError(
                 f"{self.sheet.path}: no value at {self._place(float(w[row]), float(x[column]))}: {np.sum(number == 0)} of {number.size} "
-                f"points are missing, {w.size} speeds by {x.size} of {self.x_name}{advice}"
+                f"points are missing ({w.size} speeds by {x.size} values of {self.x_name}){advice}"
             )
         values = np.empty((w.size, x.size))
         values[i, k] = self.values

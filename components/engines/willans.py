@@ -113,8 +113,8 @@ class WillansEngine(Engine):
             yield self.w_low < self.w_tau
             yield self.w_tau < self.w_P
             yield self.tau_low <= self.tau_max
-            yield self.tau_max * self.w_tau <= (1 + ROUNDED) * self.P_max
-            yield self.P_max <= (1 + ROUNDED) * self.tau_max * self.w_P
+            yield self.tau_max * self.w_tau <= (1 + ROUNDED) * self.P_max  # the power rises up to w_P
+            yield self.P_max <= (1 + ROUNDED) * self.tau_max * self.w_P  # the torque at w_P is at most tau_max
 
     def equations(self) -> Equations:
         """The equations of every engine, with these laws."""

@@ -27,7 +27,7 @@ class _Cone(Lossy):
 
     def check(self) -> Equations:
         """The cones must release by themselves when the force ends: tan(angle) exceeds the coefficient of friction at rest."""
-        yield ca.sin(self.angle) > self.peak * at_rest(self, "mue_pos") * ca.cos(self.angle)
+        yield ca.sin(self.angle) > self.peak * at_rest(self, "mue_pos") * ca.cos(self.angle)  # else the cones stick
 
     def _limit(self, w: Symbol) -> Symbol:
         """Torque of the cones sliding at speed w."""

@@ -82,7 +82,7 @@ class ElasticDogClutch(_Play):
 
     def check(self) -> Equations:
         """There must be dogs between the gaps."""
-        yield self.n * self.b < 2 * math.pi
+        yield self.n * self.b < 2 * math.pi  # there are dogs between the gaps
 
     def equations(self) -> Equations:
         """A latch that remembers the gap, and the play in it."""

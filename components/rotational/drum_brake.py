@@ -44,11 +44,11 @@ class DrumBrake(ShaftWithFriction):
     f_normalized: Input = signal_input("1", "Force over F_max, 0 to 1", default=0.0)
 
     def check(self) -> Equations:
-        """The lining must have a length, the pins be inside the drum (so that M > 0), and no shoe lock itself: N > mue M."""
-        yield self.theta_1 < self.theta_2
-        yield self.hinge < self.radius
+        """The pins inside the drum make M positive; no shoe may lock itself: N > mue M."""
+        yield self.theta_1 < self.theta_2  # the lining has a length
+        yield self.hinge < self.radius  # the hinge pins are inside the drum
         _, normal, moment = self._moments()
-        yield normal > self.mue * moment
+        yield normal > self.mue * moment  # else a leading shoe locks itself
 
     def equations(self) -> Equations:
         """A shaft whose friction depends on the direction of rotation."""

@@ -25,7 +25,7 @@ class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
 
     def check(self) -> Equations:
         """The resistance at TRef must be positive."""
-        yield self.alpha20 * (293.15 - self.TRef) < 1
+        yield self.alpha20 * (293.15 - self.TRef) < 1  # the resistance at TRef is positive
 
     def equations(self) -> Equations:
         """Kloss' characteristic with a slip speed that grows with the disc's resistance."""

@@ -84,11 +84,11 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
 
     def check(self) -> Equations:
         """The cone must release by itself, the positions be in order, the direction be 1 or -1, and the dogs hold."""
-        yield ca.tan(self.angle) > self.mue
+        yield ca.tan(self.angle) > self.mue  # else the cone sticks
         yield self.s_ring < self.s_dog
         yield self.s_dog < self.s_end
-        yield self.direction * self.direction == 1.0
-        yield self.tau_in <= self.tau_max
+        yield self.direction * self.direction == 1.0  # 1 or -1
+        yield self.tau_in <= self.tau_max  # the dogs hold
 
     def equations(self) -> Equations:
         """A sleeve with several stops, and friction that depends on its force and position."""

@@ -64,7 +64,7 @@ class WormGear(LossyPair):
 
     def check(self) -> Equations:
         """The worm must be able to turn the wheel: tan(lead) tan(rho) < 1."""
-        yield self.mue * ca.tan(self.lead) < ca.cos(self.alpha)
+        yield self.mue * ca.tan(self.lead) < ca.cos(self.alpha)  # else the worm cannot turn the wheel
 
     def equations(self) -> Equations:
         """The loss of the loaded flank."""
@@ -142,7 +142,7 @@ class Screw(_LossyR2T):
 
     def check(self) -> Equations:
         """The screw must be able to move the nut: tan(lead) tan(rho) < 1."""
-        yield self.mue * ca.fabs(self.p) < math.pi * self.d * ca.cos(self.alpha)
+        yield self.mue * ca.fabs(self.p) < math.pi * self.d * ca.cos(self.alpha)  # else the screw cannot move the nut
 
     def equations(self) -> Equations:
         """A wedge wound around a cylinder."""

@@ -25,7 +25,7 @@ class EddyCurrentForce(OneFlangeAndSupport, Lossy):
 
     def check(self) -> Equations:
         """The resistance at TRef must be positive."""
-        yield self.alpha20 * (293.15 - self.TRef) < 1
+        yield self.alpha20 * (293.15 - self.TRef) < 1  # the resistance at TRef is positive
 
     def equations(self) -> Equations:
         """Kloss' characteristic with a speed of largest force that grows with the fin's resistance."""

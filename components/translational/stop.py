@@ -52,7 +52,7 @@ class MassWithStopAndFriction(Rigid, Lossy):
 
     def check(self) -> Equations:
         """It must fit between the stops."""
-        yield self.smin + self.L <= self.smax
+        yield self.smin + self.L <= self.smax  # it fits between the stops
 
     def equations(self) -> Equations:
         """Newton's law, friction and two rigid stops."""

@@ -49,7 +49,7 @@ class ClutchToClutch(Shiftable):
 
     def check(self) -> Equations:
         """The inertia phase lies between the torque phases."""
-        yield self.begin + 2 * self.torque_phase < 1
+        yield self.begin + 2 * self.torque_phase < 1  # the inertia phase has a length
 
     def _shift(self, ratios: Sequence[float | Symbol], w_in: Symbol, w_out: Symbol) -> Equations:
         """The reference speed and the torque law."""

@@ -66,7 +66,7 @@ class SynchronisedGearbox(SynchronisedGears):
         """Ratios must decrease; odd gears are on the positive side of their rail, even gears on the negative side."""
         yield from ratios_decrease(self.gears)
         for k, synchroniser in enumerate(self.synchronisers):
-            yield synchroniser.direction == (-1.0) ** k
+            yield synchroniser.direction == (-1.0) ** k  # odd gears at 1, even gears at -1
 
     def _check(self) -> None:
         n, synchronisers, rails = len(self.gears), len(self.synchronisers), len(self.rails)

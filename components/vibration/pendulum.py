@@ -53,9 +53,9 @@ class CentrifugalPendulum(Lossy):
     def check(self) -> Equations:
         """The stops must be before the end of the path."""
         if self.path == "circle":
-            yield self.s_max < 3 * self.c / (1 + self.n**2)
+            yield self.s_max < 3 * self.c / (1 + self.n**2)  # where the path ends
         else:
-            yield self._lambda() * self.s_max < 0.99 * self.c / (1 + self.n**2)
+            yield self._lambda() * self.s_max < 0.99 * self.c / (1 + self.n**2)  # where the path ends
 
     def equations(self) -> Equations:
         """Lagrange's equations of a point mass on a path in a rotating frame."""

@@ -11,7 +11,7 @@ from formulas import formulas
 from powertrain.cli.docstrings import blocks
 
 _CODE = re.compile(r"(``.*?``)")
-_SPECIAL = re.compile(r"([\\*_|$<>\[\]`#~])")
+_SPECIAL = re.compile(r"([\\*_|$<>\[\]`#~]|^[-+](?= ))")
 
 
 def escaped(text: str) -> str:

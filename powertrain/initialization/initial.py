@@ -33,6 +33,7 @@ from powertrain.initialization.report import InitialReport
 from powertrain.initialization.resolution import coarse_time
 from powertrain.initialization.uniqueness import is_default, not_unique
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
+from powertrain.language.units import with_unit
 from powertrain.modes.complementarity import Laws
 from powertrain.modes.tied import tied_notes
 from powertrain.numerics.buffers import Bound, zeros
@@ -335,9 +336,8 @@ class _Plan:
 
     def _refuse(self, condition: StartEquation, value: float, reached: float) -> None:
         """An omitted condition must hold, unless a value given for this run replaced it or it is only a declared start."""
-        asked = (
-            f"asks for {value:g} {condition.unit}, but the other conditions already give {reached:g} {condition.unit}"
-        )
+        wanted, given = (with_unit(f"{number:g}", condition.unit) for number in (value, reached))
+        asked = f"asks for {wanted}, but the other conditions already give {given}"
         if condition.source == "initial()":
             asked = f"cannot hold: the other conditions leave left minus right at {reached:g}"
         raise InitializationError(f"inconsistent initial conditions: {condition.label}\n  {asked}; remove one of them")

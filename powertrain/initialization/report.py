@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from powertrain.errors import InitializationError
 from powertrain.initialization.conditions import StartCondition, StartEquation
+from powertrain.language.units import with_unit
 
 Array = NDArray[np.float64]
 
@@ -76,9 +77,9 @@ class InitialReport:
         return tuple(StartCondition(a.label, a.source, v, a.unit) for i, (a, v) in pairs if (i in self._chosen) == used)
 
     def __str__(self) -> str:
-        rows = [(c.label, f"{c.value:.6g} {c.unit}", c.source) for c in self.used]
+        rows = [(c.label, with_unit(f"{c.value:.6g}", c.unit), c.source) for c in self.used]
         rows += [
-            (c.label, f"{c.value:.6g} {c.unit}", f"{c.source}; not needed, it follows from the others")
+            (c.label, with_unit(f"{c.value:.6g}", c.unit), f"{c.source}; not needed, it follows from the others")
             for c in self.implied
         ]
         rows += [(name, f"{value:.6g}", "state") for name, value in self.states.items()]

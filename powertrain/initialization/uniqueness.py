@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.initialization.conditions import DECLARED, StartEquation
+from powertrain.language.units import with_unit
 
 Array = NDArray[np.float64]
 Changes = Callable[[Array], tuple[Array, Array]]
@@ -38,7 +39,8 @@ def not_unique(
     each, rates = (np.abs(change) > _SLIGHT for change in changes(np.eye(len(kept))))
     decides = each.any(axis=0) & rates.any(axis=0)
     found = [
-        f"{following[i].label} = {values[i]:.6g} {following[i].unit}" for i in np.flatnonzero(each @ decides).tolist()
+        f"{following[i].label} = {with_unit(f'{values[i]:.6g}', following[i].unit)}"
+        for i in np.flatnonzero(each @ decides).tolist()
     ]
     rivals = [kept[i].label for i in np.flatnonzero(decides).tolist()]
     if not found:

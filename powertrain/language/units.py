@@ -15,12 +15,12 @@ _FACTOR = re.compile(r"(?:(?P<name>[A-Za-z]+|1|%)|\((?P<inner>.+)\))(?P<power>-?
 
 
 def with_unit(value: str, unit: str) -> str:
-    """A value as a text with its unit; a pure number stands alone.
+    """A value as a text with its unit; a pure number stands alone, and so does one whose unit is not known.
 
-    >>> with_unit("0.3", "m"), with_unit("0.95", "1")
-    ('0.3 m', '0.95')
+    >>> with_unit("0.3", "m"), with_unit("0.95", "1"), with_unit("0.4", "")
+    ('0.3 m', '0.95', '0.4')
     """
-    return value if unit == "1" else f"{value} {unit}"
+    return value if unit in ("", "1") else f"{value} {unit}"
 
 
 def told_apart(value: float, others: Iterable[float]) -> str:
@@ -31,6 +31,19 @@ def told_apart(value: float, others: Iterable[float]) -> str:
     """
     short = f"{value:g}"
     return repr(float(value)) if short in {f"{other:g}" for other in others if other != value} else short
+
+
+def quotient(unit: str, by: str) -> str:
+    """The unit of a quotient; an empty unit is unknown.
+
+    >>> quotient("N.m", "1"), quotient("rad/s", "rad/s"), quotient("J", "N.m")
+    ('N.m', '1', 'J/(N.m)')
+    """
+    if not unit or by in ("", "1"):
+        return unit
+    if unit == by:
+        return "1"
+    return f"{unit}/{by}" if not set(by) & set("./*") else f"{unit}/({by})"
 
 
 def checked_unit(unit: str) -> str:

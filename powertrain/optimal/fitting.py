@@ -23,6 +23,7 @@ from powertrain.initialization.outdated import constant_in_tables
 from powertrain.language.arguments import by_name, limits, listed, number, tolerances
 from powertrain.language.arguments import names as argument_names
 from powertrain.language.component import Component
+from powertrain.language.units import with_unit
 from powertrain.numerics.buffers import Array
 from powertrain.optimal.experiment import Experiment
 from powertrain.plant import Plant, plant_of
@@ -137,7 +138,8 @@ class Fit:
     def __str__(self) -> str:
         rows = [("", "value", "standard error")]
         rows += [
-            (n, f"{v:.6g} {self.units[n]}", f"{self.errors[n]:.2g} {self.units[n]}") for n, v in self.values.items()
+            (n, with_unit(f"{v:.6g}", self.units[n]), with_unit(f"{self.errors[n]:.2g}", self.units[n]))
+            for n, v in self.values.items()
         ]
         widths = [max(len(r[k]) for r in rows) for k in range(3)]
         lines = ["  ".join(f"{c:<{w}}" for c, w in zip(r, widths, strict=True)).rstrip() for r in rows]
@@ -145,7 +147,7 @@ class Fit:
         lines.append(
             f"{count} experiment{'s' * (count != 1)}, standard deviation of the residuals {self.spread:.3g} (in units of sigma)"
         )
-        lines += [f"{n} is at its bound, {v:.6g} {self.units[n]}" for n, v in self.at_bounds.items()]
+        lines += [f"{n} is at its bound, {with_unit(f'{v:.6g}', self.units[n])}" for n, v in self.at_bounds.items()]
         for direction in self.undetermined:
             parts = ", ".join(f"{n} {100 * v:+.3g} %" for n, v in direction.items())
             lines.append(f"not determined by the data: the combination {parts}")

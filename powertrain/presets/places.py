@@ -13,6 +13,7 @@ import powertrain as pt
 from powertrain.errors import suggestion
 from powertrain.language.component import variants
 from powertrain.language.fields import Port
+from powertrain.presets.catalogue import fitting
 
 ALIKE = 0.65
 """Likeness of two names from which one may be meant for the other."""
@@ -66,7 +67,7 @@ def place(component: pt.Component, path: str) -> Adjustable:
                 f"{type(component).__name__}.{path} is a variable, not a parameter; its value at the start of a run is given by "
                 f"powertrain run --start {path}=VALUE, and by drive_cycle(..., starts={{{path!r}: VALUE}}) in Python"
             )
-        near = (_near(path, known) or _beside(path, known)) + _makers(path, known)
+        near = _others(path, known) or (_near(path, known) or _beside(path, known)) + _makers(path, known)
         raise pt.ParameterError(f"{type(component).__name__} has no parameter or component {path!r}{near}")
     return known[path]
 
@@ -76,6 +77,18 @@ def _is_variable(component: pt.Component, path: str, known: Mapping[str, Adjusta
     inside, _, name = path.rpartition(".")
     owner = known[inside].value if inside in known else None if inside else component
     return isinstance(owner, pt.Component) and isinstance(owner._fields.get(name), pt.Variable | pt.Discrete)
+
+
+def _others(path: str, known: Mapping[str, Adjustable]) -> str:
+    """The other classes of the slot in which a path leaves the known ones that have what it asks for."""
+    names = path.split(".")
+    depth = max((k for k in range(1, len(names)) if ".".join(names[:k]) in known), default=0)
+    inside, name = ".".join(names[:depth]), names[depth].partition("[")[0]
+    if not depth or not known[inside].is_part or name in known[inside].value._fields:
+        return ""
+    has = [entry.name for entry in fitting(known[inside].kind) if name in entry.kind._fields]
+    now = type(known[inside].value).__name__
+    return f"; {name} belongs to {' and '.join(has)}, but {inside} is of class {now}" if has else ""
 
 
 def _near(path: str, known: Mapping[str, Adjustable]) -> str:

@@ -16,6 +16,7 @@ from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as texts
 from powertrain.language.component import Component
 from powertrain.language.symbols import column
+from powertrain.language.units import quotient
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.plant import Plant, plant_of
 from powertrain.steadystate.dataset import dataset
@@ -94,7 +95,7 @@ def steady_gradient(
         for j, name in enumerate(names):
             label = f"d({of.name})/d({name})"
             said = {
-                "units": f"{of.unit}/({units[name] or '1'})",
+                "units": quotient(of.unit, units[name]),
                 "long_name": f"Derivative of {of.name} with respect to {name}",
             }
             both = [("", np.where(status == OK, low[i, j], np.nan))]

@@ -20,6 +20,7 @@ from powertrain.equilibrium.system import formulate
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import by_name, flag, listed, names, number, numbers_by_name, text
 from powertrain.language.component import Component
+from powertrain.language.units import rate_unit
 from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant, plant_of
 from powertrain.signals import Picked, Signals, signals_of
@@ -304,11 +305,6 @@ def _prepared(plant: Plant[Any], q: Question, parameters: Array, compile: bool) 
         DataVariable(w.name, w.picked.unit, w.picked.doc or w.picked.label) for w in (wanted[k] for k in steady_ones)
     ]
     quantities += [
-        DataVariable(f"der({n})", _rate_unit(signals[n].unit), f"Rate of {n}, which is held") for n in asked.held
+        DataVariable(f"der({n})", rate_unit(signals[n].unit), f"Rate of {n}, which is held") for n in asked.held
     ]
     return SteadyMap(problem, quantities, parameters, frozenset(plant.compiled.parameters), compile)
-
-
-def _rate_unit(unit: str) -> str:
-    """The unit of a rate: 'rad/s' -> 'rad/s2', 'rad' -> 'rad/s'."""
-    return f"{unit[:-2]}/s2" if unit.endswith("/s") else f"{unit}/s"

@@ -89,6 +89,6 @@ def plot_differential_map(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     ax = axes_of(ax, (6.5, 4.5))
     values = found["efficiency"].transpose("torque", "difference")
     filled = ax.contourf(found["difference"], found["torque"], values, levels=12, cmap="viridis")
-    ax.figure.colorbar(filled, ax=ax).set_label("efficiency  [1]")
-    ax.set(xlabel=r"speed difference $\omega_L - \omega_R$  [rad/s]", ylabel="torque of the crown wheel  [N.m]")
+    ax.figure.colorbar(filled, ax=ax).set_label("efficiency [1]")
+    ax.set(xlabel=r"speed difference $\omega_L - \omega_R$ [rad/s]", ylabel="torque of the crown wheel [N.m]")
     return ax

@@ -40,7 +40,7 @@ def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Ax
     ax.clabel(lines, drawn[::2], fmt="%.2f", fontsize=7)
     bar = ax.figure.colorbar(filled, ax=ax)
     told = str(found["efficiency"].attrs["long_name"])
-    bar.set_label(f"{told[0].lower()}{told[1:]}  [1]")
+    bar.set_label(f"{told[0].lower()}{told[1:]} [1]")
     ax.plot(speed[:, 0], np.nanmax(force, axis=1), color="k", lw=1.5, label="full accelerator")
     handles = _hatch(ax, found, speed, force) if "case" in found else []
     if run is not None:

@@ -46,8 +46,8 @@ def standing(cycle: DriveCycle, result: pt.Result[Any], parts: Anatomy) -> str:
             empty(result, path) for path in parts.batteries
         ]
         return (
-            f"{driven}: {_moved(distance)}. {'; '.join(filter(None, causes))}. Check the torque at low "
-            "speed, what closes the clutch and selects the gear, and what holds the brakes"
+            f"{driven}: {_moved(distance)}. {'; '.join(filter(None, causes))}. Check the signs of the "
+            "ratios, the torque at low speed, what closes the clutch and selects the gear, and what holds the brakes"
         )
     return ""
 

@@ -14,6 +14,7 @@ from powertrain.initialization.outdated import constant_in_tables
 from powertrain.language import htmltext
 from powertrain.language.arguments import listed, row
 from powertrain.language.symbols import column
+from powertrain.language.units import quotient, with_unit
 from powertrain.numerics.buffers import Array
 from powertrain.result import Result, complete, within_run
 from powertrain.signals import Picked, Signals, signals_of
@@ -89,11 +90,19 @@ class Gradient(Mapping[str, float]):
         """The heads of the columns, and the significant unknowns, the most important first."""
         found = sorted((n for n in self.names if self[n]), key=lambda n: (-abs(self.elasticity[n]), -abs(self[n])))
         rows = [
-            (n, f"{self.at[n]:.6g} {self._units[k]}", f"{self._said(k)} {self.units[n]}", f"{self.elasticity[n]:+.4f}")
+            (
+                n,
+                with_unit(f"{self.at[n]:.6g}", self._units[k]),
+                with_unit(self._said(k), self.units[n]),
+                f"{self.elasticity[n]:+.4f}",
+            )
             for n in found
             for k in [self.names.index(n)]
         ]
         return [("", "value", f"d({self.of})/d(.)", "elasticity"), *rows]
+
+    def _heading(self) -> str:
+        return f"{self.of} = {with_unit(f'{self.value:.8g}', self.unit)}"
 
     def _said(self, k: int) -> str:
         """A derivative, with its spread if that is not small."""
@@ -103,7 +112,7 @@ class Gradient(Mapping[str, float]):
     def __str__(self) -> str:
         rows = self._rows()
         widths = [max(len(r[k]) for r in rows) for k in range(4)]
-        lines = [f"{self.of} = {self.value:.8g} {self.unit}"]
+        lines = [self._heading()]
         lines += ["  ".join(f"{cell:<{width}}" for cell, width in zip(r, widths, strict=True)).rstrip() for r in rows]
         without = len(self) + 1 - len(rows)
         return "\n".join([*lines, *([f"without effect: {without}"] if without else []), *self.notes])
@@ -112,16 +121,7 @@ class Gradient(Mapping[str, float]):
 
     def _repr_html_(self) -> str:
         head, *rows = self._rows()
-        return htmltext.heading("Gradient", f"{self.of} = {self.value:.8g} {self.unit}") + htmltext.table(head, rows)
-
-
-def quotient(unit: str, by: str) -> str:
-    """The unit of a quotient; an empty unit is unknown."""
-    if not unit or by in ("", "1"):
-        return unit
-    if unit == by:
-        return "1"
-    return f"{unit}/{by}" if not set(by) & set("./*") else f"{unit}/({by})"
+        return htmltext.heading("Gradient", self._heading()) + htmltext.table(head, rows)
 
 
 def gradient(

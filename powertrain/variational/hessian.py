@@ -11,10 +11,11 @@ import casadi as ca
 from powertrain.errors import ParameterError
 from powertrain.language.component import Component
 from powertrain.language.symbols import Symbol, column
+from powertrain.language.units import quotient
 from powertrain.plant import Plant, plant_of
 from powertrain.variational.differences import differences
 from powertrain.variational.functional import functional
-from powertrain.variational.gradients import model_of, quotient
+from powertrain.variational.gradients import model_of
 from powertrain.variational.objectives import objective
 from powertrain.variational.second import SecondOrder
 from powertrain.variational.sweeps import Model

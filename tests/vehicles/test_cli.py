@@ -389,6 +389,11 @@ def test_parts_can_be_exchanged(short: str) -> None:
         ("engine.displacement=2", "no parameter or component 'engine.displacement'; choose from engine.J, "),
         ("engine=2", "(it takes MappedEngine, WillansEngine); or set its parameters: engine.J, "),
         ("radius=0.3", "did you mean front.wheels.radius or rear.wheels.radius?"),
+        ("front.differential.eta=0.9", "differential belongs to DrivenAxle, but front is of class LumpedAxle"),
+        (
+            "front.wheels.mu=0.3",
+            "mu belongs to MagicFormulaWheel and SlipWheel, but front.wheels is of class RigidWheel",
+        ),
         ("cycle=udds", "unknown CycleSpeed 'udds'; choose from CycleSpeed; or set cycle.cycle"),
         ("body=VehicleBody.of(3)", "VehicleBody has no variant 'of'; give its fields, as in VehicleBody(m=..."),
         ("engine=WillansEngine.of(3)", "WillansEngine has no variant 'of'; choose from of_displacement"),

@@ -108,6 +108,7 @@ def test_a_car_that_rolls_back_is_told_and_has_no_consumption() -> None:
     run = drive_cycle(pt.replace(ManualCar(), {"road.profile": steep}), cycle)
     assert run.distance < -1
     assert re.search(r"drove 0 m of the 250 m of short: it rolled back by .* m\. engine delivers at most", run.message)
+    assert "Check the signs of the ratios, the torque at low speed, what" in run.message
     assert np.isnan([run.litres_per_100km, run.co2_per_km, run.mpg()]).all()
 
 

@@ -162,7 +162,10 @@ def test_speeds_with_torques_of_their_own(tmp_path: Path, values: str) -> None:
 
 def test_empty_cells_of_a_wide_table_are_no_points(tmp_path: Path) -> None:
     text = wide(lambda n, t: "" if t == 130 and n == 900 else flow(n, t), "RPM \\ torque [Nm]")
-    with pytest.raises(pt.ParameterError, match=r"no value at 900 rpm and torque 130 N\.m: 1 of 16 points are missing"):
+    with pytest.raises(
+        pt.ParameterError,
+        match=r"no value at 900 rpm and torque 130 N\.m: 1 of 16 points are missing \(4 speeds by 4 values of torque\)",
+    ):
         read(tmp_path, text, fuel="[g/s]")
     filled = engine(read(tmp_path, text, fuel="[g/s]", fill=True))
     slope = (flow(900, 85) - flow(900, 40)) / 45
