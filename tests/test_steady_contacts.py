@@ -9,7 +9,7 @@ import powertrain as pt
 from powertrain.components import translational as trans
 from powertrain.components.translational.stop import BREAKAWAY
 
-OK, SEVERAL = 0, 2
+OK, SEVERAL, NONE = 0, 2, 3
 
 
 class Between(pt.Component):
@@ -112,3 +112,23 @@ def test_force_of_a_contact_that_is_an_implicit_unknown() -> None:
     np.testing.assert_allclose(found["N"], N, rtol=1e-9)
     np.testing.assert_allclose(found["F"], np.minimum(pull, N / 2), rtol=1e-9)
     np.testing.assert_allclose(found["w"], np.maximum(pull - N / 2, 0) / 4, rtol=1e-9, atol=1e-12)
+
+
+class Placed(pt.Component):
+    """A mass between stops at s = -0.1 and s = 0.2 at a given place: no unknown moves it onto a stop."""
+
+    place: pt.Input = pt.signal_input("m", "Place of the mass")
+    position: trans.Position = trans.Position(exact=True)
+    mass: trans.MassWithStopAndFriction = trans.MassWithStopAndFriction(
+        m=2.0, L=0.0, smin=-0.1, smax=0.2, F_prop=0.0, F_Coulomb=0.0, F_Stribeck=0.0, fexp=1.0
+    )
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.place, self.position.s_ref)
+        yield pt.connect(self.position.flange, self.mass.flange_a)
+
+
+def test_no_stop_carries_at_a_given_place_beyond_it() -> None:
+    found = pt.steady(Placed(), {"place": [-0.11, -0.1, 0.0, 0.2, 0.21]}, outputs=["mass.f_min", "mass.f_max"])
+    assert found.status.values.tolist() == [NONE, OK, OK, OK, NONE]
+    np.testing.assert_array_equal(found["mass.f_max"][1:4], 0.0)

@@ -14,7 +14,7 @@ from powertrain.compiler.continuity import smooth_variables
 from powertrain.compiler.flat import Equation, Flat, ModelConstant, ModelVariable
 from powertrain.compiler.flatten import flatten
 from powertrain.compiler.generic import generic_values
-from powertrain.compiler.index import differentiate, select_states
+from powertrain.compiler.index import Differentiated, differentiate, given, select_states
 from powertrain.compiler.jumps import refuse_jumps
 from powertrain.compiler.law_torques import LawTorque, declare_torques, with_rates
 from powertrain.compiler.records import (
@@ -95,7 +95,7 @@ def compile_flat(flat: Flat) -> Compiled:
         check_structure(reduced, torques)
         system = differentiate(reduced, known)
         system, torques = with_rates(system, torques)
-        states = select_states(system, _preferences(reduced, torques, others), values)
+        states = select_states(system, _preferences(system, torques, others), values)
     solved = solve_blocks(system, states, values)
     return _assemble(system.reduced, states, solved, torques, others, values, system.written)
 
@@ -111,8 +111,13 @@ def schedule_inputs(flat: Flat) -> Flat:
     return replace(flat, recorder=recorder, equations=[*flat.equations, *equations])
 
 
-def _preferences(reduced: Reduced, torques: list[LawTorque], others: list[tuple[Place, Law]]) -> dict[int, int]:
-    """The preference of each variable as a state: variables with a start, relative motions, speeds of friction laws, reset variables."""
+def _preferences(system: Differentiated, torques: list[LawTorque], others: list[tuple[Place, Law]]) -> dict[int, int]:
+    """The preference of each variable as a state.
+
+    In turn: variables with a start, relative motions, speeds of friction laws, reset variables, and motions that no torque can change: a
+    correction of the states must leave them as they are.
+    """
+    reduced = system.reduced
     preferences: dict[int, int] = {}
     bases = reduced.flat.recorder.bases
 
@@ -131,7 +136,7 @@ def _preferences(reduced: Reduced, torques: list[LawTorque], others: list[tuple[
         if isinstance(law, WhenLaw):
             for reset in law.resets:
                 prefer(reduced.rewrite([reset.variable])[0], 4)
-    return preferences
+    return preferences | dict.fromkeys(given(system), 5)
 
 
 def _assemble(

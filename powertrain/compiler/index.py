@@ -120,6 +120,15 @@ def differentiate(reduced: Reduced, known: set[int]) -> Differentiated:
     return system
 
 
+def given(system: Differentiated) -> set[int]:
+    """The variables that equations determine one after another, such as a motion that follows a signal through a filter."""
+    residuals = [chain[0] for chain in system.chains if system.known.isdisjoint(map(key, free_symbols(chain[0])))]
+    inside, found = [{base for base, _ in system.bases(residual)} for residual in residuals], set[int]()
+    while new := {base for bases in inside if len(left := bases - found) == 1 for base in left}:
+        found |= new
+    return found
+
+
 def select_states(system: Differentiated, preference: dict[int, int], values: dict[int, float]) -> list[Base]:
     """The states: variables below their highest derivative that no constraint determines.
 

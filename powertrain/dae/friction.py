@@ -168,7 +168,7 @@ def _moved(dae: HybridDae, law: Friction, jumped: ca.SX, slack: ca.SX) -> ca.SX:
     zone = ca.SX(1) if law.algebraic else ca.logic_or(ca.fabs(w) <= ZONE, _error(law, mode, jumped))
     still = ca.SX(1) if law.algebraic else ca.logic_not(ca.logic_and(jumped > 0, ca.logic_not(zone)))
     sign = ca.if_else(w > 0, FORWARD, BACKWARD)
-    loose = _sliding(mode, _slides_on(dae, law, slack))
+    loose = _sliding(mode, _slides_on(dae, law, slack), _reverses(dae, law, slack))
     return ca.if_else(mode == STUCK, ca.if_else(still, _stuck(law), sign), ca.if_else(zone, loose, sign))
 
 
@@ -178,9 +178,22 @@ def _stuck(law: Friction) -> ca.SX:
     return ca.if_else(above <= 0, FORWARD, ca.if_else(below <= 0, BACKWARD, STUCK))
 
 
-def _sliding(mode: ca.SX, slides: ca.SX) -> ca.SX:
-    """The next mode of a sliding law at rest, given whether it slides on."""
-    return ca.if_else(slides, mode, STUCK)
+def _sliding(mode: ca.SX, slides: ca.SX, reverses: ca.SX | int = 0) -> ca.SX:
+    """The next mode of a sliding law at rest, given whether it slides on, or else in the other direction."""
+    return ca.if_else(slides, mode, ca.if_else(reverses, -mode, STUCK))
+
+
+def _reverses(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
+    """Whether a law at rest between equal limits, which hold nothing, has a rate against its mode at either of them.
+
+    It is tried stuck first, and only with ``slack``, from what the complementarity problem has found, slides in the other direction at
+    once: stuck for a pass, meshes without a load would brace themselves against others.
+    """
+    mode = dae.m[law.index]
+    room = ca.fabs(law.torque - law.peak * ca.if_else(mode == FORWARD, law.lower, law.upper))
+    equal = ca.logic_and(slack > 0, room <= law.hysteresis)
+    loose = ca.logic_and(ca.fabs(mode) == 1, ca.logic_not(_rests(dae, law)))
+    return ca.logic_and(ca.logic_and(equal, loose), mode * law.rate + law.reach * room < 0)
 
 
 def _slides_on(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NoReturn
 
 import casadi as ca
 import numpy as np
@@ -100,16 +101,18 @@ class Discontinuities:
         allowed = slack / size / largest
         found = lemke(scaled, goal / size / largest + allowed)
         if found.z is None:
-            self._refuse_unstoppable([barriers[k] for k in found.ray])
-        assert found.z is not None
+            self._refuse(barriers, found.ray)
         impulse, acts = np.asarray(found.z, np.float64), found.z > 0.0
         impulse[acts] += np.linalg.lstsq(scaled[np.ix_(acts, acts)], allowed[acts])[0]
         return np.asarray(impulse * largest / size)
 
-    def _refuse_unstoppable(self, barriers: Sequence[Barrier]) -> None:
-        if barriers:
-            named = ", ".join(f"{barrier.name} ({barrier.where})" for barrier in barriers)
-            raise SimulationError(
-                f"at t = {self.memory.time[0]:.9g} s a motion that no force can stop closes {named}: it is prescribed, or held against the "
-                "contact by others. Put a compliance between the prescribed motion and the contact, or an elastic contact in its place"
-            )
+    def _refuse(self, barriers: Sequence[Barrier], ray: Sequence[int]) -> NoReturn:
+        """The error if there are no impulses: a ray lists the barriers that nothing opens; without a ray, round-off ended the search."""
+        named = ", ".join(f"{barrier.name} ({barrier.where})" for barrier in ([barriers[k] for k in ray] or barriers))
+        if ray:
+            problem = f"a motion that no force can stop closes {named}: it is prescribed, or held against the contact by others"
+            where = "between the prescribed motion and the contact, or an elastic contact in its place"
+        else:
+            problem = f"no impulses were found, though there may be some, for what is struck together: {named}"
+            where = "between some of them, or an elastic contact in the place of one"
+        raise SimulationError(f"at t = {self.memory.time[0]:.9g} s {problem}. Put a compliance {where}")

@@ -56,9 +56,10 @@ def _follow(
 ) -> list[bool]:
     """Whether each of these rates is a combination of the rates of the holding laws, each scaled by its own size.
 
-    Rates below ``zero`` are nothing: what remains of a motion that has died away.
+    The rate of a massless law is a speed, so G need not be symmetric. Rates below ``zero`` are nothing: what remains of a motion that has
+    died away.
     """
-    c = np.linalg.lstsq(G[np.ix_(holds, holds)], G[holds][:, rows], rcond=SINGULAR)[0]
+    c = np.linalg.lstsq(G[np.ix_(holds, holds)].T, G[rows][:, holds].T, rcond=SINGULAR)[0]
     left = np.abs(G[rows] - c.T @ G[holds]).max(axis=1)
     moved = np.abs(b[rows] - c.T @ b[holds])
     terms = np.abs(b[rows]) + np.abs(c.T) @ np.abs(b[holds])

@@ -13,6 +13,7 @@ from joined import joined
 import powertrain as pt
 from powertrain.components import blocks
 from powertrain.components import rotational as rot
+from powertrain.components.transmissions import RangeTransmission
 
 
 class Forced(pt.Component):
@@ -173,3 +174,22 @@ def test_a_brake_pressed_while_a_motion_dies_away_opposes_it(pressed: float, dir
 
     result = pt.simulate(Dying(), 1.0)
     assert set(result["brake.tau"][result.time > pressed]) == {30.0 * direction}
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-7])
+def test_a_given_motion_stays_as_it_is_where_gears_come_to_rest(rtol: float) -> None:
+    """A filtered speed of zero at the input: gears that stop must not move it, or the idle range would seem to turn with the input."""
+    load = rot.Torque(), blocks.Sine(amplitude=4.0, f=1.0)
+    zero, ratio = blocks.Constant(k=0.0), blocks.Constant(k=0.3)
+    joints = (
+        "0.flange=1.flange_a 1.flange_b=2.flange_a 2.flange_b=3.flange_a=4.flange 5.y=4.tau 6.y=0.w_ref 7.y=2.ratio"
+    )
+    shafts = rot.Inertia(J=1.0), rot.Inertia(J=0.1)
+    model = joined(rot.Speed(), shafts[0], RangeTransmission(), shafts[1], *load, zero, ratio, joints=joints)
+    result = pt.simulate(model, 1.0, rtol=rtol)
+    assert (result["parts[0].w"] == 0.0).all()
+    used, idle = (
+        [(e.time, e.new) for e in result.events if e.name == f"parts[2].gears[{k}].planetaries[0].mode"] for k in (0, 1)
+    )
+    assert used == idle
+    assert [new for _, new in used] == [-1.0, 0.0, 1.0, 0.0, -1.0]

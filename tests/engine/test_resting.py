@@ -8,11 +8,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from joined import joined
 from scipy.optimize import brentq
 
 import powertrain as pt
 from powertrain.components import blocks
 from powertrain.components import rotational as rot
+from powertrain.components.transmissions import RangeTransmission
 from powertrain.modes.resting import _follow, _own, mobility
 
 NO_MOTION = np.zeros(2)
@@ -30,6 +32,14 @@ def test_a_law_is_held_that_moves_as_those_that_hold(free: tuple[float, float], 
 def test_a_law_with_a_motion_of_its_own_is_not_held() -> None:
     G = np.array([[4.0, 2.0], [2.0, 1.5]])
     assert _follow(G, np.zeros(2), NO_MOTION, [0], np.array([False, True])) == [False]
+
+
+@pytest.mark.parametrize("order", [[0, 1, 2], [2, 0, 1], [1, 2, 0]])
+def test_laws_without_inertia_need_not_be_moved_as_they_move_others(order: list[int]) -> None:
+    """Their rate is a speed, which the torques beyond a damper do not change, while their own torques accelerate what is there."""
+    G = np.array([[1.0, 40.0, 20.0], [0.0, 1.0, 1.0], [0.0, 1.0, 1.0]])[np.ix_(order, order)]
+    b, holds = np.array([3.0, 0.5, 0.5])[order], np.array([True, True, False])[order]
+    assert _follow(G, b, np.zeros(3), [order.index(2)], holds) == [True]
 
 
 @pytest.mark.parametrize(("left", "held"), [(2e-9, True), (1e-7, False)])
@@ -254,6 +264,24 @@ def test_clutches_side_by_side_stay_stuck_where_the_whole_breaks_away() -> None:
     torque = 8.84 * np.sin(2.0 * np.pi * 0.83 * t + 0.64) + 6.64 * np.sin(2.0 * np.pi * 1.46 * t + 4.15)
     assert torque == pytest.approx(4.05 + 1.21, abs=1e-6)
     assert result["c1.tau"][-1] == pytest.approx(result["c2.tau"][-1])
+
+
+def test_massless_gears_behind_elastic_shafts_and_a_brake() -> None:
+    """The gears of both ranges rest with the output, whose speed follows the torques at once; the brake holds the input throughout."""
+    brake, full = rot.Brake(fn_max=20.0, mue_pos=((0.0, 1.0),)), blocks.Constant(k=1.0)
+    load = rot.Torque(), blocks.Sine(amplitude=4.0, f=1.0)
+    joints = "0.flange_a=1.flange_a=3.flange_a 2.y=1.f_normalized 4.y=3.ratio 5.flange=3.flange_b 6.y=5.tau"
+    model = joined(rot.Inertia(J=1.0), brake, full, RangeTransmission(), blocks.Constant(k=0.3), *load, joints=joints)
+    plant = pt.compile(model)
+    runs = [plant.simulate(1.0, rtol=rtol) for rtol in (1e-5, 1e-7)]
+    used, idle = (f"parts[3].gears[{k}].planetaries[0].mode" for k in (0, 1))
+    rests = []
+    for run in runs:
+        assert np.abs(run["parts[0].w"]).max() < 1e-9
+        rests += [[e.time for e in run.events if e.name == name and e.new == 0.0] for name in (used, idle)]
+    assert len(rests[0]) == 2  # as the load changes its sign
+    for times in rests:
+        np.testing.assert_allclose(times, rests[0], atol=1e-4)
 
 
 class Redundant(pt.Component):

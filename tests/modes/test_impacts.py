@@ -325,3 +325,15 @@ def test_runs_continue_from_the_end_of_others(plant: pt.Plant[Row]) -> None:
         starts = {name: float(whole[name][k]) for name in names}
         rest = plant.simulate(4.0, parameters=parameters, starts=starts, start=float(whole.time[k]))
         assert rest["x1"][-1] == pytest.approx(whole["x1"][-1], abs=1e-3)
+
+
+def test_impulses_that_are_not_found_are_an_error_with_the_names_of_what_is_struck(
+    plant: pt.Plant[Row], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As if round-off had made Lemke's method cycle."""
+    monkeypatch.setattr("powertrain.modes.lemke._MOST", 0)
+    with pytest.raises(
+        pt.SimulationError, match=r"no impulses were found.* first \(.*Put a compliance between some"
+    ) as error:
+        plant.simulate(2.0)
+    assert "right" not in str(error.value)

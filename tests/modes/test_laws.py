@@ -68,6 +68,18 @@ def test_a_law_at_rest_slides_on_while_its_rate_agrees(mode: float, slack: float
         assert kept(one, mode, NEVER, ca.SX(slack)) == (rate > least)
 
 
+@pytest.mark.parametrize("mode", [FORWARD, BACKWARD])
+@pytest.mark.parametrize(
+    ("width", "rate", "way"), [(0.0, -0.1, -1.0), (0.2, -0.5, -1.0), (0.2, -0.3, 0.0), (0.3, -0.7, 0.0)]
+)
+def test_a_law_between_equal_limits_reverses(mode: float, width: float, rate: float, way: float) -> None:
+    """Not if the other limit turns its rate round, or the limits differ by more than is known; without slack it sticks."""
+    one = law(rate=mode * rate, upper=width, torque=width if mode == FORWARD else 0.0, rests=1, share=ca.SX(0))
+    one = replace(one, lower=ca.SX(0))
+    found = [friction.next_modes(model(mode, 0.0), one, NEVER, slack)[0] for slack in (ALWAYS, NEVER)]
+    assert list(map(float, found)) == [way * mode, STUCK]
+
+
 @pytest.mark.parametrize(("w", "jumped", "mode"), [(0.9, 0.0, FORWARD), (0.9, 1.0, STUCK), (1.1, 0.0, BACKWARD)])
 def test_the_error_of_the_integration_turns_no_law_round(w: float, jumped: float, mode: float) -> None:
     """Against its mode by less than that, it goes on if its rate agrees; after a jump the speed tells its mode."""
