@@ -299,6 +299,7 @@ def test_tyre_files_of_other_writers(tmp_path: Path) -> None:
         ("PDX1 = 1.2", "PDX1 = soft", "PDX1 = soft is not a number"),
         ("PEX1 = 0.3", "PEX1 = 3", r"pEx1 = 1.5 is outside its range \[-20, 0.99\]"),
         ("[MDI_HEADER]", "", "is not a tyre property file"),
+        ("PDX1 = 1.2", "PDX1 = 1.2\npdx1 = 12", r"tyre.tir:\d+: pdx1 = 12, but 1.2 in line \d+"),
     ],
 )
 def test_tyre_files_that_do_not_fit(tmp_path: Path, old: str, new: str, said: str) -> None:
