@@ -308,3 +308,16 @@ def test_tyre_files_that_do_not_fit(tmp_path: Path, old: str, new: str, said: st
         MagicFormulaWheel.from_tir(tmp_path / "tyre.tir")
     with pytest.raises(pt.ParameterError, match=r"none\.tir cannot be read"):
         MagicFormulaWheel.from_tir(tmp_path / "none.tir")
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"pCx1": 2.4}, r"pCx1 = 2.4 is outside its range \(1, 2\] .*above 2 it reverses at large slip"),
+        ({"pCx1": 1.0}, "up to 1 the force has no peak"),
+        ({"pEx1": 1.0}, "pEx1 = 1 is outside .*towards 1 the peak moves to infinite slip"),
+    ],
+)
+def test_formulas_without_a_peak_and_a_falling_branch_are_refused(given: dict[str, float], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        MagicFormulaWheel(**given)
