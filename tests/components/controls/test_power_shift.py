@@ -130,10 +130,11 @@ class Slipping(pt.Component):
 @pytest.mark.parametrize("side", ["a", "b"])
 def test_a_clutch_passes_on_some_of_the_power_and_not_more(side: str, share: float) -> None:
     """With 2 the gears would gain power, with 0 and less the output could not be turned."""
-    name = "passed_ab" if side == "a" else "passed_ba"
+    passed = Constant(k=share)
+    gears = Slipping(passed_ab=passed) if side == "a" else Slipping(passed_ba=passed)
     said = rf"if flange_{side} drives \(gears: .*leaves its range at t = 0 s: {share:g}; allowed is 0.0001 to 1"
     with pytest.raises(pt.SimulationError, match=said):
-        pt.simulate(Slipping(**{name: Constant(k=share)}), 1.0)
+        pt.simulate(gears, 1.0)
 
 
 @pytest.mark.parametrize(("soc_power", "force"), [(1e9, 3000.0), (12e3, 1200.0), (0.0, 0.0)])
