@@ -77,10 +77,12 @@ class Discretes:
             "powertrain_discretes", [dae.t, unknowns, dae.m, dae.p], [ca.densify(self.values)]
         )
 
-    def set(self, t: float, y: Array, m: Array, p: Array) -> None:
-        """Write the values into ``m``."""
-        if self.given:
-            m[self.given] = np.array(self._evaluated(t, y, m, p)).ravel()
+    def set(self, t: float, y: Array, m: Array, p: Array, before: Array | None = None) -> Array:
+        """Write the values into ``m`` and return them; those as ``before`` are left out, since resets may have changed them there."""
+        found = np.array(self._evaluated(t, y, m, p)).ravel()
+        new = np.ones(len(found), bool) if before is None else found != before
+        m[np.array(self.given, int)[new]] = found[new]
+        return found
 
 
 def _put(dae: HybridDae, expression: Symbol, values: Mapping[int, Symbol]) -> Symbol:

@@ -127,12 +127,12 @@ class _Plan:
         target = np.concatenate([np.zeros(self.nz), given, self.declared])
         for (place, slope, offset), value in zip(self.known, given[self.plain].tolist(), strict=True):
             y[place] = (value - offset) / slope  # from another start Newton's method may not converge
-        self.discretes.set(t, y, m, p)
+        discretes = self.discretes.set(t, y, m, p)
         self._solve_single(t, y, m, p, target)
         for _ in range(_ROUNDS):
             assumed = m.copy()
             choice = self._newton(t, y, m, p, target)
-            self.discretes.set(t, y, m, p)
+            discretes = self.discretes.set(t, y, m, p, discretes)
             if not self.modal:
                 break
             x, z, m = engine.resolve(t, y[: self.n], y[self.n :], m, p)

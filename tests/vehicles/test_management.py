@@ -64,7 +64,12 @@ def test_the_power_split_without_fuel_is_that_of_its_control() -> None:
     car, speeds = PowerSplitHybrid(), np.array([20.0, 33.0])
     off = PowerSplitBench(car, speeds, np.array([10e3])).off.sel(soc=0.6).transpose("speed", "level")
     plant = pt.compile(on_rolling_road(car, {"control.running"}))
-    grid: dict[str, Any] = {"body.speed": speeds, "driver.accelerator_set": 0.1, "battery.soc": 0.6, "control.running": 0.0}
+    grid: dict[str, Any] = {
+        "body.speed": speeds,
+        "driver.accelerator_set": 0.1,
+        "battery.soc": 0.6,
+        "control.running": 0.0,
+    }
     inputs = {name: one.guess for name, one in plant.compiled.inputs.items() if name not in grid}
     driven = pt.steady(plant, grid, inputs=inputs, outputs=["body.force", "engine.w"], first=True, progress=False)
     np.testing.assert_allclose(driven["engine.w"], [0.0, 30.3], atol=0.1)
