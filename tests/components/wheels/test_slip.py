@@ -318,6 +318,6 @@ def test_tyre_files_that_do_not_fit(tmp_path: Path, old: str, new: str, said: st
         ({"pEx1": 1.0}, "pEx1 = 1 is outside .*towards 1 the peak moves to infinite slip"),
     ],
 )
-def test_formulas_without_a_peak_and_a_falling_branch_are_refused(given: dict[str, float], said: str) -> None:
+def test_formulas_without_a_peak_and_a_falling_branch_are_refused(given: dict[str, Any], said: str) -> None:
     with pytest.raises(pt.ParameterError, match=said):
         MagicFormulaWheel(**given)
