@@ -6,6 +6,7 @@ not counted again.
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
 from powertrain import (
@@ -25,6 +26,7 @@ from powertrain import (
     signal_output,
     support,
     variable,
+    within,
 )
 
 __all__ = [
@@ -165,6 +167,8 @@ class Convection(Component):
     """Convection from a solid surface to a fluid, with a conductance given by a signal.
 
     dT = solid.T - fluid.T,  Q_flow = Gc dT = solid.Q_flow = -fluid.Q_flow
+
+    A negative Gc, with which heat would flow from cold to hot, ends a simulation with an error.
     """
 
     solid: HeatPort = port(HeatPort)
@@ -178,6 +182,7 @@ class Convection(Component):
         yield self.dT == self.solid.T - self.fluid.T
         yield self.solid.Q_flow == self.Q_flow
         yield self.fluid.Q_flow == -self.Q_flow
+        within(self.Gc.value, 0, math.inf, name="thermal conductance", unit="W/K")
         yield self.Q_flow == self.Gc.value * self.dT
 
 

@@ -148,8 +148,11 @@ def load(path: str | PathLike[str]) -> xr.Dataset:
 
     PowertrainError if no netCDF library is installed, ParameterError for a file that cannot be read.
     """
-    if suffix(path) == ".csv":
+    ending = Path(argument_path("path", path)).suffix.lower()
+    if ending == ".csv":
         raise ParameterError(f'load reads netCDF; pandas.read_csv({fspath(path)!r}, index_col="time") reads this file')
+    if ending != ".nc":
+        raise ParameterError(f"load reads the netCDF files (.nc) of runs, maps and sweeps; {fspath(path)!r} is none")
     reader = engine("load")
     import xarray as xr
 

@@ -34,6 +34,7 @@ BATTERY = PolarizedBattery(
     R=0.06,
     i_discharge=600,
     i_charge=400,
+    overvoltage=4.2 / 4.15,
     soc_min=0.03,
     soc_max=0.98,
     band=0.02,

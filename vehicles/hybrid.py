@@ -16,7 +16,7 @@ class HybridCar(Car):
 
     stores: ClassVar[tuple[str, ...]] = ("battery",)
     engine: Engine = WillansEngine()
-    battery: PolarizedBattery = PolarizedBattery(R=0.2, B=2000)
+    battery: PolarizedBattery = PolarizedBattery(R=0.2, B=2000, overvoltage=4.2 / 4.15)
     battery_cooling: BatteryCooling = ConditionedBattery()
     accessories: AccessoryLoad = AccessoryLoad(P=300)
     cooling: EngineCooling = WarmEngine()

@@ -51,6 +51,7 @@ PLUG_IN = PolarizedBattery(
     R=0.12,
     i_discharge=300,
     i_charge=150,
+    overvoltage=4.2 / 4.15,
     soc_min=0.1,
     soc_max=0.98,
     band=0.03,

@@ -6,12 +6,15 @@ import math
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, connect, der, friction, parameter, port, variable
+from powertrain import Equations, Parameter, Symbol, Variable, connect, der, friction, parameter, port, variable, within
 from powertrain.components.limited import limited_by
 from powertrain.components.rotational.interfaces import Flange, Lossy
 from powertrain.components.rotational.interfaces import TwoFlanges as TwoShafts
 from powertrain.components.translational.interfaces import CompliantWithRelativeStates
 from powertrain.components.translational.interfaces import Flange as BeltEnd
+
+CONTACT = 0.999
+"""Largest speed of a belt over that at which it lifts off its pulleys; 0.2 % of its grip is left there."""
 
 
 class BeltSpan(CompliantWithRelativeStates, Lossy):
@@ -104,8 +107,8 @@ class BeltDrive(TwoShafts):
       stiffness of a span = EA/root(distance^2 - (radius_b - radius_a)^2),  speed ratio w_a/w_b = radius_b/radius_a where nothing slips
 
     Both spans have the tension T_0 at rest. They share the load: T_1 + T_2 = 2 T_0 until one is slack, so the largest force is
-    2 (T_0 - rho v^2) (exp(mue wrap) - 1)/(exp(mue wrap) + 1) with the smaller wrap and the speed v of the belt. The shafts run in a housing
-    at rest.
+    2 (T_0 - rho v^2) (exp(mue wrap) - 1)/(exp(mue wrap) + 1) with the smaller wrap and the speed v of the belt. At v = root(T_0/rho) the
+    belt would lift off its pulleys; a simulation ends just below, at 0.999 of that speed. The shafts run in a housing at rest.
     Errors: ParameterError for pulleys that overlap. The defaults are invented, for a ribbed belt with six ribs.
     """
 
@@ -116,7 +119,7 @@ class BeltDrive(TwoShafts):
     radius_a: Parameter = parameter("m", "Effective radius of pulley a", default=0.075, above=0)
     radius_b: Parameter = parameter("m", "Effective radius of pulley b", default=0.03, above=0)
     distance: Parameter = parameter("m", "Distance of the axes", default=0.3, above=0)
-    T_0: Parameter = parameter("N", "Pretension", default=300.0, min=0)
+    T_0: Parameter = parameter("N", "Pretension", default=300.0, above=0)
     EA: Parameter = parameter("N", "Stiffness of the belt, force over strain", default=6e4, above=0)
     d: Parameter = parameter("N.s/m", "Damping of a span", default=50.0, min=0)
     mue: Parameter = parameter(
@@ -132,6 +135,7 @@ class BeltDrive(TwoShafts):
         """Two pulleys and two spans in a ring; on the slack side, if a drives forward, the belt runs from a to b."""
         a, b = self.pulley_a, self.pulley_b
         step = self.radius_b - self.radius_a
+        fastest = CONTACT * ca.sqrt(self.T_0 / self.rho)
         length, angle = ca.sqrt(self.distance**2 - step**2), 2 * ca.asin(step / self.distance)
         for pulley, radius, wrap in ((a, self.radius_a, math.pi - angle), (b, self.radius_b, math.pi + angle)):
             yield pulley.radius == radius
@@ -139,6 +143,7 @@ class BeltDrive(TwoShafts):
             yield pulley.mue == self.mue
             yield pulley.rho == self.rho
             yield pulley.m == self.rho * (radius * wrap + length)
+            within(pulley.v, -fastest, fastest, name="speed of the belt, which centrifugal force lifts off", unit="m/s")
         for span in (self.tight, self.loose):
             yield span.T_0 == self.T_0
             yield span.c == self.EA / length

@@ -68,7 +68,9 @@ class StateSpace(Component):
                 )
         yield len(self.x_start) in (0, n)  # x_start has a value for each state
         if self.initType == "SteadyState":
-            yield np.linalg.matrix_rank(self.A) == n  # a steady start needs a regular A; else initType="InitialState"
+            # in rows of size one, as states may differ by any factor in speed
+            scaled = [np.array(row) / (np.abs(row).max() or 1.0) for row in self.A]
+            yield np.linalg.matrix_rank(scaled) == n  # a steady start needs a regular A; else initType="InitialState"
 
     def equations(self) -> Equations:
         """A row each."""

@@ -112,7 +112,8 @@ def checked_efficiency(given: Map, where: str, axes: dict[str, str]) -> None:
     low, high = float(given.values.min()), float(given.values.max())
     if not (low > 0 and high <= 1):
         raise ParameterError(
-            f"{where}: an efficiency must be in (0, 1], but the values of this map are in [{low:g}, {high:g}]"
+            f"{where}: an efficiency must be in (0, 1], but the values of this map are in [{low:g}, {high:g}]; in percent, the heading of "
+            "its column is eta [%]"
         )
 
 

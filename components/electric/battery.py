@@ -55,6 +55,9 @@ class _Battery(Lossy):
     Q: Parameter = parameter("A.s", "Capacity", default=6.5 * 3600, above=0)
     i_discharge: Parameter = parameter("A", "Maximum discharge current", default=150.0, above=0)
     i_charge: Parameter = parameter("A", "Maximum charge current", default=100.0, above=0)
+    overvoltage: Parameter = parameter(
+        "1", "Maximum voltage in charging over the highest of ocv; by default there is no limit", default=1e3, min=1
+    )
     soc_min: Parameter = parameter("1", "State of charge at which discharge_power is zero", default=0.2, min=0, max=1)
     soc_max: Parameter = parameter("1", "State of charge at which charge_power is zero", default=0.9, min=0, max=1)
     B: Parameter = parameter(
@@ -84,11 +87,13 @@ class _Battery(Lossy):
         yield self.state_of_charge.value == self.soc
         U, low, high = self._voltage(), self.soc - self.soc_min, self.soc_max - self.soc
         lowest = ca.fmax(U - R * self.i_discharge, LOWEST * U)
-        highest = U + u + at_once * self.i_charge
+        V_max = self.overvoltage * float(self.ocv.values.max())
+        accepted = limited((V_max - U) / R, 0, self.i_charge)
         yield self.discharge_power.value == lowest * (U - lowest) / R * limited(low / self.band)
-        yield self.charge_power.value == highest * self.i_charge * limited(high / self.band)
+        yield self.charge_power.value == (U + u + at_once * accepted) * accepted * limited(high / self.band)
         most = "voltage of the battery, which delivers its greatest power at half its open-circuit voltage"
         within(self.bus.v, U / 2, math.inf, name=most, unit="V")
+        within(self.bus.v, 0, V_max, name="voltage of the battery", unit="V", action=self.beyond)
         within(self.i, -self.i_discharge, self.i_charge, name="current of the battery", unit="A", action=self.beyond)
         yield from self._dissipate()
 
@@ -110,14 +115,16 @@ class Battery(_Battery):
     cold = exp(B (1/heat_port.T - 1/293.15 K))
     stored energy = Q times the integral of ocv from its lowest state of charge
     discharge_power = v (ocv - v)/(R cold) faded below soc_min + band, v = max(ocv - R cold i_discharge, 0.55 ocv)
-    charge_power = (ocv + R cold i_charge) i_charge faded above soc_max - band
-    bus.v >= ocv/2
+    charge_power = (ocv + R cold i_most) i_most faded above soc_max - band,  i_most = (V_max - ocv)/(R cold) within 0..i_charge
+    V_max = overvoltage max(ocv),  bus.v >= ocv/2
 
     ``discharge_power`` and ``charge_power`` are signals for a control, which must respect them. A current beyond i_discharge or
-    i_charge is counted or is an error (``beyond``). The axis of ``ocv`` determines its extrapolation. The battery cannot deliver more than
-    ocv^2/(4 R), at half its open-circuit voltage: a simulation ends there, and a lower voltage is not an operating
-    point. ``discharge_power`` stays 1 % below. Machines that draw power make the voltage implicit;
-    if that takes too much time, use ``PolarizedBattery(ohmic=0)``. Errors: ParameterError for an ocv that is not linear or not positive.
+    i_charge, or a voltage above V_max, is counted or is an error (``beyond``). V_max limits the current in the cold and where the battery
+    is nearly full; cells of 4.15 V in a full battery that may be charged to 4.2 V have overvoltage = 4.2/4.15. The axis of ``ocv``
+    determines its extrapolation. The battery cannot deliver more than ocv^2/(4 R), at half its open-circuit voltage: a simulation ends
+    there, and a lower voltage is not an operating point. ``discharge_power`` stays 1 % below. Machines that draw power make the voltage
+    implicit; if that takes too much time, use ``PolarizedBattery(ohmic=0)``.
+    Errors: ParameterError for an ocv that is not linear or not positive.
     """
 
     R: Parameter = parameter("Ohm", "Internal resistance", default=0.15, above=0)
@@ -142,11 +149,11 @@ class PolarizedBattery(_Battery):
 
     Q der(soc) = i,  bus.v = ocv(soc) + R_0 cold i + u,  T der(u) = R_1 i - u/cold,  R_0 = ohmic R,  R_1 = (1 - ohmic) R
     loss = R_0 cold i^2 + u^2/(R_1 cold),  cold as of ``Battery``,  stored energy as of ``Battery`` and T u^2/(2 R_1)
-    charge_power = (ocv + u + R_0 cold i_charge) i_charge and discharge_power faded as in ``Battery``
+    charge_power = (ocv + u + R_0 cold i_most) i_most,  i_most, discharge_power and their fading as in ``Battery``
 
     At constant current it equals ``Battery``. Pulses shorter than T see only R_0. ``charge_power`` applies at the present voltage,
-    ``discharge_power``, as in ``Battery``, for any duration: a short pulse may draw more. With ohmic = 0 the voltage is a state, so loads
-    on the bus need no implicit equations, but the losses of short pulses are too small.
+    ``discharge_power`` and the current at V_max, as in ``Battery``, for any duration: short pulses may be larger. With ohmic = 0 the
+    voltage is a state, so loads on the bus need no implicit equations, but the losses of short pulses are too small.
     """
 
     R: Parameter = parameter("Ohm", "Resistance at constant current", default=0.15, above=0)

@@ -13,6 +13,8 @@ RATES = {"kg/s": 1.0, "g/s": 1e-3}
 SPECIFIC = {"kg/J": 1.0, "g/kWh": 1 / 3.6e9}
 ROUND = 1e-9
 """Allowed deviation of a table's edges."""
+SLOW = 5.0
+"""Speed [rad/s] that every engine exceeds; the slowest, of ships, reach 8 rad/s."""
 
 
 def check_torque(table: Map) -> None:
@@ -36,6 +38,7 @@ def check_torque(table: Map) -> None:
             f"the torque table gives {opened[k]:g} N.m at full load and {closed[k]:g} N.m motored at {table.axes[0].points[k]:g} rad/s; "
             "the torque at full load must be the larger one"
         )
+    _check_fast(table, "torque")
 
 
 def check_fuel(table: Map) -> None:
@@ -52,6 +55,7 @@ def check_fuel(table: Map) -> None:
             f"the fuel table has a specific consumption at {table.axes[1].low:g} N.m, where there is no power; start above zero"
         )
     _check_idle(table)
+    _check_fast(table, "fuel")
 
 
 def _check_idle(table: Map) -> None:
@@ -114,4 +118,13 @@ def _check(table: Map, what: str, axes: tuple[str, ...], units: Mapping[str, flo
     if table.axes[0].low < 0:
         raise ParameterError(
             f"the {what} table has a speed of {table.axes[0].low:g} rad/s; speeds must not be negative"
+        )
+
+
+def _check_fast(table: Map, what: str) -> None:
+    """No engine is as slow as one whose 6.000 rpm are read as 6 rpm."""
+    if (high := table.axes[0].high) < SLOW:
+        raise ParameterError(
+            f"the {what} table ends at {high:.3g} rad/s, {high * 30 / math.pi:g} rpm; check the unit of the speeds, and write 6000 rpm "
+            "without a mark for thousands: 6.000 is 6"
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Input, Parameter, Symbol, Variable, der, parameter, signal_input, variable
+from powertrain import Equations, Input, Parameter, Symbol, Variable, der, parameter, signal_input, variable, within
 from powertrain.components.characteristics import Regularization, smooth_sign
 from powertrain.components.translational.interfaces import Lossy, OneFlangeAndSupport
 
@@ -16,7 +16,8 @@ class RollingResistance(OneFlangeAndSupport, Lossy):
 
     The sign is smoothed below v0 by ``reg``: "exp": 2/(1 + exp(-v/(0.01 v0))) - 1;  "sine": sin(pi/2 v/v0);
     "linear": v/v0;  "cosine": sign(v) (1 - cos(pi/2 v/v0)). It therefore cannot hold a vehicle on a slope.
-    With ``useCrInput`` and ``useInclinationInput`` the signals cr and inclination replace the constants.
+    With ``useCrInput`` and ``useInclinationInput`` the signals cr and inclination replace the constants. A negative cr, which would drive
+    the wheel, ends a simulation with an error.
     """
 
     fWeight: Parameter = parameter("N", "Wheel load due to gravity", min=0)
@@ -36,6 +37,8 @@ class RollingResistance(OneFlangeAndSupport, Lossy):
         yield from self._against_support()
         yield self.v == der(self.s)
         cr = self.cr.value if self.useCrInput else self.CrConstant
+        if self.useCrInput:
+            within(cr, 0, ca.inf, name="rolling resistance coefficient", unit="1")
         slope = self.inclination.value if self.useInclinationInput else self.inclinationConstant
         load = self.fWeight / ca.sqrt(1 + slope**2)
         yield self.f == cr * load * smooth_sign(self.v / self.v0, self.reg)

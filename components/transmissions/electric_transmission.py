@@ -57,6 +57,7 @@ class ElectricTransmission(TransmissionOfRanges):
 
     der(place) = rate/T_shift,  rate = 10 (range - place) within -1..1
 
+    A run starts in the range of its speeds, above every shift with w_b > shift w_a.
     ``ElectricTransmission.of`` makes the component from the spans of a design: lower and upper r, and the network.
     Errors: ParameterError for ranges that do not follow each other or meet at different speeds of the machines.
     """
@@ -104,7 +105,7 @@ class ElectricTransmission(TransmissionOfRanges):
     def _lock(self, k: int, closed: Symbol) -> Equations:
         """Shift k: its start, and its fixed gear as far as it is ``closed``."""
         shift, gear, lock = self.shifts[k], self.fixed_gears[k], self.locks[k]
-        over, wanted = der(self.flange_b.phi) - shift * der(self.flange_a.phi), self.ratio.value
+        over, wanted = self._over(shift), self.ratio.value
         up = ca.logic_and(over > 0, wanted > shift)
         down = ca.logic_and(over < 0, wanted < (1 - HYSTERESIS) * shift)
         yield when(ca.logic_and(up, self.range < k + 0.5), reinit(self.range, k + 1))
@@ -115,11 +116,16 @@ class ElectricTransmission(TransmissionOfRanges):
         yield lock.fn_max == self.tau_lock
         yield lock.f_normalized.value == closed
 
+    def _over(self, shift: float) -> Symbol:
+        """Speed of the output above that in the fixed gear of a shift."""
+        return der(self.flange_b.phi) - shift * der(self.flange_a.phi)
+
     def _above(self) -> list[Symbol]:
         """For every shift, how far the unit's shafts are above it, exactly 0 or 1 outside shifts, so that idle gears have no torque."""
         return [limited((1 + 2 * REST) * (self.place - k) - REST) for k, _ in enumerate(self.shifts)]
 
     def initial(self) -> Equations:
-        """The initial range."""
-        yield self.range == self.range_start
-        yield self.place == self.range_start
+        """The range of the initial speeds, with its clutches engaged."""
+        passed = [ca.if_else(self._over(shift) > 0, 1.0, 0.0) for shift in self.shifts]
+        yield self.range == sum(passed, Symbol(0.0))
+        yield self.place == self.range

@@ -19,6 +19,7 @@ from powertrain import (
     parameter,
     signal_input,
     variable,
+    within,
 )
 from powertrain.components.cvu import CVU
 from powertrain.components.differentials.churning import ChurningLoss
@@ -29,12 +30,15 @@ from powertrain.components.transmissions.hydrodynamic import TorqueConverter
 
 HANDOVER = 4
 """How steeply the torque passes from one clutch to the other: 1 - 0.75^4 = 0.68 of it in a quarter of the lever's way."""
+LEAST = 1e-4
+"""Smallest share of the power that a slipping clutch may pass on; at zero no torque could turn the output."""
 
 
 class ShiftedGears(CVU):
     """The gears of a power-shift gearbox, whose clutches slip between two gears; see ``PowerShiftGearbox``.
 
-    The efficiencies are ``passed_ab`` eta_ab if flange_a drives and ``passed_ba`` eta_ba if flange_b drives.
+    The efficiencies are ``passed_ab`` eta_ab if flange_a drives and ``passed_ba`` eta_ba if flange_b drives. A share outside (0, 1] ends
+    a simulation with an error.
     """
 
     passed_ab: Input = signal_input(
@@ -46,7 +50,8 @@ class ShiftedGears(CVU):
 
     def _efficiency(self, name: str, constant: Symbol) -> Symbol:
         """That of the gears times that of the slipping clutch."""
-        passed = self.passed_ab if name == "map_ab" else self.passed_ba
+        passed, driver = (self.passed_ab, "flange_a") if name == "map_ab" else (self.passed_ba, "flange_b")
+        within(passed.value, LEAST, 1.0, name=f"power that the clutch passes on if {driver} drives", unit="1")
         return super()._efficiency(name, constant) * passed.value
 
 

@@ -25,9 +25,9 @@ class RangeTransmission(TransmissionOfRanges):
 
     V = (A_b + B_b r)/(A_a + B_a r),  with ``Network.speeds`` of the range that contains r
 
-    Ranges change as in ``TransmissionOfRanges``, with the unit's inertia on shaft a, also at the start if ``range_start`` does not contain
-    r. If V becomes infinite in a range, because shaft a passes rest, no unit with an exact ratio can follow; use ``ElectricTransmission``
-    for such ranges. ``RangeTransmission.of`` makes the component from the spans of a design: lower and upper r, and the network.
+    Ranges change as in ``TransmissionOfRanges``, with the unit's inertia on shaft a. A run starts in the range that contains r. If V
+    becomes infinite in a range, because shaft a passes rest, no unit with an exact ratio can follow; use ``ElectricTransmission`` for such
+    ranges. ``RangeTransmission.of`` makes the component from the spans of a design: lower and upper r, and the network.
 
     Errors: ParameterError for a single range, and for ranges that do not follow each other or meet at different speeds of the unit.
     """
@@ -63,7 +63,3 @@ class RangeTransmission(TransmissionOfRanges):
 
     def _above(self) -> list[Symbol]:
         return [ca.if_else(self.range > k + 0.5, 1.0, 0.0) for k, _ in enumerate(self.shifts)]
-
-    def initial(self) -> Equations:
-        """The initial range."""
-        yield self.range == self.range_start

@@ -11,13 +11,11 @@ from powertrain import (
     Discrete,
     Equations,
     Input,
-    Parameter,
     ParameterError,
     Symbol,
     connect,
     der,
     discrete,
-    parameter,
     port,
     signal_input,
 )
@@ -73,13 +71,12 @@ class TransmissionOfRanges(VariableTransmission):
 
     Where two ranges meet, both shafts of the unit have the same speeds in either range, so the clutches change without slip
     (``RangeSelector``); the unit may run back in the next range. Its torques differ, however: they change within the elastic shafts between
-    unit and gears. The gears have no inertia, and a shift takes no other time. It starts in the range
-    ``range_start``. Errors: ParameterError for ranges that do not follow each other or meet at different speeds of the unit.
+    unit and gears. The gears have no inertia, and a shift takes no other time.
+    Errors: ParameterError for ranges that do not follow each other or meet at different speeds of the unit.
     """
 
     ratio: Input = signal_input("1", "Overall ratio that is wanted")
     range: Discrete = discrete("1", "Number of the range, the lowest is 0")
-    range_start: Parameter = parameter("1", "Number of the range at the start", default=0.0, min=0)
     spans: tuple[Span, ...] = _SIMPLEST
     gears: tuple[NetworkGears, ...] = tuple(NetworkGears.of(network) for _, _, network in _SIMPLEST)
     selectors_a: tuple[RangeSelector, ...] = (RangeSelector(),)

@@ -50,16 +50,30 @@ class MagicFormulaWheel(SlippingWheel):
     therefore falls with the sliding speed, and a locked wheel that comes to rest regains its full grip.
     The tyre's spring c makes the force follow slip over the relaxation length K/c. The contact load follows the wheel's in the time T:
     T der(Fz) = fn - Fz. Deflection is stored energy, c u^2/2; the secant of the rising branch is taken at the spring's force, so
-    no loss is negative in transients; the load does no work. C <= 2 prevents the force from reversing at large slip.
+    no loss is negative in transients; the load does no work. Both branches exist for 1 < C <= 2 and E < 1. With larger C, as for aligning
+    torques (2.4), the force would reverse at large slip: its angle tends to C pi/2. At E = 1 the angle ends at C atan(pi/2), which for
+    C < 1.56 is below the peak's pi/2.
 
     Sources: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 4 (names, formula without shifts), ch. 7 (carcass spring and
     contact patch). The defaults are typical values for a car tyre, not a measured tyre.
     """
 
-    pCx1: Parameter = parameter("1", "Shape factor C", default=1.65, above=1, max=2)
+    pCx1: Parameter = parameter(
+        "1",
+        "Shape factor C; up to 1 the force has no peak, above 2 it reverses at large slip",
+        default=1.65,
+        above=1,
+        max=2,
+    )
     pDx1: Parameter = parameter("1", "Friction coefficient at Fz0", default=1.0, above=0)
     pDx2: Parameter = parameter("1", "Change of the friction coefficient with dfz", default=0.0)
-    pEx1: Parameter = parameter("1", "Curvature factor E", default=-0.5, min=-20, max=0.99)
+    pEx1: Parameter = parameter(
+        "1",
+        "Curvature factor E; towards 1 the peak moves to infinite slip, if C < 1.56",
+        default=-0.5,
+        min=-20,
+        max=0.99,
+    )
     pKx1: Parameter = parameter("1", "Slip stiffness over load at Fz0", default=20.0, above=0)
     pKx2: Parameter = parameter("1", "Change of the slip stiffness over load with dfz", default=0.0)
     pKx3: Parameter = parameter("1", "Exponent of the slip stiffness with dfz", default=0.0)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
-from configparser import ConfigParser
-from configparser import Error as ParsingError
 from pathlib import Path
 
 from powertrain import ParameterError
@@ -16,6 +15,7 @@ _UNITS = {
     "MASS": ("kg", "kilogram"),
     "TIME": ("second", "sec", "s"),
 }
+_COMMENT = re.compile("[$!]")
 _MARK = "\ufeff".encode().decode("latin-1")
 """The byte order mark with which some editors begin UTF-8 files."""
 
@@ -35,7 +35,7 @@ def read_tir(path: str | Path) -> dict[str, str]:
     Raises
     ------
     ParameterError
-        For files that cannot be read, have another layout, or use other units than metre, newton, kg and second.
+        For files that cannot be read, have another layout, give a name two values, or use other units than metre, newton, kg and second.
 
     Examples
     --------
@@ -47,19 +47,28 @@ def read_tir(path: str | Path) -> dict[str, str]:
         text = Path(path).read_text(encoding="latin-1").removeprefix(_MARK)
     except (OSError, TypeError) as error:
         raise ParameterError(f"{path} cannot be read: {error}") from None
-    parser = ConfigParser(
-        interpolation=None, strict=False, allow_no_value=True, delimiters=("=",), comment_prefixes="!"
-    )
-    try:
-        parser.read_string("\n".join(line.split("$")[0].strip() for line in text.splitlines()))
-    except ParsingError as error:
-        raise ParameterError(f"{path} is not a tyre property file: {error}") from None
-    entries = [entry for section in parser.values() for entry in section.items()]
-    found = {name.upper(): value.strip().strip("'\"").strip() for name, value in entries if value}
+    found = {name: value for name, (_, value) in _entries(path, text).items()}
     for name, spellings in _UNITS.items():
         unit = found.get(name) or spellings[0]
         if unit.lower() not in spellings:
             raise ParameterError(f"{path}: {name} = {unit}; only files in {spellings[0]} are read")
+    return found
+
+
+def _entries(path: str | Path, text: str) -> dict[str, tuple[int, str]]:
+    """The lines and values of the entries by name, without empty ones."""
+    found: dict[str, tuple[int, str]] = {}
+    in_section = False
+    for k, line in enumerate(text.splitlines(), 1):
+        name, _, value = (part.strip() for part in _COMMENT.split(line)[0].partition("="))
+        in_section |= name.startswith("[")
+        if not (value := value.strip("'\"").strip()):
+            continue
+        if not in_section:
+            raise ParameterError(f"{path} is not a tyre property file: line {k} stands above the first [SECTION]")
+        before, other = found.setdefault(name.upper(), (k, value))
+        if other != value:
+            raise ParameterError(f"{path}:{k}: {name} = {value}, but {other} in line {before}")
     return found
 
 

@@ -54,7 +54,8 @@ def command(
     """Compare two runs: main results, signals and parameters with their differences.
 
     A run is a saved one (.nc), or a vehicle or a parameter file (.toml) of one, which is driven over the cycle first. A single vehicle is
-    compared with itself after the changes of --set and --params. --cycle, --span and --start hold for both runs.
+    compared with itself after the changes of --set and --params. --cycle, --span and --start hold for the vehicles; a vehicle beside a
+    saved run needs --cycle.
     """
     import powertrain as pt
 
@@ -87,6 +88,11 @@ def _runs(
         changed = " ".join(texts) or str(params)
         both = {"as it is": one, changed: other}
         return {name: driven(model, drive, name) for name, model in both.items()}
+    saved = [run for run in runs if isinstance(run, Path)]
+    if len(saved) == 1 and drive.cycle is None:
+        raise click.UsageError(f"say with --cycle what the vehicle drives: {saved[0]} does not tell its cycle")
+    if len(saved) == 2 and drive:
+        raise click.UsageError("both runs are saved ones; --cycle, --span and --start need a vehicle")
     names = [name_of(run) for run in runs]
     if names[0] == names[1]:
         names = [str(run) if isinstance(run, Path) else run.name for run in runs]
@@ -98,9 +104,7 @@ def _runs(
 def _run(run: Path | VehicleArgument, drive: Drive, name: str) -> Any:
     import powertrain as pt
 
-    if isinstance(run, Path) and not drive:
-        return pt.load(run)
-    return driven(model_of(run, None, ()), drive, name)
+    return pt.load(run) if isinstance(run, Path) else driven(model_of(run, None, ()), drive, name)
 
 
 def described(both: pt.Comparison) -> str:

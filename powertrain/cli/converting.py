@@ -37,6 +37,10 @@ def command(source: Path, target: Path, signals: tuple[str, ...]) -> None:
     """
     import powertrain as pt
 
+    if source.suffix.lower() != ".nc":
+        raise click.UsageError(
+            f"{source} is not a saved run, map or sweep (.nc); powertrain run VEHICLE --out {target} writes the run of a vehicle"
+        )
     data = _chosen(pt.load(source), signals)
     ending = target.suffix.lower()
     if ending == ".csv":

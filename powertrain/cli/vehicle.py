@@ -60,7 +60,8 @@ def configured(vehicle: VehicleArgument, params: Path | None, texts: Sequence[st
     model, paths = vehicle.model, [*vehicle.paths]
     with of_the_command_line():
         if params is not None:
-            model, more = files.applied(model, files.read(params), params.parent)
+            with files.naming(params):
+                model, more = files.applied(model, files.read(params), params.parent)
             paths += more
         pairs = assignments(texts)
         model = assigned(model, pairs)

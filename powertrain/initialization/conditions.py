@@ -45,18 +45,19 @@ class StartEquation:
 
 
 class Discretes:
-    """The equations of ``initial()`` that determine discrete variables from parameters, time, and other discrete variables.
+    """The equations of ``initial()`` that determine discrete variables from parameters, time, other discrete variables, and comparisons.
 
-    ``held``: the names of those with values given for the run. ``given``: the indices in ``m`` of those that the equations determine;
-    ``values``: their values as expressions of (t, m, p), in which no variable of ``given`` appears; ``others``: the remaining equations,
-    without those that values of the run replace.
+    A comparison of unknowns, such as the gear for the speed at the start, cannot determine these. ``held``: the names of the variables with
+    values given for the run. ``given``: the indices in ``m`` of those that the equations determine; ``values``: their values as expressions
+    of (t, x and z, m, p), in which no variable of ``given`` appears; ``others``: the remaining equations, without those that values of the
+    run replace.
     """
 
     def __init__(self, compiled: Compiled, held: Set[str]) -> None:
         dae = compiled.dae
         self.others: list[StartEquation] = []
         found: dict[int, Symbol] = {}
-        unknowns = {key(s) for group in (dae.x, dae.z) for s in ca.symvar(group)}
+        unknowns = ca.vertcat(dae.x, dae.z)
         places = [place for name, place in compiled.discretes.items() if name not in held]
         places.sort(key=lambda place: dae.held_start[place] != 0.0)  # other declared starts are kept if possible
         replaced = {key(dae.m[compiled.discretes[name]]) for name in held}
@@ -64,19 +65,24 @@ class Discretes:
             expression = _put(dae, asked.expression, found)
             inside = set(map(key, free_symbols(expression)))
             own = [i for i in places if key(dae.m[i]) in inside and _is_affine(expression, dae.m[i])]
-            if inside & unknowns or not own:
-                self.others += [asked] if inside & unknowns or not inside & replaced else []
+            determines = not ca.jacobian(expression, unknowns).is_zero()
+            if determines or not own:
+                self.others += [asked] if determines or not inside & replaced else []
                 continue
             place, symbol = own[0], dae.m[own[0]]
             value = -ca.substitute(expression, symbol, 0) / ca.jacobian(expression, symbol)
             found = {i: _put(dae, e, {place: value}) for i, e in found.items()} | {place: value}
         self.given, self.values = list(found), column(list(found.values()))
-        self._evaluated = ca.Function("powertrain_discretes", [dae.t, dae.m, dae.p], [ca.densify(self.values)])
+        self._evaluated = ca.Function(
+            "powertrain_discretes", [dae.t, unknowns, dae.m, dae.p], [ca.densify(self.values)]
+        )
 
-    def set(self, t: float, m: Array, p: Array) -> None:
-        """Write the values into ``m``."""
-        if self.given:
-            m[self.given] = np.array(self._evaluated(t, m, p)).ravel()
+    def set(self, t: float, y: Array, m: Array, p: Array, before: Array | None = None) -> Array:
+        """Write the values into ``m`` and return them; those as ``before`` are left out, since resets may have changed them there."""
+        found = np.array(self._evaluated(t, y, m, p)).ravel()
+        new = np.ones(len(found), bool) if before is None else found != before
+        m[np.array(self.given, int)[new]] = found[new]
+        return found
 
 
 def _put(dae: HybridDae, expression: Symbol, values: Mapping[int, Symbol]) -> Symbol:

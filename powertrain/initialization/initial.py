@@ -63,7 +63,6 @@ class Initializer:
         plan = self._plans[names]
         for name in plan.held:
             m[places[name]] = starts[name]
-        plan.discretes.set(t, m, p)
         given = np.array([float(starts[name]) for name in names if name not in plan.held])
         return plan.solve(engine, t, p, m, given, guesses)
 
@@ -129,16 +128,18 @@ class _Plan:
         target = np.concatenate([np.zeros(self.nz), given, self.declared])
         for (place, slope, offset), value in zip(self.known, given[self.plain].tolist(), strict=True):
             y[place] = (value - offset) / slope  # from another start Newton's method may not converge
+        discretes = self.discretes.set(t, y, m, p)
         self._solve_single(t, y, m, p, target)
         for _ in range(_ROUNDS):
+            assumed = m.copy()
             choice = self._newton(t, y, m, p, target)
+            discretes = self.discretes.set(t, y, m, p, discretes)
             if not self.modal:
                 break
-            x, z, resolved = engine.resolve(t, y[: self.n], y[self.n :], m, p)
+            x, z, m = engine.resolve(t, y[: self.n], y[self.n :], m, p)
             y = np.concatenate([x, z])
-            if np.array_equal(resolved, m):
+            if np.array_equal(m, assumed):
                 break
-            m = resolved
         else:
             raise InitializationError(unsettled(self.compiled, self.conditions))
         return y[: self.n], y[self.n :], m, self._report(t, y, m, p, target, choice)

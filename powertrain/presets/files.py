@@ -16,6 +16,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -50,6 +51,15 @@ def read(path: str | Path) -> dict[str, Any]:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         hint = next((hint for said, hint in HINTS.items() if said in str(error)), "")
         raise pt.ParameterError(f"{path} is not a TOML file: {error}{hint}") from None
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Put the name of the parameter file before an error that does not begin with it."""
+    try:
+        yield
+    except pt.ParameterError as error:
+        raise _at(str(path), error) from None
 
 
 def applied(model: M, tables: dict[str, Any], folder: Path | None = None) -> tuple[M, list[str]]:

@@ -64,13 +64,14 @@ def _is_file(name: str | Path) -> bool:
 def of_file(path: Path) -> tuple[Any, list[str]]:
     """The vehicle of a parameter file, and the paths that the file sets."""
     from powertrain.presets.catalogue import assembled
-    from powertrain.presets.files import CLASS, applied, read
+    from powertrain.presets.files import CLASS, applied, naming, read
     from powertrain.presets.settings import model_named
 
     tables = read(path)
     if CLASS not in tables:
         raise pt.ParameterError(f'{path} does not say which vehicle it is: begin it with  class = "ManualCar"')
-    return applied(model_named(str(tables[CLASS]), assembled(), path.parent), tables, path.parent)
+    with naming(path):
+        return applied(model_named(str(tables[CLASS]), assembled(), path.parent), tables, path.parent)
 
 
 def measured() -> dict[str, Any]:

@@ -14,6 +14,7 @@ import powertrain as pt
 from powertrain.components.control import PlannedPowerSplit, PowerSplit
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import operating_line
+from powertrain.components.evaluation import numbers
 from powertrain.trials.anatomy import charge_at_start
 from powertrain.trials.backward import demand
 from powertrain.trials.cycle import on_cycle
@@ -84,6 +85,10 @@ class PowerSplitBench:
         point = self._steady({"body.speed": 1.0, "battery.soc": 0.6, "engine.w": 0.0}, [], names)
         teeth, self.charge, self.discharge = (float(point[name]) for name in names)
         self.ring = xr.DataArray(teeth * speeds, dims="speed", coords={"speed": speeds})
+        control, w_ring = vehicle.control, self.ring.values
+        self.slowest, self.fastest = (
+            self.ring.copy(data=numbers(lambda w, k=k: control.speeds_of_carrier(w)[k], w_ring)) for k in (0, 1)
+        )
 
     def _steady(self, grid: dict[str, Any], free: Sequence[str], outputs: Sequence[str], on: float = 0.0) -> xr.Dataset:
         inputs = {"control.on": on}
@@ -103,12 +108,18 @@ class PowerSplitBench:
 
     @cached_property
     def off(self) -> xr.Dataset:
-        """Engine at rest: over speed, level and charge."""
+        """Engine without fuel: over speed, level and charge.
+
+        It stands, or machine 1 turns it where machine 1 would exceed w_sun otherwise; the gear's losses between them are neglected.
+        """
+        ratio, w = float(self.vehicle.control.ratio), self.slowest.clip(min=0)
+        drag = w.copy(data=np.asarray(self.vehicle.engine.motoring(w.values), float)).where(w > 0, 0.0)
         grid = {
             "body.speed": self.speeds,
-            "control.tau_2": self._wanted(0.0),
+            "engine.w": w,
+            "control.tau_1": drag / (1 + ratio),
+            "control.tau_2": self._wanted(-drag * w) + ratio / (1 + ratio) * drag,
             "battery.soc": list(CHARGES),
-            "engine.w": 0.0,
         }
         return self._steady(grid, [], [FORCE, FUEL])
 
@@ -117,9 +128,8 @@ class PowerSplitBench:
         """Engine at each power, at the speed of lowest fuel consumption that machine 1 allows: over speed, level, power and charge."""
         engine, control = self.vehicle.engine, self.vehicle.control
         power = xr.DataArray(self.powers, dims="power", coords={"power": self.powers})
-        most = (float(control.w_sun) + float(control.ratio) * self.ring) / (1 + float(control.ratio))
         best = xr.DataArray(np.asarray(operating_line(engine, SHARE)(self.powers), float), dims="power")
-        w = best.clip(max=most).transpose("speed", "power").assign_coords(power=self.powers)
+        w = best.clip(min=self.slowest, max=self.fastest).transpose("speed", "power").assign_coords(power=self.powers)
         full, drag = (w.copy(data=np.asarray(law(w.values), float)) for law in (engine.full_load, engine.motoring))
         torque: xr.DataArray = (power / w).clip(max=full).transpose("speed", "power")
         part: xr.DataArray = ((torque + drag) / (full + drag)).clip(0, 1)

@@ -352,3 +352,11 @@ def test_runs_in_c_are_those_of_python(tmp_path: Path) -> None:
     inside, outside = plant.simulate(3.0), plant.export_c(tmp_path).simulate(3.0)
     for s in SUMS:
         assert outside[s][-1] == pytest.approx(inside[s][-1], rel=1e-12)
+
+
+def test_a_steady_start_of_states_that_differ_in_speed() -> None:
+    """With rates of 1e-6/s and 1e12/s the matrix is regular, although its rank in double precision is one."""
+    slow_and_fast = b.StateSpace(A=[[-1e-6, 0], [0, -1e12]], B=[[1e-6], [1e12]], C=[[1, 1]])  # type: ignore[arg-type]
+    assert pt.simulate(slow_and_fast, 1, inputs={"u[0]": 3.0})["y[0]"][-1] == pytest.approx(6.0)
+    with pytest.raises(pt.ParameterError, match="a steady start needs a regular A"):
+        b.StateSpace(A=[[-1, 1], [0, 0]], B=[[1], [1]], C=[[1, 1]])  # type: ignore[arg-type]

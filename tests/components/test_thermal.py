@@ -41,6 +41,13 @@ def test_convection_follows_its_signal() -> None:
     np.testing.assert_allclose(result["parts[2].port.Q_flow"], result["parts[1].Q_flow"], atol=1e-12)
 
 
+def test_a_negative_conductance_is_refused() -> None:
+    """Heat would flow from cold to hot."""
+    parts = (th.FixedTemperature(T=310), th.Convection(), th.FixedTemperature(T=290), Constant(k=-8))
+    with pytest.raises(pt.SimulationError, match=r"thermal conductance .* -8 W/K; allowed is at least 0 W/K"):
+        run(joined(*parts, joints="0.port=1.solid 1.fluid=2.port 3.y=1.Gc"), 1.0)
+
+
 @pytest.mark.parametrize("alpha", [0.0, -0.01])
 def test_heat_flows_into_a_body(alpha: float) -> None:
     parts = (

@@ -200,6 +200,32 @@ def test_discrete_variables_that_depend_on_one_another(
     assert [result[name][0] for name in "abc"] == pytest.approx(expected)
 
 
+class Stages(pt.Component):
+    """The stages that a shaft has passed at its initial speed, and a filter that begins with their number."""
+
+    torque: rot.ConstantTorque = rot.ConstantTorque(tau_constant=0.0)
+    shaft: rot.Inertia = rot.Inertia(J=1.0)
+    stage: pt.Discrete = pt.discrete("1", "Number of the stage")
+    filtered: pt.Variable = pt.variable("1", "Number, delayed")
+
+    def initial(self) -> pt.Equations:
+        yield self.stage == sum(ca.if_else(self.shaft.w > w, 1, 0) for w in (10.0, 20.0))
+        yield self.filtered == self.stage
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque.flange, self.shaft.flange_a)
+        yield pt.der(self.filtered) == self.stage - self.filtered
+
+
+@pytest.mark.parametrize(("w", "stage"), [(5.0, 0), (15.0, 1), (25.0, 2)])
+def test_a_discrete_variable_may_start_from_a_comparison_of_speeds(w: float, stage: int) -> None:
+    result = pt.simulate(Stages(), 1.0, starts={"shaft.w": w})
+    assert set(result["stage"]) == {stage}
+    np.testing.assert_allclose(result["filtered"], stage, atol=1e-12)
+    given = pt.simulate(Stages(), 1.0, starts={"shaft.w": w, "stage": 7.0})
+    assert given["filtered"][0] == 7
+
+
 def test_discrete_variables_without_a_solution() -> None:
     """Two values for one variable, also if another one is given, and an equation that is not linear in it."""
 

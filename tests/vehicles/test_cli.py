@@ -428,6 +428,8 @@ def test_wrong_arguments_are_told(short: str, tmp_path: Path) -> None:
     assert "is not a TOML file" in refused("run", "SplitPathCar", "--params", str(toml))
     toml.write_text("body.m = 1300\nbody.m = 1400\n")
     assert "a value is given once" in refused("run", "SplitPathCar", "--params", str(toml))
+    toml.write_text("body.m = -3\n")
+    assert "bad.toml: body.m = -3 kg is outside" in refused("run", "SplitPathCar", "--params", str(toml))
     toml.write_text('class = "RearDriveCar"\n')
     assert "is for RearDriveCar" in refused("run", "SplitPathCar", "--params", str(toml))
 

@@ -13,6 +13,7 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.trials import flywheel_management, power_split_management
 from powertrain.trials.management import Management, looked_up
 from powertrain.trials.management_power_split import PowerSplitBench
+from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
 
@@ -55,6 +56,26 @@ def test_operating_points_of_the_power_split_balance() -> None:
     stored = on["der(battery.soc)"] * 6.5 * 3600 * voltage
     efficiency = (level + stored) / heat
     assert float(efficiency.max()) < 0.4, "no more than the engine's indicated efficiency comes out"
+
+
+@pytest.mark.slow
+def test_the_power_split_without_fuel_is_that_of_its_control() -> None:
+    """At 33 m/s machine 1 turns the engine, as it would turn too fast itself with a stopped one: the battery pays for the drag."""
+    car, speeds = PowerSplitHybrid(), np.array([20.0, 33.0])
+    off = PowerSplitBench(car, speeds, np.array([10e3])).off.sel(soc=0.6).transpose("speed", "level")
+    plant = pt.compile(on_rolling_road(car, {"control.running"}))
+    grid: dict[str, Any] = {
+        "body.speed": speeds,
+        "driver.accelerator_set": 0.1,
+        "battery.soc": 0.6,
+        "control.running": 0.0,
+    }
+    inputs = {name: one.guess for name, one in plant.compiled.inputs.items() if name not in grid}
+    driven = pt.steady(plant, grid, inputs=inputs, outputs=["body.force", "engine.w"], first=True, progress=False)
+    np.testing.assert_allclose(driven["engine.w"], [0.0, 30.3], atol=0.1)
+    for k, force in enumerate(driven["body.force"].values.ravel()):
+        rate = np.interp(force, off["body.force"][k], off["der(battery.soc)"][k])
+        assert rate == pytest.approx(float(driven["der(battery.soc)"].values.ravel()[k]), rel=3e-3)
 
 
 def test_the_planned_control_does_as_it_is_told() -> None:

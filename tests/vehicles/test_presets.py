@@ -195,19 +195,26 @@ SLOPE = '{{ name = "g", unit = "{}", axes = [{{ name = "s", unit = "m", points =
             r"gearbox = DualClutchGearbox.of_ratios\(...\) takes ratios",
         ),
         ('class = "ManualCar"\n[cycle]\ncycle = 3\n', r"cycle.cycle = 3 is neither a name nor a table of numbers"),
-        ('class = "ManualCar"\n[[gearbox.gears]]\nratio = "3.5"\n', r"^gearbox.gears\[0\]: ratio = '3.5' is a text"),
+        (
+            'class = "ManualCar"\n[[gearbox.gears]]\nratio = "3.5"\n',
+            r"toml: gearbox.gears\[0\]: ratio = '3.5' is a text",
+        ),
         (
             'class = "ManualCar"\n[road]\nprofile = ' + SLOPE.format("1", "[9, 0]"),
-            "^road.profile: axis s: the points must",
+            "toml: road.profile: axis s: the points must",
         ),
-        ('class = "ManualCar"\n[road]\nprofile = ' + SLOPE.format("%", "[0, 9]"), "^road.profile: unknown unit '%'"),
+        (
+            'class = "ManualCar"\n[road]\nprofile = ' + SLOPE.format("%", "[0, 9]"),
+            "toml: road.profile: unknown unit '%'",
+        ),
     ],
 )
 def test_what_a_file_cannot_say(tmp_path: Path, text: str, said: str) -> None:
     path = tmp_path / "bad.toml"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(pt.ParameterError, match=said):
+    with pytest.raises(pt.ParameterError, match=said) as caught:
         load(path)
+    assert str(caught.value).startswith(str(path))
 
 
 def test_a_file_may_begin_with_a_byte_order_mark_and_spell_the_class_otherwise(tmp_path: Path) -> None:

@@ -86,6 +86,26 @@ def test_saved_runs_are_compared_by_the_names_of_their_files(saved: Path, tmp_pa
     assert "there is no file" in called("compare", str(saved), "nothing.nc", code=2)
 
 
+def test_a_vehicle_drives_a_given_cycle_beside_a_saved_run(saved: Path) -> None:
+    """It used to drive its own cycle, whatever the saved run drove, and none could be given."""
+    assert "say with --cycle what the vehicle drives" in called("compare", str(saved), "ManualCar", code=2)
+    text = called("compare", str(saved), "ManualCar", "--cycle", "wltc", *SHORT, "--signals", "cycle.v_ref")
+    difference, largest = (float(text.split("cycle.v_ref")[1].split()[k]) for k in (2, 3))
+    assert abs(difference) < 1e-9
+    assert largest < 1e-9
+
+
+def test_a_parameter_file_is_not_converted(tmp_path: Path) -> None:
+    file = tmp_path / "car.toml"
+    file.write_text('class = "ManualCar"\n')
+    said = called("convert", str(file), str(tmp_path / "a.csv"), code=2)
+    assert "is not a saved run, map or sweep (.nc); powertrain run VEHICLE --out" in said
+    with pytest.raises(
+        pt.ParameterError, match=r"load reads the netCDF files \(\.nc\) of runs, maps and sweeps; .*car\.toml"
+    ):
+        pt.load(file)
+
+
 def test_a_saved_run_is_converted(saved: Path, tmp_path: Path) -> None:
     data = pt.load(saved)
     for ending in ("csv", "mat", "nc", "html"):

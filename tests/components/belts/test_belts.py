@@ -63,6 +63,19 @@ def test_centrifugal_tension_takes_grip() -> None:
     assert first == pytest.approx(limit, rel=0.02)
 
 
+@pytest.mark.parametrize("mue", [1.0, 3.0])
+def test_a_belt_that_lifts_off_ends_a_run(mue: float) -> None:
+    """Beyond root(T_0/rho) it has no grip; with mue = 3 its pulleys used to stick and slip without end there."""
+    drive = BeltDrive(T_0=14, rho=3, mue=mue, EA=7e4, d=40, radius_b=0.05)
+    model = Loaded(drive=drive, motor=ConstantSpeed(w_fixed=20.0), rise=0.0)
+    run = pt.simulate(model, 1.0, starts={"load.w": 30.0, "drive.pulley_a.v": 1.5, "drive.pulley_b.v": 1.5})
+    assert run.time[-1] == 1.0
+    with pytest.raises(
+        pt.SimulationError, match=r"speed of the belt, which .* lifts off .*pulley.*-2.158\d* to 2.158\d* m/s"
+    ):
+        pt.simulate(model, 1.0, parameters={"motor.w_fixed": 2.2 / 0.075})
+
+
 class Held(pt.Component):
     """A drive with one shaft held and a torque on the other."""
 

@@ -106,6 +106,37 @@ def test_a_shift_loses_torque_times_slip(up: bool, tau: float) -> None:
     assert abs(pt.energy_audit(result).closure) < 1e-6
 
 
+class Slipping(pt.Component):
+    """Gears whose slipping clutch passes on given shares of the power."""
+
+    drive: ConstantTorque = ConstantTorque(tau_constant=10.0)
+    shaft: Inertia = Inertia(J=1.0)
+    gears: ShiftedGears = ShiftedGears(eta_ab=0.9, eta_ba=0.9)
+    load: Inertia = Inertia(J=1.0)
+    ratio: Constant = Constant(k=1.0)
+    passed_ab: Constant = Constant(k=1.0)
+    passed_ba: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.gears.flange_a)
+        yield pt.connect(self.gears.flange_b, self.load.flange_a)
+        yield pt.connect(self.ratio.y, self.gears.ratio)
+        yield pt.connect(self.passed_ab.y, self.gears.passed_ab)
+        yield pt.connect(self.passed_ba.y, self.gears.passed_ba)
+
+
+@pytest.mark.parametrize("share", [0.0, -1.0, 2.0])
+@pytest.mark.parametrize("side", ["a", "b"])
+def test_a_clutch_passes_on_some_of_the_power_and_not_more(side: str, share: float) -> None:
+    """With 2 the gears would gain power, with 0 and less the output could not be turned."""
+    passed = Constant(k=share)
+    gears = Slipping(passed_ab=passed) if side == "a" else Slipping(passed_ba=passed)
+    said = rf"if flange_{side} drives \(gears: .*leaves its range at t = 0 s: {share:g}; allowed is 0.0001 to 1"
+    with pytest.raises(pt.SimulationError, match=said):
+        pt.simulate(gears, 1.0)
+
+
 @pytest.mark.parametrize(("soc_power", "force"), [(1e9, 3000.0), (12e3, 1200.0), (0.0, 0.0)])
 def test_recovery_is_what_brake_axle_machine_and_battery_allow(soc_power: float, force: float) -> None:
     """At 10 m/s and 50 rad/s, half a pedal of 15 kN: the axle allows 3 kN, the battery P/v."""

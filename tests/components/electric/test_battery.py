@@ -169,6 +169,32 @@ def test_power_that_it_may_give_and_take(kind: type[Battery]) -> None:
     assert result["battery.discharge_power"][0] == pytest.approx(0.99 * 200**2 / (4 * 0.2))
 
 
+@pytest.mark.parametrize("kind", [Battery, PolarizedBattery])
+def test_a_cold_or_full_battery_takes_no_more_than_its_voltage_allows(kind: type[Battery]) -> None:
+    """At constant current the voltage stays at V_max: i = (V_max - ocv)/(R cold), here 2.18 times R at -10 degC."""
+
+    class Cold(pt.Component):
+        battery: pt.Component
+        draw: Current = Current()
+        cells: HeatCapacitor = HeatCapacitor(C=1e12)
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.battery.bus, self.draw.bus)  # type: ignore[attr-defined]
+            yield pt.connect(self.battery.heat_port, self.cells.port)  # type: ignore[attr-defined]
+
+    battery = kind(ocv=SLOPE, R=0.2, B=2000, Q=1e12, i_charge=80, overvoltage=222 / 220, soc_max=1)
+    plant = pt.compile(Cold(battery=battery))
+    for T, soc in (293.15, 0.5), (263.15, 0.5), (293.15, 0.75), (293.15, 0.9):
+        R, ocv = 0.2 * math.exp(2000 * (1 / T - 1 / 293.15)), 180 + 40 * soc
+        i = min(80.0, (222 - ocv) / R)
+        run = plant.simulate(60.0, starts={"cells.T": T, "battery.soc": soc}, parameters={"draw.i": -0.9999 * i})
+        assert run["battery.charge_power"][-1] == pytest.approx(i * (ocv + R * i), rel=1e-5)
+        assert run["battery.bus.v"].max() < 222
+        assert run.statistics["outside voltage of the battery"] == 0
+    beyond = plant.simulate(1.0, starts={"cells.T": 293.15, "battery.soc": 0.9}, parameters={"draw.i": -80.0})
+    assert beyond.statistics["outside voltage of the battery"] > 0
+
+
 def test_a_polarized_battery_that_was_discharged_takes_less_power() -> None:
     """60 A through the slow 0.1 Ohm leave it 6 V lower; 50 A into the other 0.1 Ohm raise it by 5 V at once."""
     battery = PolarizedBattery(ocv=FLAT, R=0.2, ohmic=0.5, T=0.1, Q=1e9, i_charge=50)

@@ -73,6 +73,16 @@ def test_hybrids_on_a_cold_day(kind: type[pt.Component]) -> None:
     assert T[-1] - COLD == pytest.approx(heat / 1e3, rel=1e-2)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [ParallelHybrid, SeriesHybrid, PowerSplitHybrid])
+def test_recovery_in_the_cold_keeps_the_voltage_of_the_cells(kind: type[pt.Component]) -> None:
+    """At -20 degC braking drove 56 cells to 4.4 to 4.5 V each."""
+    car = pt.replace(kind(), {"battery_cooling": ConditionedBattery(T=253.15)})
+    run = drive_cycle(car, DriveCycle.named("udds").part(0, 130)).result
+    assert run["battery.bus.v"].max() < 56 * 4.2
+    assert run["battery.i"].max() > 20.0
+
+
 def test_operating_points_have_the_temperature_of_the_air() -> None:
     """In a map a battery of its own would settle at the temperature of hours at every point."""
     car = ElectricCar(battery_cooling=PassivelyCooledBattery(T_air=COLD))

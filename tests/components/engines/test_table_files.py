@@ -238,6 +238,11 @@ LONG = "speed [rpm],torque [N.m],fuel [g/s]\n"
         (LONG + "0,0,1,5\n", {}, "fuel.csv:2: 4 cells, but there are 3 headings; columns are separated by ','"),
         (",10,20\n0,1,1\n", {"speed": "[rpm]"}, r"a wide table .* pass load='load \[unit\]', fuel='fuel \[unit\]'"),
         (LONG + "0,-5,1\n0,0,1\n9,-5,1\n9,0,1\n", {}, "fuel.csv: the fuel table ends at 0 N.m; it must contain torques above zero"),
+        (
+            LONG.replace(",", ";") + "1.000;0;1\n1.000;5;1\n6.000;0;1\n6.000;5;1\n",
+            {},
+            "fuel.csv: the fuel table ends at 0.628 rad/s, 6 rpm; .* without a mark for thousands: 6.000 is 6",
+        ),
         (LONG + "0,0,-1\n0,5,1\n9,0,1\n9,5,1\n", {}, "fuel.csv: the fuel table has -1 g/s"),
     ],
 )  # fmt: skip

@@ -247,6 +247,17 @@ def test_rolling_resistance_reads_its_signals() -> None:
     np.testing.assert_allclose(result["parts[0].f"], 100 * 0.1 * t * np.cos(np.arctan(t)), atol=1e-12)
 
 
+def test_a_negative_rolling_resistance_is_refused() -> None:
+    """It would drive the wheel."""
+    parts = (
+        tr.RollingResistance(fWeight=100, useCrInput=True),
+        tr.ConstantSpeed(v_fixed=2),
+        Ramp(height=-0.1, duration=1),
+    )
+    with pytest.raises(pt.SimulationError, match=r"rolling resistance coefficient .* allowed is at least 0"):
+        run(joined(*parts, joints="0.flange=1.flange 2.y=0.cr"), 1.0)
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_air_drag_decays_hyperbolically(sign: int) -> None:
     drag = tr.AirDrag(A=2, Cd=0.5, rho=1.2)

@@ -130,6 +130,21 @@ def test_torques_at_rest_are_those_of_the_network(driven: pt.Result[RatioBench],
     assert at["transmission.flange_a.tau"] == pytest.approx(network.tau_in[0], rel=2e-3)
 
 
+@pytest.mark.parametrize(("r", "k"), [(0.3, 0), (1.7, 1)])
+def test_it_begins_in_the_range_of_its_speeds(r: float, k: int) -> None:
+    """In the lower range the machines could not hold a ratio of 1.7 against the load."""
+    pair = pair_of(UnitLoss(0.85, 0.85), torque=400, speed=2000, power=1e5)
+    transmission, actuator = ElectricTransmission.of(SPANS, pair), RatioActuator(ratio_start=r)
+    model = RatioBench(transmission=transmission, actuator=actuator, load=rot.ConstantTorque(tau_constant=-80))
+    w = factors_of_unit(SPANS[k][2]) @ [200.0, 200.0 * r]
+    starts = {"engine.w": 200.0, "output.w": 200.0 * r}
+    starts |= {f"transmission.pair.machine_{side}.w": speed for side, speed in zip("ab", w, strict=True)}
+    result = pt.simulate(model, 3.0, starts=starts, inputs={"wanted": r})
+    assert (result["transmission.range"] == k).all()
+    assert (result["transmission.place"] == k).all()
+    assert result["output.w"][-1] / result["engine.w"][-1] == pytest.approx(r, rel=2e-3)
+
+
 def test_what_no_pair_can_drive() -> None:
     with pytest.raises(pt.ParameterError, match="two ranges meet at r = 0"):
         ElectricTransmission.of([(-1.0, 0.0, SPANS[0][2]), (0.0, 1.0, SPANS[1][2])])

@@ -38,7 +38,7 @@ def driven(parts: Any, times: list[float], wanted: list[float]) -> pt.Result[Rat
     """The bench with a wanted ratio, which is that of the start at first."""
     part = next(part for part in parts if part[0] <= wanted[0] <= part[1])
     model = RatioBench(
-        transmission=pt.replace(RangeTransmission.of(parts, UNIT), range_start=parts.index(part)),
+        transmission=RangeTransmission.of(parts, UNIT),
         actuator=RatioActuator(T=0.1, rate=0.1, ratio_start=wanted[0]),
     )
     w_a = float(factors_of_unit(part[2])[0] @ [200.0, 200.0 * wanted[0]])

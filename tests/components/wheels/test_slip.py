@@ -299,6 +299,7 @@ def test_tyre_files_of_other_writers(tmp_path: Path) -> None:
         ("PDX1 = 1.2", "PDX1 = soft", "PDX1 = soft is not a number"),
         ("PEX1 = 0.3", "PEX1 = 3", r"pEx1 = 1.5 is outside its range \[-20, 0.99\]"),
         ("[MDI_HEADER]", "", "is not a tyre property file"),
+        ("PDX1 = 1.2", "PDX1 = 1.2\npdx1 = 12", r"tyre.tir:\d+: pdx1 = 12, but 1.2 in line \d+"),
     ],
 )
 def test_tyre_files_that_do_not_fit(tmp_path: Path, old: str, new: str, said: str) -> None:
@@ -307,3 +308,16 @@ def test_tyre_files_that_do_not_fit(tmp_path: Path, old: str, new: str, said: st
         MagicFormulaWheel.from_tir(tmp_path / "tyre.tir")
     with pytest.raises(pt.ParameterError, match=r"none\.tir cannot be read"):
         MagicFormulaWheel.from_tir(tmp_path / "none.tir")
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"pCx1": 2.4}, r"pCx1 = 2.4 is outside its range \(1, 2\] .*above 2 it reverses at large slip"),
+        ({"pCx1": 1.0}, "up to 1 the force has no peak"),
+        ({"pEx1": 1.0}, "pEx1 = 1 is outside .*towards 1 the peak moves to infinite slip"),
+    ],
+)
+def test_formulas_without_a_peak_and_a_falling_branch_are_refused(given: dict[str, Any], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        MagicFormulaWheel(**given)
