@@ -121,12 +121,16 @@ def differentiate(reduced: Reduced, known: set[int]) -> Differentiated:
 
 
 def given(system: Differentiated) -> set[int]:
-    """The variables that equations determine one after another, such as a motion that follows a signal through a filter."""
+    """The variables that equations determine one after another, such as a motion that follows a signal through a filter.
+
+    Without those of which only the highest derivative is given: nothing returns them, and the angle of a given speed grows without bound.
+    """
     residuals = [chain[0] for chain in system.chains if system.known.isdisjoint(map(key, free_symbols(chain[0])))]
-    inside, found = [{base for base, _ in system.bases(residual)} for residual in residuals], set[int]()
-    while new := {base for bases in inside if len(left := bases - found) == 1 for base in left}:
+    inside, found = [{*system.bases(residual)} for residual in residuals], set[int]()
+    while new := {base for bases in inside if len(left := {base for base, _ in bases} - found) == 1 for base in left}:
         found |= new
-    return found
+    determined = [bases for bases in inside if found.issuperset(base for base, _ in bases)]
+    return {base for bases in determined for base, order in bases if order < system.top[base]}
 
 
 def select_states(system: Differentiated, preference: dict[int, int], values: dict[int, float]) -> list[Base]:

@@ -67,7 +67,7 @@ def place(component: pt.Component, path: str) -> Adjustable:
                 f"{type(component).__name__}.{path} is a variable, not a parameter; its value at the start of a run is given by "
                 f"powertrain run --start {path}=VALUE, and by drive_cycle(..., starts={{{path!r}: VALUE}}) in Python"
             )
-        near = _others(path, known) or (_near(path, known) or _beside(path, known)) + _makers(path, known)
+        near = (_others(path, known) or _near(path, known) or _beside(path, known)) + _makers(path, known)
         raise pt.ParameterError(f"{type(component).__name__} has no parameter or component {path!r}{near}")
     return known[path]
 
