@@ -360,6 +360,9 @@ def test_bad_input(slide: pt.Plant[Slide]) -> None:
         pt.optimal_control(slide, pt.maximum("inertia.w"), guess, {"torque": (0, 1)})
     with pytest.raises(pt.ParameterError, match="inputs: torque: the range -inf to inf must be finite"):
         pt.optimal_control(slide, cost, guess, {"torque": (-math.inf, math.inf)})
+    uneven: Any = {"inertia.phi": [1, [2]]}
+    with pytest.raises(pt.ParameterError, match=r"ends: inertia\.phi = \[1, \[2\]\]: give \(low, high\)"):
+        pt.optimal_control(slide, cost, guess, {"torque": (0, 1)}, ends=uneven)
     with pytest.raises(pt.ParameterError, match=r"guess: the result belongs to another model \(Ball\)"):
         pt.optimal_control(slide, cost, pt.simulate(Ball(), 0.1), {"torque": (0, 1)})
     ball = pt.compile(Ball())

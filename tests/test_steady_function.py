@@ -130,8 +130,10 @@ def test_in_opti() -> None:
 
 
 def test_bad_input() -> None:
-    with pytest.raises(pt.ParameterError, match="give the values of one operating point"):
-        pt.steady_function(PLANT, {"torque": [1.0, 2.0], "press": 1.0}, OUTPUTS)  # type: ignore[dict-item]
+    several: Any
+    for several in [1.0, 2.0], [1, [2]], np.ones(2):
+        with pytest.raises(pt.ParameterError, match="give the values of one operating point"):
+            pt.steady_function(PLANT, {"torque": several, "press": 1.0}, OUTPUTS)
     with pytest.raises(pt.ParameterError, match="an angle that only rotates"):
         pt.steady_function(PLANT, POINT, ["rotor.phi"], guesses=GUESSES)
     at = {"r": 1.0, "load": -10.0, "transmission.differential.ratio": -1.7}  # a gear at rest under load

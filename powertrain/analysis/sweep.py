@@ -20,6 +20,7 @@ from powertrain.analysis.cases import ENDED, FAILED, KINDS, Case, Job, Outcome
 from powertrain.analysis.identity import identity
 from powertrain.errors import ParameterError, PowertrainError, SimulationError
 from powertrain.export import read_classic
+from powertrain.language.arguments import single
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -252,8 +253,8 @@ def _values_of(case: Mapping[str, Any]) -> dict[str, Any]:
     for option, value in case.items():
         if isinstance(value, Mapping):
             prefix = "" if option == "parameters" else f"{option}."
-            found |= {f"{prefix}{name}": v for name, v in value.items() if np.ndim(v) == 0 and not callable(v)}
-        elif np.ndim(value) == 0:
+            found |= {f"{prefix}{name}": v for name, v in value.items() if single(v) and not callable(v)}
+        elif single(value):
             found[option] = value
     return found
 

@@ -49,6 +49,11 @@ def tolerances(rtol: Any, atol: Any) -> tuple[float, float]:
     return relative, relative if atol is None else positive("atol", atol)
 
 
+def single(value: Any) -> bool:
+    """Whether a value is not a list or an array of several; numpy's number of dimensions is an error for lists of unequal ones."""
+    return not isinstance(value, list | tuple) and getattr(value, "ndim", 0) == 0
+
+
 def limits(what: str, given: Any, *, closed: bool = False) -> tuple[float, float]:
     """(low, high), which may be infinite, and equal where ``closed``."""
     try:

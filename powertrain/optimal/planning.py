@@ -12,7 +12,7 @@ import numpy as np
 
 from powertrain.errors import ParameterError, SimulationError, suggestion
 from powertrain.initialization.outdated import constant_in_tables
-from powertrain.language.arguments import by_name, count, listed, number
+from powertrain.language.arguments import by_name, count, listed, number, single
 from powertrain.language.arguments import limits as bounded
 from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
@@ -141,7 +141,7 @@ class _Programme:
     def limit(self, limits: dict[Any, Any], ends: dict[str, Any], stop: Any, smooth: float) -> None:
         """Build the phases with all limits."""
         self.limits = [(s, bounded(f"limits: {s}", r)) for s, r in limits.items()]
-        self.ends = [(s, bounded(f"ends: {s}", (r, r) if np.ndim(r) == 0 else r, closed=True)) for s, r in ends.items()]
+        self.ends = [(s, bounded(f"ends: {s}", (r, r) if single(r) else r, closed=True)) for s, r in ends.items()]
         self.stop = (self.run.trajectory.end,) * 2 if stop is None else bounded("stop", stop, closed=True)
         begin = self.run.trajectory.start
         if not self.stop[1] > begin:

@@ -14,7 +14,7 @@ from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import OK
 from powertrain.equilibrium.system import held_rows, with_modes
 from powertrain.errors import ParameterError
-from powertrain.language.arguments import by_name
+from powertrain.language.arguments import by_name, single
 from powertrain.language.component import Component
 from powertrain.language.symbols import column
 from powertrain.plant import Plant, plant_of
@@ -110,7 +110,7 @@ def steady_function(
     """
     plant = plant_of(plant)
     point = by_name("at", at)
-    if not point or any(np.ndim(value) for value in point.values()):
+    if not point or not all(map(single, point.values())):
         raise ParameterError("at: give the values of one operating point, a number for each name")
     q = question(plant, point, outputs, parameters, inputs, free, guesses)
     map_ = steady_map(plant, q)
