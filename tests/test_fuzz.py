@@ -96,6 +96,6 @@ def test_one_way_laws_that_hold_in_the_end(seed: int) -> None:
 
 @pytest.mark.slow
 @given(st.data())
-@settings(WAYS, max_examples=300)
+@settings(WAYS, max_examples=150)
 def test_many_drivelines(data: st.DataObject) -> None:
     simulates_or_is_refused(drawn(data, 30, careless=data.draw(st.booleans())))

@@ -129,7 +129,7 @@ def test_charge_has_hysteresis() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["wltc", "nedc", "udds", "hwfet"])
+@pytest.mark.parametrize("name", ["wltc", "udds"])
 def test_cycles(name: str) -> None:
     run = drive_cycle(FlywheelHybrid(), name, compile=True, rtol=1e-8)
     _balanced(run)
