@@ -114,8 +114,8 @@ def schedule_inputs(flat: Flat) -> Flat:
 def _preferences(system: Differentiated, torques: list[LawTorque], others: list[tuple[Place, Law]]) -> dict[int, int]:
     """The preference of each variable as a state.
 
-    In turn: variables with a start, relative motions, speeds of friction laws, reset variables, and motions that no torque can change: a
-    correction of the states must leave them as they are.
+    In turn: variables with a start, relative motions, speeds of friction laws, reset variables, and motions that no torque changes
+    (``given``), which a correction of other states must leave as they are.
     """
     reduced = system.reduced
     preferences: dict[int, int] = {}

@@ -123,7 +123,8 @@ def differentiate(reduced: Reduced, known: set[int]) -> Differentiated:
 def given(system: Differentiated) -> set[int]:
     """The variables that equations determine one after another, such as a motion that follows a signal through a filter.
 
-    Without those of which only the highest derivative is given: nothing returns them, and the angle of a given speed grows without bound.
+    Without those of which only the highest derivative is determined: nothing returns these to a value, and the angle of a given speed grows
+    without bound.
     """
     residuals = [chain[0] for chain in system.chains if system.known.isdisjoint(map(key, free_symbols(chain[0])))]
     inside, found = [{*system.bases(residual)} for residual in residuals], set[int]()

@@ -50,7 +50,7 @@ def tolerances(rtol: Any, atol: Any) -> tuple[float, float]:
 
 
 def single(value: Any) -> bool:
-    """Whether a value is not a list or an array of several; numpy's number of dimensions is an error for lists of unequal ones."""
+    """Whether a value is one, and no list or array of values; the lists in it may have unequal lengths, which np.ndim refuses."""
     return not isinstance(value, list | tuple) and getattr(value, "ndim", 0) == 0
 
 
