@@ -15,7 +15,18 @@ import math
 import casadi as ca
 
 from powertrain.dae.hybrid import JUMPED, Barrier, Friction, HybridDae
-from powertrain.dae.tolerances import EPS, INTEGRATED, NO_WIDTH, NOISE, REVERSED, SWIFT, YIELDING, ZONE
+from powertrain.dae.tolerances import (
+    COMPLIANCE,
+    EPS,
+    INTEGRATED,
+    NO_WIDTH,
+    NOISE,
+    REVERSED,
+    STEPPED,
+    SWIFT,
+    YIELDING,
+    ZONE,
+)
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
@@ -60,6 +71,14 @@ def rest_margin(dae: HybridDae, law: Friction) -> ca.SX:
     # without a load, round-off decides this, but then w is zero
     moved = ca.logic_and(dae.m[law.index] == STUCK, yields)
     return INTEGRATED - ca.if_else(moved, ca.fabs(law.w), 0.0)
+
+
+def sharing_margin(law: Friction) -> ca.SX:
+    """The torque of a stuck law that shares its motion is found: the last proximal step, rate = compliance * step, changes it little.
+
+    It changes it more where the law acts on a part so light that its compliance yields as much as what it holds through that part.
+    """
+    return STEPPED * law.hysteresis - ca.fabs(law.rate) / (COMPLIANCE * law.reach)
 
 
 def speed_margin(law: Friction, mode: ca.SX | float, known: ca.SX | float) -> ca.SX:
@@ -112,6 +131,8 @@ def watched(dae: HybridDae, law: Friction) -> list[tuple[ca.SX, ca.SX | float]]:
         found.append((ca.if_else(dae.m[law.index] == FREE, ca.fmin(free, order_margin(dae, law)), free), EPS))
     if law.limitless and not law.prescribed:
         found.append((rest_margin(dae, law), EPS))
+    if law.share is not None:
+        found.append((ca.if_else(dae.m[law.index] == STUCK, sharing_margin(law), 1.0), law.hysteresis))
     return found
 
 

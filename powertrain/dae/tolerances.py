@@ -42,6 +42,11 @@ RESOLVED = 1e-8
 """Uncertainty of torques in equilibrium with each other, relative to the largest: round-off through stiff couplings."""
 SHARED = 1e-7
 """Uncertainty of a torque shared by compliance between laws on one motion, relative to the torques there: round-off over compliance."""
+STEPPED = 1e5
+"""The last proximal step may change a shared torque by this multiple of its uncertainty, 1 % of the torques there. What remains is the
+square of that share, 1e-4."""
+COMPLIANCE = 1e-8
+"""eps: creep of a stuck law relative to its own G_ii. Its square is round-off; round-off over eps is the accuracy of shared torques."""
 ALONE = 1e-10
 """Uncertainty of a torque that is alone on its motion, relative to the largest torque that it meets through other motions."""
 ROUND_OFF = 1e-15

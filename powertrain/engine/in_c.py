@@ -41,7 +41,9 @@ _ARRAYS = (
     "prepared counts which holds overridden row held_row instant_row out sample_times"
 )
 _REALS = "t start stop h longest crossed max_step instant corner target stiff"
-_INTEGERS = "side begun changed fixed idle reset located prepared_once hosted every_event every_mode explicit_method"
+_INTEGERS = (
+    "side begun changed fixed idle reset located prepared_once hosted every_event every_mode every_idle explicit_method"
+)
 _COUNTS = "steps rejected events rows helds kept sampled most_rows most_held most_instants samples"
 
 
@@ -154,6 +156,7 @@ class LoopInC:
         gaps_jump = engine.overlaps is not None and engine.overlaps.may_jump
         self._model.every_event = engine.continuity is not None or gaps_jump
         self._model.every_mode = engine.admissible.checks
+        self._model.every_idle = engine.admissible.shares
         self._model.most_rows, self._model.most_held, self._model.most_instants = _ROWS, _HELD, _INSTANTS
         self._continue, self._at = _loop().pt_continue, ctypes.byref(self._model)
         addresses = step.addresses() | others.addresses()

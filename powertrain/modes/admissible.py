@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import casadi as ca
 
-from powertrain.dae.friction import rest_margin, undetermined
+from powertrain.dae.friction import STUCK, rest_margin, sharing_margin, undetermined
 from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.dae.tolerances import INTEGRATED, NO_WIDTH, ZONE
 from powertrain.errors import SimulationError
@@ -33,7 +33,13 @@ class Admissible:
         self._self_locking = SelfLocking(dae, memory)
         self._one_way = [(k, law, mode) for k, law in enumerate(dae.frictions) for mode in law.limitless]
         self._limitless = [law for law in dae.frictions if law.limitless and not law.prescribed]
+        self._sharing = [law for law in dae.frictions if law.share is not None]
         self._prescribed = [(k, law, undetermined(dae, law)) for k, law in enumerate(dae.frictions) if law.prescribed]
+
+    @property
+    def shares(self) -> bool:
+        """Whether laws may share a motion, so that an event without a change of modes may be the end of a run."""
+        return bool(self._sharing)
 
     @property
     def checks(self) -> bool:
@@ -43,6 +49,7 @@ class Admissible:
     def check(self, side: int) -> None:
         """Reject inadmissible modes; note torques that are not unique."""
         self._self_locking.check(side)
+        self._check_sharing(side)
         held = self.memory.m
         for _, law, mode in self._one_way:
             if held[law.index] == mode:
@@ -64,6 +71,24 @@ class Admissible:
     def _rest(self) -> Evaluated:
         rows = ca.vertcat(*[ca.horzcat(rest_margin(self.dae, law), law.w) for law in self._limitless])
         return Evaluated(self.dae.function("rest_margins", rows))
+
+    def _check_sharing(self, side: int) -> None:
+        """Reject stuck laws whose shared torques two proximal steps do not find."""
+        if not self._sharing:
+            return
+        (found,) = self._margins(*self.memory.instant(side))
+        yielding = [law.name for law, margin in zip(self._sharing, found.ravel(), strict=True) if margin < 0]
+        if yielding:
+            raise SimulationError(
+                f"at t = {self.memory.time[0]:.9g} s the torque of {' and '.join(yielding)} is not accurate: a part on which it acts is "
+                "lighter by a factor of about 1e6 than what is held through it, and other laws may hold the same motion. Give that part "
+                "a larger inertia or mass, or leave out one of the laws."
+            )
+
+    @cached_property
+    def _margins(self) -> Evaluated:
+        stuck = [ca.if_else(self.dae.m[law.index] == STUCK, sharing_margin(law), 0.0) for law in self._sharing]
+        return Evaluated(self.dae.function("sharing_margins", ca.vertcat(*stuck)))
 
     def check_speeds(self, side: int) -> None:
         """Reject speeds that no mode allows."""

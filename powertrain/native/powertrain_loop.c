@@ -730,6 +730,7 @@ static int event(pt_model *a, int found)
     if (a->hosted && status) return ask(a, crossed);
     if (status) return status;
     int changed = differ(a->before, a->m, a->n->m);
+    if (a->every_idle && found && !changed) return ask(a, crossed);
     if (changed) {
         pt_keep_held(a);
         pt_choose(a);

@@ -49,7 +49,8 @@ struct pt_model {
     int prepared_once;   /* the constants are those of the held values in prepared */
     int hosted;          /* a host resolves events that are not routine, */
     int every_event;     /* or every event, */
-    int every_mode;      /* or every one but kinks and corners */
+    int every_mode;      /* or every one but kinks and corners, */
+    int every_idle;      /* or every one that is located and changes no mode */
     int explicit_method; /* stop with PT_TOO_STIFF where stability limits the steps */
     long steps, rejected, events, rows, helds, kept, sampled, most_rows, most_held, most_instants, samples;
 };

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -344,6 +345,24 @@ def test_redundant_laws_with_peaks_break_away(seed: int) -> None:
     elif (excess > 1e-3).any():
         assert result.at(time[np.argmax(excess > 0.0)] - 1e-4, "a.w") == pytest.approx(0.0, abs=1e-9)
         assert np.abs(result["a.w"]).max() > 0.0
+
+
+@pytest.mark.parametrize("J", [1e-4, 1e-5, 1e-7])
+def test_a_part_too_light_for_shared_torques_is_an_error(J: float, tmp_path: Path) -> None:
+    """A clutch and a brake hold 20 kg.m2 through it, beside another brake: at 1e-7 the clutch carried 0.18 in place of 0.5 N.m."""
+    presses = (line(1.0, 1.0), line(1.0, 1.0))
+    plant = pt.compile(Redundant(torque=line(0.0, 1.5), presses=presses, a=rot.Inertia(J=20.0), b=rot.Inertia(J=J)))
+    runs: tuple[Callable[[], pt.Result[Any]], ...] = (
+        lambda: plant.simulate(1.0),
+        lambda: plant.simulate(1.0, compile=True),
+        lambda: plant.export_c(tmp_path).simulate(1.0),
+    )
+    for run in runs if J == 1e-4 else runs[:2]:
+        if J == 1e-4:
+            assert run()["clutch.tau"][-1] == pytest.approx(-0.5, rel=1e-4)
+            continue
+        with pytest.raises(pt.SimulationError, match=r"the torque of .*strong.mode is not accurate.* Give that part"):
+            run()
 
 
 class Tied(pt.Component):
