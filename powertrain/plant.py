@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.dae.hybrid import TimeSignal
 from powertrain.engine.failure import OUTSIDE
-from powertrain.engine.options import InputValue, compile_option, run_times, scheduled
+from powertrain.engine.options import InputValue, compile_option, run_span, run_times, scheduled
 from powertrain.engine.prepared import Compile, Method
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
@@ -115,9 +115,9 @@ class Plant(Generic[M]):
 
     def simulate(
         self,
-        stop: float,
+        stop: float | str,
         *,
-        start: float = 0.0,
+        start: float | str = 0.0,
         parameters: Mapping[str, float] | None = None,
         starts: Mapping[str, float] | None = None,
         guesses: Mapping[str, float] | None = None,
@@ -136,8 +136,8 @@ class Plant(Generic[M]):
 
         Parameters
         ----------
-        stop, start : float
-            End and start of the simulated time [s].
+        stop, start : float or str
+            End and start of the simulated time [s], also as texts such as "10 min".
         parameters : mapping of str to float, optional
             Values that replace those of the model, by name, in SI units.
         starts : mapping of str to float, optional
@@ -183,6 +183,7 @@ class Plant(Generic[M]):
         --------
         >>> plant.simulate(10.0, parameters={"body.m": 1500}, inputs={"pedal": ([0, 1], [0, 0.5])})  # doctest: +SKIP
         """
+        start, stop = run_span(start, stop)
         grid = run_times(start, stop, times, points)
         positive("max_step", max_step)
         rtol, atol = tolerances(rtol, atol)
@@ -239,7 +240,7 @@ class Plant(Generic[M]):
         InitializationError
             If the initial conditions have no solution.
         """
-        number("t", t, "s")
+        t = number("t", t, "s")
         engine, p = self._engine("auto", False), self.parameter_vector(parameters)
         x, z, m, report = self._begun(engine, t, p, by_name("inputs", inputs), starts, guesses)
         try:
@@ -310,10 +311,11 @@ class Plant(Generic[M]):
         rtol, atol = tolerances(rtol, atol)
         positive("max_step", max_step)
         given = by_name("inputs", inputs)
-        x, z, m, report = self.initialize(number("t", t, "s"), parameters, starts, guesses, given)
+        t = number("t", t, "s")
+        x, z, m, report = self.initialize(t, parameters, starts, guesses, given)
         signals = tuple(s for s in self._schedules(given) if s.name in given or s.name not in self.compiled.inputs)
         options = {"rtol": rtol, "atol": atol, "max_step": max_step, "record": record}
-        state, p = State(float(t), x, z, m, signals), self.parameter_vector(parameters)
+        state, p = State(t, x, z, m, signals), self.parameter_vector(parameters)
         return Running(self.compiled, lambda: self._engine(method, compile), state, p, report, options)
 
     def export_c(
@@ -423,7 +425,7 @@ def _unpacked(packed: bytes) -> Plant[Any]:
     return compile(pickle.loads(packed))
 
 
-def simulate(model: M | Plant[M], stop: float, **options: Any) -> Result[M]:
+def simulate(model: M | Plant[M], stop: float | str, **options: Any) -> Result[M]:
     """Compile ``model``, unless it is a plant, and simulate it to ``stop`` (s); options as for ``Plant.simulate``."""
     return plant_of(model).simulate(stop, **options)
 

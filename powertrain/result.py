@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain import export
 from powertrain.compiler.assemble import Compiled, compile_model
+from powertrain.engine.options import within_span
 from powertrain.engine.trajectory import Samples, Trajectory
 from powertrain.errors import ModelError, ParameterError
 from powertrain.events import EventTable
@@ -411,11 +412,7 @@ def complete(result: Any) -> Result[Any]:
 
 def within_run(result: Result[Any], what: str, times: Array) -> Array:
     """The times; ParameterError if one is outside the run. ``what``: the start of the message."""
-    first, last = result.trajectory.start, result.trajectory.end
-    outside = times[~((times >= first) & (times <= last))]
-    if outside.size:
-        raise ParameterError(f"{what}{outside.flat[0]:g} s lies outside the simulated span [{first:g}, {last:g}] s")
-    return times
+    return within_span(what, times, result.trajectory.start, result.trajectory.end)
 
 
 def instant_of_run(compiled: Compiled, at: tuple[Result[Any], float], what: str) -> Samples:

@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 from powertrain.compiler.assemble import Compiled
 from powertrain.dae.hybrid import TimeSignal
 from powertrain.engine.options import run_times
-from powertrain.engine.schedules import Schedules, just_after
+from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import ParameterError, SimulationError, suggestion
 from powertrain.language import htmltext
-from powertrain.language.arguments import number, row
+from powertrain.language.arguments import number
 from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.present import Present
@@ -98,7 +98,8 @@ class Running(Generic[M]):
         Inputs of components, whose names contain dots, are passed as ``run.step(dt, **{"driver.v_ref": 10})``. Raises SimulationError like
         ``simulate``; the run then remains where it was.
         """
-        if not number("dt", dt, "s") > 0.0:
+        dt = number("dt", dt, "s")
+        if dt <= 0.0:
             raise ParameterError(f"dt = {dt:g} s is not positive")
         state = self._state
         m = state.m.copy()
@@ -148,7 +149,8 @@ class Running(Generic[M]):
             raise ParameterError("the run was started with record=False, which keeps only the present state")
         if not self._pieces:
             raise ParameterError("the run has not advanced yet: call step(dt) first")
-        grid = np.array([p.start for p in self._pieces] + [self._state.t]) if times is None else self._within(times)
+        steps = [p.start for p in self._pieces] + [self._state.t]
+        grid = run_times(steps[0], steps[-1], steps if times is None else times, 1)
         inputs = {name: self._knots(name) for name in self._places}
         return Result(self._compiled, joined(self._first, self._pieces), grid, self._p, self._report, inputs=inputs)
 
@@ -164,13 +166,6 @@ class Running(Generic[M]):
         before = int(signal.times.searchsorted(times[0]))
         left = np.interp(times[0], signal.times[: before + 1], signal.values[: before + 1])
         return np.append(signal.times[:before], times), np.concatenate([signal.values[:before], [left], values[:-1]])
-
-    def _within(self, times: ArrayLike) -> Array:
-        """Output times; those within rounding of the start or the end, which is a sum of steps, are the start or the end."""
-        grid, first, last = row("times", times), self._first.t, self._state.t
-        for end in (first, last):
-            grid = np.where(abs(grid - end) <= just_after(end) - end, end, grid)
-        return run_times(first, last, grid, 1)
 
     def __repr__(self) -> str:
         return f"Running({type(self._signals.model).__name__} at t = {self.time:g} s)"

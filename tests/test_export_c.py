@@ -187,6 +187,15 @@ class Decay(pt.Component):
         yield pt.der(self.y) == -self.rate * self.y
 
 
+def test_times_are_checked_as_by_simulate(tmp_path: Path) -> None:
+    exported = pt.compile(Pendulum()).export_c(tmp_path)
+    assert exported.simulate("0.3 s", times=[0.0, 3 * 0.1]).time.tolist() == [0.0, 0.3]
+    with pytest.raises(pt.ParameterError, match="stop = -1 s is before start = 0 s"):
+        exported.simulate(-1.0)
+    with pytest.raises(pt.ParameterError, match="2 s lies outside the simulated span"):
+        exported.simulate(1.0, times=[0.0, 2.0])
+
+
 def test_a_folder_may_be_used_again(tmp_path: Path) -> None:
     """A library of the same name that is loaded already must not take the place of the new one."""
     slow = pt.compile(Decay(rate=1.0)).export_c(tmp_path)

@@ -201,6 +201,15 @@ def test_values_at_any_time(result: Result[Drive]) -> None:
         result.at([1, 6.5], "disc.w")
 
 
+def test_times_beyond_the_end_by_round_off_are_the_end(plant: Plant[Drive]) -> None:
+    """3 * 0.1 is 0.30000000000000004."""
+    result = plant.simulate("0.3 s", times=np.arange(4) * 0.1)
+    assert result.time[-1] == result.trajectory.end == 0.3
+    assert result.at(3 * 0.1, "disc.w") == result.at(0.3, "disc.w")
+    with pytest.raises(pt.ParameterError, match=r"t = 0.300000001 s lies outside the simulated span \[0, 0.3\] s"):
+        result.at(0.300000001, "disc.w")
+
+
 def test_arrays_are_read_only_and_own_their_data(plant: Plant[Drive]) -> None:
     times = np.linspace(0, 1, 5)
     run = plant.simulate(1, times=times)

@@ -10,20 +10,27 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.dae.hybrid import TimeSignal
+from powertrain.dae.tolerances import NOW
 from powertrain.engine.prepared import Compile
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import count, flag, number, row
+from powertrain.language.units import told_apart
 
 Array = NDArray[np.float64]
 InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
 """The value of an input: a number, or (times in s, values); linear between, constant outside, a jump at a repeated time."""
 
 
-def run_times(start: float, stop: float, times: ArrayLike | None, points: int) -> Array:
-    """The times of the results [s]: those given, or equally spaced ones. ParameterError if they leave the span or decrease."""
+def run_span(start: Any, stop: Any) -> tuple[float, float]:
+    """Start and end of a run [s], given as numbers or as texts with a unit."""
     first, last = number("start", start, "s"), number("stop", stop, "s")
     if last < first:
-        raise ParameterError(f"stop = {stop:g} s is before start = {start:g} s")
+        raise ParameterError(f"stop = {last:g} s is before start = {first:g} s")
+    return first, last
+
+
+def run_times(first: float, last: float, times: ArrayLike | None, points: int) -> Array:
+    """The times of the results [s]: those given, or equally spaced ones. ParameterError if they leave the span or decrease."""
     if times is None:
         return np.linspace(first, last, count("points", points) + 1)
     grid = row("times", times)
@@ -31,10 +38,17 @@ def run_times(start: float, stop: float, times: ArrayLike | None, points: int) -
         return grid
     if not (grid[1:] >= grid[:-1]).all():
         raise ParameterError("times must not decrease")
-    for t in (grid[0], grid[-1]):
-        if not first <= t <= last:
-            raise ParameterError(f"times: {t:g} s lies outside the simulated span [{start:g}, {stop:g}] s")
-    return grid
+    return within_span("times: ", grid, first, last)
+
+
+def within_span(what: str, times: Array, first: float, last: float) -> Array:
+    """The times, those beyond an end by round-off at this end; ParameterError if one lies outside. ``what``: the start of the message."""
+    inside = np.clip(times, first, last)
+    outside = times[np.abs(times - inside) > NOW * np.maximum(1.0, np.abs(times))]
+    if outside.size:
+        t = told_apart(outside.flat[0], (first, last))
+        raise ParameterError(f"{what}{t} s lies outside the simulated span [{first:g}, {last:g}] s")
+    return inside
 
 
 def scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue]) -> TimeSignal:

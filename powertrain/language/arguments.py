@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError, suggestion
+from powertrain.language.quantities import quantity
 from powertrain.language.units import with_unit
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -25,7 +26,9 @@ LOOSEST = 0.1
 
 
 def number(what: str, value: Any, unit: str = "1") -> float:
-    """A finite number, not a text and not true or false."""
+    """A finite number in ``unit``, or a text such as "2 min" where there is a unit; not true or false."""
+    if isinstance(value, str) and unit != "1":
+        return quantity(value, unit, what)
     found = np.asarray(value) if isinstance(value, np.ndarray | Number) else None
     if found is None or found.ndim or found.dtype.kind not in "iuf" or not np.isfinite(found):
         raise ParameterError(f"{what} = {with_unit(short(value), unit)} is not a finite number")

@@ -16,10 +16,11 @@ from powertrain.compiler.assemble import Compiled
 from powertrain.dae.hybrid import TimeSignal
 from powertrain.engine.catalogue import catalogue
 from powertrain.engine.in_c import FULL, signal_tables, signals
+from powertrain.engine.options import run_span, run_times
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import PowertrainError, SimulationError
-from powertrain.language.arguments import number, positive, row, tolerances
+from powertrain.language.arguments import positive, tolerances
 from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.compiled import FLAGS as OPTIMISED
@@ -92,9 +93,9 @@ class CModel(Generic[M]):
 
     def simulate(
         self,
-        stop: float,
+        stop: float | str,
         *,
-        start: float = 0.0,
+        start: float | str = 0.0,
         step: float | None = None,
         parameters: Mapping[str, float] | None = None,
         starts: Mapping[str, float] | None = None,
@@ -129,8 +130,8 @@ class CModel(Generic[M]):
         """
         for name, value in ("max_step", max_step), ("step", 1.0 if step is None else step):
             positive(name, value)
-        first, last = number("start", start, "s"), number("stop", stop, "s")
-        grid = np.linspace(first, last, points + 1) if times is None else row("times", times)
+        first, last = run_span(start, stop)
+        grid = run_times(first, last, times, points)
         begun = self._begin(first, parameters, starts, guesses, inputs)
         run = _Run(self.library, first, begun)
         self.library.pt_tolerance(run.model, *map(ctypes.c_double, (*tolerances(rtol, atol), max_step)))

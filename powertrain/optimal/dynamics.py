@@ -75,7 +75,8 @@ class Dynamics:
         ParameterError
             If ``h`` is not positive, ``intervals`` is not a positive integer, or the model has no states.
         """
-        if not number("h", h, "s") > 0.0:
+        h = number("h", h, "s")
+        if h <= 0.0:
             raise ParameterError(f"h = {h:g} s is not positive")
         if not self.function.size1_in("x"):
             raise ParameterError("step: the model has no states to integrate; call the function itself at any time")

@@ -246,7 +246,8 @@ def ecms(stages: Stages, *, start: float, end: float, mode: int = 0, dwell: floa
         If no price brings the store to ``end``, if it leaves its range on the way, if the course comes to a state in which no decision is
         possible, for a start outside ``stages.states`` and for an unknown mode.
     """
-    if not number("dwell", dwell, "s") > 0:
+    dwell = number("dwell", dwell, "s")
+    if dwell <= 0.0:
         raise ParameterError(f"dwell = {dwell:g} s must be positive")
     first, target, (least, most) = number("start", start), number("end", end), stages.limits
     _within(first, "states", stages.limits)

@@ -39,7 +39,8 @@ class UtilityFactor:
 
     def __call__(self, distance: float) -> float:
         """UF at a distance [km]. Errors: ParameterError for a distance that is not finite or below 0, and for a share below 0 there."""
-        if number("distance", distance, "km") < 0:
+        distance = number("distance", distance, "km")
+        if distance < 0.0:
             raise pt.ParameterError(f"utility factor: the distance must be 0 or more; it is {distance:g} km")
         exponent = float(np.polyval([*reversed(self.coefficients), 0.0], distance / self.normalized))
         if exponent < 0.0:

@@ -228,7 +228,7 @@ def sensitivity(
 
 def sensitivities(result: Result[Any], picked: Sequence[Picked], wanted: Unknowns, times: Array) -> NDArray[np.float64]:
     """d(signal)/d(unknown) at times within the run: (time, signal, unknown)."""
-    within_run(result, "times: ", times)
+    times = within_run(result, "times: ", times)
     key = tuple(map(signals_of(result.compiled).identity, picked))
     of = Functional("", "", None, column([p.expression for p in picked]), (), 0.0, key)
     model = model_of(result, wanted, of)

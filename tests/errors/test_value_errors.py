@@ -76,6 +76,8 @@ def test_wrong_kind_in_a_slot(given: dict[str, Any], said: list[str]) -> None:
         ({"inputs": {"J1.J": 1.0}}, ["no input J1.J; it is a parameter", 'parameters={"J1.J": ...}']),
         ({"stop": -1.0}, ["stop = -1 s is before start = 0 s"]),
         ({"stop": float("nan")}, ["stop = nan s"]),
+        ({"stop": "1 m"}, ["stop = '1 m'", "m cannot be converted to s"]),
+        ({"stop": "1"}, ["stop = '1' is not a number with a unit, such as '1.5 s'"]),
         ({"times": [0.0, 2.0]}, ["times: 2 s lies outside the simulated span [0, 1] s"]),
         ({"times": [0.5, 0.2]}, ["must not decrease"]),
         ({"points": 0}, ["points = 0"]),
