@@ -176,7 +176,6 @@ def test_other_parameters_and_starts_need_no_export(tmp_path: Path) -> None:
     assert found["J4.w"] == pytest.approx(wanted["J4.w"], rel=1e-12, abs=1e-13)
 
 
-@pytest.mark.slow
 class Decay(pt.Component):
     """A state that decays at a rate which is a number of the model."""
 
