@@ -49,4 +49,4 @@ def _described(plant: Plant[Any], at: Point | None, parameters: Mapping[str, flo
     if parameters is not None:
         raise ParameterError("at=(result, t) takes the parameters of the result; leave parameters out")
     samples = instant_of_run(plant.compiled, at, "at")
-    return OperatingPoint(float(at[1]), samples.x[0], samples.z[0], samples.m[0], at[0].p)
+    return OperatingPoint(float(samples.t[0]), samples.x[0], samples.z[0], samples.m[0], at[0].p)
