@@ -55,7 +55,7 @@ ORDER = [
     "engine: continuity overlaps zeno failure prepared options limits in_c loop simulator",
     "signals present nonfinite events export saved",
     "initialization: choice conditions report uniqueness outdated resolution initial",
-    "result running plant environment",
+    "result given_runs running plant environment",
     "native: code driver",
     "analysis: linear_model operating_point reduction perturbation linearization energy_terms quadrature jumps audit",
     "analysis: identity archive cases dispatch sweep sweeping sampling surrogate",

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from powertrain.dae.friction import FREE
 from powertrain.dae.tolerances import BEGINNING
 from powertrain.engine.catalogue import Catalogue
+from powertrain.errors import ParameterError
 from powertrain.numerics.buffers import Array, Memory, view
 
 
@@ -85,6 +86,15 @@ class Trajectory:
     def start(self) -> float:
         """Time of the first step."""
         return float(self.times[0]) if len(self.times) else self.end
+
+    def within(self, what: str, times: Array) -> Array:
+        """The times; ParameterError if one is outside the run. ``what``: the start of the message."""
+        outside = times[~((times >= self.start) & (times <= self.end))]
+        if outside.size:
+            raise ParameterError(
+                f"{what}{outside.flat[0]:g} s lies outside the simulated span [{self.start:g}, {self.end:g}] s"
+            )
+        return times
 
     @property
     def events(self) -> list[Event]:

@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.given_runs import complete, instant_of_run
 from powertrain.initialization.outdated import constant_in_tables
 from powertrain.language.arguments import by_name, count, listed, number, single
 from powertrain.language.arguments import limits as bounded
@@ -21,7 +22,7 @@ from powertrain.optimal.phases import Guess, Phase, guess
 from powertrain.optimal.plan import Plan
 from powertrain.optimal.rounding import rounded
 from powertrain.plant import Plant, plant_of
-from powertrain.result import Result, complete, instant_of_run
+from powertrain.result import Result
 from powertrain.variational.gradients import number_of
 from powertrain.variational.objectives import Objective, objective
 
