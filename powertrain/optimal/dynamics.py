@@ -109,9 +109,9 @@ class _Source(Protocol):
 
 def dynamics(
     plant: _Source,
-    outputs: Selector | Sequence[Selector] = (),
-    inputs: str | Sequence[str] | None = None,
-    modes: Modes | None = None,
+    outputs: Selector | Sequence[Selector],
+    inputs: str | Sequence[str] | None,
+    modes: Modes | None,
     *,
     slides: bool = False,
 ) -> Dynamics:
