@@ -22,11 +22,7 @@ class ParameterError(PowertrainError):
 
 
 class InitializationError(PowertrainError):
-    """No consistent initial state was found; ``report`` lists the conditions and the values that were reached."""
-
-    def __init__(self, message: str, report: Any = None) -> None:
-        super().__init__(message)
-        self.report = report
+    """No consistent initial state was found; the message names the conditions."""
 
 
 class SimulationError(PowertrainError):

@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import html
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, cast, overload
 
-import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain import export
 from powertrain.compiler.assemble import Compiled, compile_model
-from powertrain.engine.options import within_span
 from powertrain.engine.trajectory import Samples, Trajectory
 from powertrain.errors import ModelError, ParameterError
 from powertrain.events import EventTable
 from powertrain.language import htmltext
-from powertrain.language.arguments import array, number, writing
+from powertrain.language.arguments import array, writing
 from powertrain.language.component import Component
 from powertrain.language.connectors import Signal
 from powertrain.language.quantities import converted
@@ -39,7 +35,6 @@ M = TypeVar("M", bound=Component)
 Selector: TypeAlias = Callable[[M], Symbol | Signal]
 What: TypeAlias = str | Callable[[M], Symbol | Signal]
 Several: TypeAlias = list[str] | list[Callable[[M], Symbol | Signal]] | tuple[What[M], ...]
-
 
 LISTED = 60
 """Signals in the HTML of a result."""
@@ -112,7 +107,7 @@ class Result(Generic[M]):
     def __getstate__(self) -> dict[str, Any]:
         left_out = {"_dense", "_samples", "_compiled"} | (set() if self._record is not None else {"_values", "time"})
         state = {name: value for name, value in self.__dict__.items() if name not in left_out}
-        return state | {"_compiled": None, "report": _without_symbols(self.report)}
+        return state | {"_compiled": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update({"_values": {}, **state})
@@ -309,7 +304,7 @@ class Result(Generic[M]):
         ``t``: one time or several, in seconds; ``what``: one name or selector, or several (then a dictionary is returned).
         Raises ParameterError for a time outside the run.
         """
-        times = within_run(self, "t = ", array("t", t))
+        times = self.trajectory.within("t = ", array("t", t))
         several = isinstance(what, list | tuple)
         picked = [self._pick(w) for w in (what if several else [what])]
         samples = self.samples_at(times.ravel())
@@ -401,46 +396,6 @@ class Result(Generic[M]):
         return list(self._kept)
 
 
-def complete(result: Any) -> Result[Any]:
-    """A result of simulate that reached its end; ParameterError for anything else."""
-    if not isinstance(result, Result):
-        raise ParameterError(f"pass a result of simulate, not a {type(result).__name__}")
-    if not result.ok:
-        raise ParameterError(f"the run ended early and has no derivative: {result.message.splitlines()[0]}")
-    return result
-
-
-def within_run(result: Result[Any], what: str, times: Array) -> Array:
-    """The times; ParameterError if one is outside the run. ``what``: the start of the message."""
-    return within_span(what, times, result.trajectory.start, result.trajectory.end)
-
-
-def instant_of_run(compiled: Compiled, at: tuple[Result[Any], float], what: str) -> Samples:
-    """One sample: a run of this model at a time, at the instant of an event its right limit; ``what``: the name of the argument."""
-    if len(at) != 2 or not isinstance(at[0], Result):
-        raise ParameterError(f"{what} = {short(at)}: pass values by name, or (result, t) with a result of this model")
-    result, t = at[0], number(f"{what}: t", at[1], "s")
-    other = result.compiled
-    if (other.states, list(other.parameters), list(other.signals)) != (
-        compiled.states, list(compiled.parameters), list(compiled.signals),
-    ):  # fmt: skip
-        raise ParameterError(f"{what}: the result belongs to another model ({type(result.model).__name__})")
-    return result.samples_at(within_run(result, f"{what}: t = ", np.array([t])))
-
-
 def _sealed(values: Array) -> Array:
     values.flags.writeable = False
     return values
-
-
-def _without_symbols(value: Any) -> Any:
-    """A record with None for every symbolic expression, which does not pickle."""
-    if isinstance(value, ca.SX):
-        return None
-    if isinstance(value, tuple):
-        return tuple(_without_symbols(item) for item in value)
-    if isinstance(value, Mapping):
-        return {k: _without_symbols(item) for k, item in value.items()}
-    if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{f.name: _without_symbols(getattr(value, f.name)) for f in fields(value)})
-    return value

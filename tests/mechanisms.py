@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
+from bounded import bounded
 from joined import Joined
-from test_fuzz import bounded
 
 import powertrain as pt
 from powertrain.components import blocks, thermal, wheels

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from bounded import bounded
 from catalogue import concrete, made, mechanical
 from drivelines import Driveline, Flange
-from test_fuzz import bounded
 
 import powertrain as pt
 from powertrain.components import rotational, translational

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import random
-import signal
-import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
+from bounded import bounded
 from drivelines import Balance, Driveline, balance, driveline
 from hypothesis import HealthCheck, Phase, given, note, settings
 from hypothesis import strategies as st
 
 import powertrain as pt
 
-SECONDS = 60
 WAYS = settings(
     derandomize=True,
     deadline=None,
@@ -25,25 +22,6 @@ WAYS = settings(
     print_blob=False,
     phases=(Phase.explicit, Phase.generate),
 )
-
-
-@contextmanager
-def bounded() -> Iterator[None]:
-    """Ends what hangs, by the processor's time: a machine that stands still meanwhile is no fault of the run."""
-    if not hasattr(signal, "SIGPROF") or threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def end(*_: Any) -> None:
-        raise TimeoutError(f"not done after {SECONDS} s of the processor")
-
-    before = signal.signal(signal.SIGPROF, end)
-    signal.setitimer(signal.ITIMER_PROF, SECONDS)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        signal.signal(signal.SIGPROF, before)
 
 
 def attempt(model: Driveline) -> Balance | pt.PowertrainError:

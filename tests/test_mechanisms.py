@@ -11,9 +11,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from bounded import bounded
 from cases import few
 from mechanisms import mechanism, random_starts
-from test_fuzz import bounded
 
 import powertrain as pt
 from powertrain.dae.hybrid import Friction

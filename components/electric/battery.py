@@ -56,7 +56,7 @@ class _Battery(Lossy):
     i_discharge: Parameter = parameter("A", "Maximum discharge current", default=150.0, above=0)
     i_charge: Parameter = parameter("A", "Maximum charge current", default=100.0, above=0)
     overvoltage: Parameter = parameter(
-        "1", "Maximum voltage in charging over the highest of ocv; by default there is no limit", default=1e3, min=1
+        "1", "Maximum voltage in charging over the highest of ocv; the default is never reached", default=1e3, min=1
     )
     soc_min: Parameter = parameter("1", "State of charge at which discharge_power is zero", default=0.2, min=0, max=1)
     soc_max: Parameter = parameter("1", "State of charge at which charge_power is zero", default=0.9, min=0, max=1)

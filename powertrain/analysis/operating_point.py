@@ -13,9 +13,10 @@ from powertrain.dae.friction import FORWARD, STUCK
 from powertrain.dae.hybrid import FrictionValues, OperatingPoint
 from powertrain.dae.tolerances import balance_tolerance
 from powertrain.errors import ParameterError
+from powertrain.given_runs import instant_of_run
 from powertrain.language.arguments import by_name, number
 from powertrain.plant import Plant
-from powertrain.result import Result, instant_of_run
+from powertrain.result import Result
 
 Array = NDArray[np.float64]
 Point: TypeAlias = "Mapping[str, float] | tuple[Result[Any], float]"

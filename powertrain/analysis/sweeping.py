@@ -18,7 +18,7 @@ from powertrain.analysis.identity import model_identity
 from powertrain.analysis.sweep import Collected, Sweep, SweepPlan
 from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.initialization.conditions import start_values
-from powertrain.language.arguments import flag, names, path
+from powertrain.language.arguments import flag, names, one_of, path
 from powertrain.language.component import Component
 from powertrain.language.packing import packed_model
 from powertrain.plant import Plant, plant_of
@@ -95,8 +95,7 @@ def sweep(
     >>> pt.sweep(plant, [{"parameters": {"J1.J": J}} for J in grid], stop=1.5)  # doctest: +SKIP
     """
     plant = plant_of(model)
-    if not isinstance(on_error, str) or on_error not in ("raise", "keep"):
-        raise ParameterError(f'on_error = {on_error!r} is neither "raise" nor "keep"')
+    one_of("on_error", on_error, ("raise", "keep"))
     flag("progress", progress)
     if executor is not None and not callable(getattr(executor, "submit", None)):
         raise ParameterError(

@@ -28,6 +28,8 @@ CONSTANT = -1
 """Marks a constant variable in ``ties``."""
 _CONTRADICTS = 1e-12
 """A redundant equation with a larger residual (in its unit) is reported as a contradiction."""
+_QUOTED = 10
+"""Lines that a message quotes at most."""
 
 
 @dataclass(frozen=True)
@@ -297,11 +299,11 @@ class _Elimination:
         )
 
 
-def quote(equations: Sequence[Equation], most: int = 10) -> str:
+def quote(equations: Sequence[Equation]) -> str:
     """Source lines of equations for a message; connections only if there are no others."""
     lines = list(dict.fromkeys(str(e.place) for e in equations))
     telling = [line for line in lines if "connect(" not in line] or lines
-    return "\n  ".join(telling[:most] + ["..."] * (len(telling) > most))
+    return "\n  ".join(telling[:_QUOTED] + ["..."] * (len(telling) > _QUOTED))
 
 
 def _compose(outer: Affine, inner: Affine) -> Affine:

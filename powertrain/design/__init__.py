@@ -5,8 +5,9 @@ from __future__ import annotations
 from powertrain.design.bench import SplitPathBench
 from powertrain.design.design import SplitPathDesigns, split_path_designs
 from powertrain.design.duty import Duty
+from powertrain.design.rating import Efficiencies
 from powertrain.design.refinement import Refined, refine_ratio
-from powertrain.design.space import Efficiencies, SplitPathSpace, split_path_space
+from powertrain.design.space import SplitPathSpace, split_path_space
 from powertrain.design.structure import COMMON, Designs, Structure
 from powertrain.design.teeth import sets_near
 from powertrain.design.units import Variator

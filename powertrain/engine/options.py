@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.dae.hybrid import TimeSignal
-from powertrain.dae.tolerances import NOW
 from powertrain.engine.prepared import Compile
+from powertrain.engine.trajectory import within_span
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import count, flag, number, row
-from powertrain.language.units import told_apart
 
 Array = NDArray[np.float64]
 InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
@@ -39,16 +38,6 @@ def run_times(first: float, last: float, times: ArrayLike | None, points: int) -
     if not (grid[1:] >= grid[:-1]).all():
         raise ParameterError("times must not decrease")
     return within_span("times: ", grid, first, last)
-
-
-def within_span(what: str, times: Array, first: float, last: float) -> Array:
-    """The times, those beyond an end by round-off at this end; ParameterError if one lies outside. ``what``: the start of the message."""
-    inside = np.clip(times, first, last)
-    outside = times[np.abs(times - inside) > NOW * np.maximum(1.0, np.abs(times))]
-    if outside.size:
-        t = told_apart(outside.flat[0], (first, last))
-        raise ParameterError(f"{what}{t} s lies outside the simulated span [{first:g}, {last:g}] s")
-    return inside
 
 
 def scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue]) -> TimeSignal:

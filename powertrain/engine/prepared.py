@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from typing import Literal, get_args
 
 import casadi as ca
 import numpy as np
@@ -22,6 +22,7 @@ from powertrain.errors import InitializationError, ParameterError
 from powertrain.integration import fused as steps
 from powertrain.integration.parts import Parts, in_parts
 from powertrain.integration.specialized import Calls, SpecialSteps, for_modes
+from powertrain.language.arguments import one_of
 from powertrain.modes import resting
 from powertrain.modes.admissible import Admissible
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
@@ -36,7 +37,6 @@ from powertrain.numerics.pivots import match_rows
 Method = Literal["auto", "dopri5", "rodas5p"]
 Compile = bool | Literal["background"]
 """Whether functions are compiled as C; "background": while runs continue, for runs that start later."""
-_METHODS = ("auto", "dopri5", "rodas5p")
 _LARGE = 100
 """Above this number of unknowns, linear systems are solved numerically instead of by expressions."""
 _MANY = 50
@@ -52,9 +52,8 @@ _EXPLICIT_STEPS = 5000.0
 class Prepared:
     """The functions of a :class:`HybridDae`, bound to one memory; ``engine`` and ``loop`` call them."""
 
-    def __init__(self, dae: HybridDae, method: Method = "auto", compile: Compile = False) -> None:
-        if method not in _METHODS:
-            raise ParameterError(f"method = {method!r} must be one of {', '.join(_METHODS)}")
+    def __init__(self, dae: HybridDae, method: Method, compile: Compile) -> None:
+        one_of("method", method, get_args(Method))
         if method == "dopri5" and dae.z.numel():
             raise ParameterError(
                 "method='dopri5' is explicit, but the model has algebraic unknowns; use 'rodas5p' or 'auto'"
@@ -172,7 +171,9 @@ class Prepared:
             function, arguments, [memory.y[other], memory.slope[other], memory.info, memory.dense, memory.outside]
         )
 
-    def _fill(self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike) -> None:
+    def _load(
+        self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike, rtol: float, atol: float
+    ) -> None:
         memory, (n, nz, held, parameters) = self.memory, self.sizes
         y = memory.y[0]
         y[:n] = vector("x", x, n)
@@ -180,12 +181,6 @@ class Prepared:
         memory.m[:held] = vector("m", self.dae.held_start if m is None else m, held)
         memory.p[:parameters] = vector("p", p, parameters)
         memory.time[:] = t, 0.0
-
-    def _load(
-        self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike, rtol: float, atol: float
-    ) -> None:
-        self._fill(t, x, z, m, p)
-        memory = self.memory
         memory.tolerance[:] = rtol, atol
         if self.schedules:
             self.schedules.enter(memory.m, t)

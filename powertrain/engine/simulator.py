@@ -117,17 +117,6 @@ class Simulator(Prepared):
         y = self.memory.y[1]
         return y[:n].copy(), y[n : n + nz].copy(), self.memory.m[:held].copy()
 
-    def consistent(self, t: float, x: ArrayLike, z: ArrayLike, m: ArrayLike, p: ArrayLike) -> Array:
-        """The algebraic unknowns for given modes, from the guess ``z``. Raises InitializationError."""
-        self._fill(t, x, z, m, p)
-        if self.algebra is not None:
-            try:
-                self.algebra.solve(0)
-            except NotConsistent as error:
-                raise InitializationError(f"at t = {t:.9g} s {error}") from None
-        n = self.dae.x.numel()
-        return self.memory.y[0][n : n + self.dae.z.numel()].copy()
-
     def _guess_modes(self) -> None:
         """Let moving laws slide: with implicit unknowns, the equations may have no solution in other modes."""
         dae, memory = self.dae, self.memory

@@ -10,9 +10,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.dae.friction import FREE
-from powertrain.dae.tolerances import BEGINNING
+from powertrain.dae.tolerances import BEGINNING, NOW
 from powertrain.engine.catalogue import Catalogue
+from powertrain.errors import ParameterError
+from powertrain.language.units import told_apart
 from powertrain.numerics.buffers import Array, Memory, view
+
+
+def within_span(what: str, times: Array, first: float, last: float) -> Array:
+    """The times, those beyond an end by round-off at this end; ParameterError if one lies outside. ``what``: the start of the message."""
+    inside = np.clip(times, first, last)
+    outside = times[np.abs(times - inside) > NOW * np.maximum(1.0, np.abs(times))]
+    if outside.size:
+        t = told_apart(outside.flat[0], (first, last))
+        raise ParameterError(f"{what}{t} s lies outside the simulated span [{first:g}, {last:g}] s")
+    return inside
 
 
 @dataclass(frozen=True)
@@ -85,6 +97,10 @@ class Trajectory:
     def start(self) -> float:
         """Time of the first step."""
         return float(self.times[0]) if len(self.times) else self.end
+
+    def within(self, what: str, times: Array) -> Array:
+        """The times, see ``within_span``."""
+        return within_span(what, times, self.start, self.end)
 
     @property
     def events(self) -> list[Event]:

@@ -21,8 +21,8 @@ _DENSE = 200
 
 
 @dataclass(frozen=True)
-class Pattern:
-    """The places of the entries in the Jacobian of all rows.
+class StartJacobian:
+    """The places of the entries in the Jacobian of a start.
 
     The first rows are ``implicit`` equations, the others ``conditions``. The first of the ``unknowns`` are ``states``.
     """
@@ -41,7 +41,7 @@ class Choice:
     ``displaces``: an implicit equation owns a state. ``taken`` and ``left`` are indices of conditions.
     """
 
-    def __init__(self, of: Pattern, chosen: list[int], owned: list[int]) -> None:
+    def __init__(self, of: StartJacobian, chosen: list[int], owned: list[int]) -> None:
         self.chosen, self.owned = np.array(chosen, int), np.array(owned, int)
         self.displaces = bool((self.owned[self.chosen < of.implicit] < of.states).any())
         row_place, column_place = np.full(of.implicit + of.conditions, -1), np.full(of.unknowns, -1)
@@ -75,7 +75,7 @@ def _sparse(entries: Array, rows: NDArray[np.intp], columns: NDArray[np.intp], s
     return lambda right: np.asarray(factors.solve(right[0]), float)[None]
 
 
-def independent(of: Pattern, nonzeros: Array) -> tuple[Choice, list[int]]:
+def independent(of: StartJacobian, nonzeros: Array) -> tuple[Choice, list[int]]:
     """Independent rows and the unknowns they own, in order, and implicit rows without an unknown."""
     table: list[dict[int, float]] = [{} for _ in range(of.implicit + of.conditions)]
     for i, k, a in zip(of.rows.tolist(), of.columns.tolist(), nonzeros.tolist(), strict=False):

@@ -19,7 +19,7 @@ from powertrain.dae.hybrid import HybridDae, OperatingPoint
 from powertrain.dae.tolerances import MISSED, ROUND_OFF, STARTED
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import InitializationError, ParameterError, suggestion
-from powertrain.initialization.choice import Choice, Pattern, independent
+from powertrain.initialization.choice import Choice, StartJacobian, independent
 from powertrain.initialization.conditions import (
     DECLARED,
     Discretes,
@@ -118,7 +118,7 @@ class _Plan:
             [i < given or not (given or c.source == DECLARED) for i, c in enumerate(conditions)], bool
         )
         self.defaults = np.array([is_default(c) for c in conditions], bool)
-        self.pattern = Pattern(self.rows, self.columns, self.nz, len(conditions), self.n, self.size)
+        self.jacobian = StartJacobian(self.rows, self.columns, self.nz, len(conditions), self.n, self.size)
         self.choices: dict[bytes, Choice] = {}
 
     def solve(
@@ -200,7 +200,7 @@ class _Plan:
     def _newton(self, t: float, y: Array, m: Array, p: Array, target: Array) -> Choice:
         """Solve the chosen conditions for the unknowns they own, in place; other unknowns keep their guesses."""
         if not len(target) or not len(y):
-            return Choice(self.pattern, [], [])
+            return Choice(self.jacobian, [], [])
         choice, open_rows = self._choose(self._evaluate(t, y, m, p)[1])
         if open_rows or choice.displaces:
             y[self.n :] += 1e-3 * (1.0 + np.abs(y[self.n :])) * np.linspace(0.7, 1.3, self.nz)
@@ -259,7 +259,7 @@ class _Plan:
         known = self.choices.get(nonzeros.tobytes())
         if known is not None:
             return known, []
-        choice, open_rows = independent(self.pattern, nonzeros)
+        choice, open_rows = independent(self.jacobian, nonzeros)
         if not open_rows:
             if len(self.choices) >= _KEPT:
                 self.choices.clear()

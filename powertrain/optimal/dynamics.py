@@ -14,10 +14,11 @@ from powertrain.compiler.assemble import Compiled
 from powertrain.dae.friction import FREE
 from powertrain.dae.hybrid import Contact, Friction, HybridDae
 from powertrain.errors import ParameterError, suggestion
+from powertrain.given_runs import instant_of_run
 from powertrain.language.arguments import by_name, count, listed, number
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array
-from powertrain.result import Result, instant_of_run
+from powertrain.result import Result
 from powertrain.signals import signals_of
 
 Selector = str | Callable[[Any], Any]
@@ -109,9 +110,9 @@ class _Source(Protocol):
 
 def dynamics(
     plant: _Source,
-    outputs: Selector | Sequence[Selector] = (),
-    inputs: str | Sequence[str] | None = None,
-    modes: Modes | None = None,
+    outputs: Selector | Sequence[Selector],
+    inputs: str | Sequence[str] | None,
+    modes: Modes | None,
     *,
     slides: bool = False,
 ) -> Dynamics:

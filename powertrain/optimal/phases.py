@@ -57,6 +57,25 @@ def guess(run: Result[Any], model: Dynamics, start: float, end: float, intervals
     return Guess(start, end - start, at.x.T, at_points.x.T, at_points.z.T, u.reshape(len(model.inputs), -1))
 
 
+@dataclass(frozen=True)
+class Collocated:
+    """A phase in terms of its unknowns: ``equations`` (= 0), ``margins`` (>= 0), outputs ``y`` at the points.
+
+    ``weights``: those of the points in integrals; ``first`` and ``last``: the states at its ends; ``stop``: its end; ``times`` and inputs
+    ``u`` at the nodes.
+    """
+
+    equations: ca.MX
+    margins: ca.MX
+    y: ca.MX
+    weights: ca.MX
+    first: ca.MX
+    last: ca.MX
+    stop: ca.MX
+    times: ca.MX
+    u: ca.MX
+
+
 class Phase:
     """The unknowns and the equations of one phase, all scaled: ``x_scale`` and ``u_scale`` are the sizes of states and inputs."""
 
@@ -78,11 +97,8 @@ class Phase:
         parts = [g.nodes / x[:, None], g.points / x[:, None], g.algebraic / z[:, None], g.inputs / u[:, None]]
         return np.concatenate([*(p.ravel(order="F") for p in parts), [g.duration]])
 
-    def build(self, start: ca.MX, p: ca.MX, free: ca.MX, shared: list[int]) -> dict[str, Any]:
-        """Equations (= 0), margins (>= 0), outputs at points and nodes, the time at the end; ``free`` are inputs treated as parameters.
-
-        ``shared`` are the rows of the inputs that are constant: their values come from ``free``.
-        """
+    def build(self, start: ca.MX, p: ca.MX, free: ca.MX, shared: list[int]) -> Collocated:
+        """The phase from ``start`` on; ``shared`` are the rows of the inputs that are constant: their values are ``free``."""
         xs, us, zs = (ca.MX(s) for s in self.scales)
         h = self.duration / self.count
         x, points = self.nodes * ca.repmat(xs, 1, self.count + 1), self.points * ca.repmat(xs, 1, self.count * DEGREE)
@@ -118,8 +134,14 @@ class Phase:
         at_start = self.model.function(start, x[:, 0], z0, u[:, 0], p)
         equations.append(at_start[4])
         weights = ca.MX(np.tile(WEIGHTS, self.count).reshape(-1, 1))
-        return {
-            "equations": ca.vertcat(*equations), "margins": ca.vec(margin), "y": y, "weights": h * weights,
-            "first": x[:, 0], "last": x[:, -1], "stop": start + self.duration, "u": u,
-            "times": start + h * ca.MX(np.arange(self.count + 1)),
-        }  # fmt: skip
+        return Collocated(
+            equations=ca.vertcat(*equations),
+            margins=ca.vec(margin),
+            y=y,
+            weights=h * weights,
+            first=x[:, 0],
+            last=x[:, -1],
+            stop=start + self.duration,
+            times=start + h * ca.MX(np.arange(self.count + 1)),
+            u=u,
+        )

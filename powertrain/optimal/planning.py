@@ -11,17 +11,18 @@ import casadi as ca
 import numpy as np
 
 from powertrain.errors import ParameterError, SimulationError, suggestion
+from powertrain.given_runs import complete, instant_of_run
 from powertrain.initialization.outdated import constant_in_tables
 from powertrain.language.arguments import by_name, count, listed, number, single
 from powertrain.language.arguments import limits as bounded
 from powertrain.language.component import Component
 from powertrain.numerics.buffers import Array
 from powertrain.optimal.dynamics import Dynamics, Selector, dynamics
-from powertrain.optimal.phases import Guess, Phase, guess
+from powertrain.optimal.phases import Collocated, Guess, Phase, guess
 from powertrain.optimal.plan import Plan
 from powertrain.optimal.rounding import rounded
 from powertrain.plant import Plant, plant_of
-from powertrain.result import Result, complete, instant_of_run
+from powertrain.result import Result
 from powertrain.variational.gradients import number_of
 from powertrain.variational.objectives import Objective, objective
 
@@ -205,21 +206,22 @@ class _Programme:
         self.phases = [Phase(m, g, x_scale, widest, z_scale) for m, g in zip(models, guesses, strict=True)]
         self.parameters = ca.MX.sym("parameters", len(self.free))
         p, start = ca.MX(self.phases[0].model.p), ca.MX(self.run.trajectory.start)
-        self.built, before = [], ca.MX(guesses[0].nodes[:, 0])
+        before = ca.MX(guesses[0].nodes[:, 0])
+        self.built: list[Collocated] = []
         p = ca.vertcat(p, self.width)
         for phase in self.phases:
             found = phase.build(start, p, self.parameters, shared)
-            self._add(found["equations"], 0.0, 0.0)
-            self._add((found["first"] - before) / ca.MX(x_scale), 0.0, 0.0)
-            self._margins(phase, found["margins"])
+            self._add(found.equations, 0.0, 0.0)
+            self._add((found.first - before) / ca.MX(x_scale), 0.0, 0.0)
+            self._margins(phase, found.margins)
             offset = len(self.objective.terms)
             for k, (_, (low, high)) in enumerate(self.limits):
-                self._add(found["y"][offset + k, :].T, low, high)
-            start, before = found["stop"], found["last"]
+                self._add(found.y[offset + k, :].T, low, high)
+            start, before = found.stop, found.last
             self.built.append(found)
         offset = len(self.objective.terms) + len(self.limits)
         for k, (_, (low, high)) in enumerate(self.ends):
-            self._add(self.built[-1]["y"][offset + k, -1], low, high)
+            self._add(self.built[-1].y[offset + k, -1], low, high)
         self._add(start, *self.stop)
 
     def _rounded(self, model: Dynamics, first: Guess) -> Dynamics:
@@ -247,12 +249,12 @@ class _Programme:
         cost, changes = ca.MX(0.0), ca.MX(0.0)
         for k, term in enumerate(self.objective.terms):
             if term.kind == "integral":
-                cost += term.factor * sum(b["y"][k, :] @ b["weights"] for b in self.built)
+                cost += term.factor * sum(b.y[k, :] @ b.weights for b in self.built)
             else:
-                cost += term.factor * self.built[-1]["y"][k, -1]
+                cost += term.factor * self.built[-1].y[k, -1]
         for b in self.built:
             for k, (low, high) in enumerate(self.ranges.values()):
-                changes += ca.sumsqr(ca.diff(b["u"][k, :], 1, 1)) / (high - low) ** 2
+                changes += ca.sumsqr(ca.diff(b.u[k, :], 1, 1)) / (high - low) ** 2
         return cost, changes
 
     def solve(self) -> Plan:
@@ -315,7 +317,7 @@ class _Programme:
         parts = [
             e
             for b, phase in zip(self.built, self.phases, strict=True)
-            for e in (b["times"], b["u"], phase.nodes, phase.duration)
+            for e in (b.times, b.u, phase.nodes, phase.duration)
         ]
         evaluated = [
             np.array(v, float) for v in ca.Function("parts", [w, self.width], [*parts, self.parameters])(values, width)

@@ -26,7 +26,7 @@ THROUGH, AROUND, LOST, STORED = "#4c8fbd", "#e8912d", "#c0392b", "#5a9e5a"
 _BOX, _BAR, _GAP, _SPACE, _LEAST, _TIP = 1.9, 0.14, 2.3, 0.75, 0.035, 0.22
 
 
-@dataclass
+@dataclass(eq=False)
 class _Bar:
     """A component, a connection, or a band passing a column: its column, its vertical centre, and the bands on either side."""
 
@@ -35,8 +35,8 @@ class _Bar:
     column: int = 0
     y: float = 0.0
     height: float = 0.5
-    entering: list[int] = field(default_factory=list)
-    leaving: list[int] = field(default_factory=list)
+    entering: list[_Band] = field(default_factory=list)
+    leaving: list[_Band] = field(default_factory=list)
 
     @property
     def width(self) -> float:
@@ -47,6 +47,40 @@ class _Bar:
     def x(self) -> float:
         """Left side."""
         return self.column * (_BOX + _GAP) + (_BOX - self.width) / 2
+
+
+@dataclass(eq=False)
+class _Band:
+    """The power from one bar to another, and the share of it that circulates.
+
+    ``passes``: its positions in the columns between its ends, so that it does not pass through other bars.
+    """
+
+    source: _Bar
+    target: _Bar
+    power: float
+    width: float
+    around: float
+    passes: list[_Bar] = field(init=False)
+
+    def __post_init__(self) -> None:
+        columns = () if self.back else range(self.source.column + 1, self.target.column)
+        self.passes = [_Bar("", False, column, height=self.width) for column in columns]
+
+    @property
+    def back(self) -> bool:
+        """Whether it leads back to the left."""
+        return self.target.column <= self.source.column
+
+    @property
+    def first(self) -> _Bar:
+        """What it reaches after its source."""
+        return self.passes[0] if self.passes else self.target
+
+    @property
+    def last(self) -> _Bar:
+        """What it comes from before its target."""
+        return self.passes[-1] if self.passes else self.source
 
 
 class _Drawn(Protocol):
@@ -69,50 +103,57 @@ def plot_power_flow(flow: _Drawn, ax: Axes | None = None, *, names: dict[str, st
     branches = flow.branches
     if not branches:
         raise ParameterError("plot: no power flows at this point; choose another instant or another point of the map")
-    circulating = _circulating(flow, branches)
-    vertices = _layers(flow, branches)
-    largest = max(b.power for b in branches)
-    width = [max(b.power / largest, _LEAST) for b in branches]
-    back = [vertices[b.target].column <= vertices[b.source].column for b in branches]
-    passes = _passes(vertices, branches, width, back)
-    _arrange(vertices, branches, width, back, passes)
-    low = min(v.y - v.height / 2 for v in vertices.values()) - 1.0
+    bars = _layers(flow, branches)
+    bands = _bands(flow, branches, bars)
+    _arrange(list(bars.values()), bands)
+    largest = max(band.power for band in bands)
+    low = min(bar.y - bar.height / 2 for bar in bars.values()) - 1.0
     scale, unit = _prefix(largest)
-    columns = max(v.column for v in vertices.values()) + 1
+    columns = max(bar.column for bar in bars.values()) + 1
     ax = axes_of(ax, (max(6.0, 2.3 * columns), 4.2))
-    for k, branch in enumerate(branches):
-        line, low = _centre_line(vertices, branches, k, width, back[k], low, passes[k])
-        _draw_band(ax, line, width[k], circulating[k] / branch.power)
-        _label_band(ax, line, f"{branch.power * scale:.4g} {unit}", width[k])
-    for vertex in vertices.values():
-        _draw_vertex(ax, vertex, (names or {}).get(vertex.name, vertex.name))
-        if vertex.component:
-            _draw_sinks(ax, flow, vertex, largest, scale, unit)
+    for band in bands:
+        line, low = _centre_line(band, low)
+        _draw_band(ax, line, band)
+        _label_band(ax, line, f"{band.power * scale:.4g} {unit}", band.width)
+    for bar in bars.values():
+        _draw_bar(ax, bar, (names or {}).get(bar.name, bar.name))
+        if bar.component:
+            _draw_sinks(ax, flow, bar, largest, scale, unit)
     ax.set_aspect("equal")
     ax.autoscale_view()
     ax.margins(0.02)
     ax.set_axis_off()
-    _legend(ax, any(share > 0 for share in circulating))
+    _legend(ax, any(band.around > 0 for band in bands))
     return ax
 
 
-def _circulating(flow: _Drawn, branches: Sequence[Branch]) -> list[float]:
-    """The circulating part of each branch."""
+def _bands(flow: _Drawn, branches: Sequence[Branch], bars: dict[str, _Bar]) -> list[_Band]:
+    """The bands between bars in their columns."""
     by_port: dict[str, float] = {}
     for strand in flow.strands()[0]:
         for k in strand.edges:
             port = flow.graph.terminals[k].port
             by_port[port] = by_port.get(port, 0.0) + strand.flow
-    return [min(by_port.get(port, 0.0) for port in b.ports) for b in branches]
+    largest = max(b.power for b in branches)
+    return [
+        _Band(
+            bars[b.source],
+            bars[b.target],
+            b.power,
+            max(b.power / largest, _LEAST),
+            min(by_port.get(port, 0.0) for port in b.ports) / b.power,
+        )
+        for b in branches
+    ]
 
 
 def _layers(flow: _Drawn, branches: Sequence[Branch]) -> dict[str, _Bar]:
     """Columns by the longest path from the sources, without the edges that close loops at the vertex nearest to the source."""
     components = set(flow.graph.components)
-    vertices = {n: _Bar(n, n in components) for b in branches for n in (b.source, b.target)}
+    bars = {n: _Bar(n, n in components) for b in branches for n in (b.source, b.target)}
     supplied = flow.data["supplied"].to_series()
-    starts = [n for n in vertices if n in components and float(supplied[n]) > 0]
-    starts = starts or [n for n in vertices if all(b.target != n for b in branches)] or [next(iter(vertices))]
+    starts = [n for n in bars if n in components and float(supplied[n]) > 0]
+    starts = starts or [n for n in bars if all(b.target != n for b in branches)] or [next(iter(bars))]
     distance = dict.fromkeys(starts, 0)
     front = list(starts)
     while front:
@@ -125,10 +166,10 @@ def _layers(flow: _Drawn, branches: Sequence[Branch]) -> dict[str, _Bar]:
     for b in sorted(branches, key=lambda b: (distance.get(b.target, 0) <= distance.get(b.source, 0), -b.power)):
         if not _leads(kept, b.target, b.source):
             kept.append(b)
-    for _ in vertices:
+    for _ in bars:
         for b in kept:
-            vertices[b.target].column = max(vertices[b.target].column, vertices[b.source].column + 1)
-    return vertices
+            bars[b.target].column = max(bars[b.target].column, bars[b.source].column + 1)
+    return bars
 
 
 def _leads(branches: Sequence[Branch], start: str, end: str) -> bool:
@@ -138,88 +179,66 @@ def _leads(branches: Sequence[Branch], start: str, end: str) -> bool:
     return end in reached
 
 
-def _passes(
-    vertices: dict[str, _Bar], branches: Sequence[Branch], width: Sequence[float], back: Sequence[bool]
-) -> list[list[_Bar]]:
-    """For each branch its positions in the columns between its ends, so that it does not pass through other vertices."""
-    return [
-        []
-        if leads_back
-        else [
-            _Bar("", False, column, height=w)
-            for column in range(vertices[b.source].column + 1, vertices[b.target].column)
-        ]
-        for b, w, leads_back in zip(branches, width, back, strict=True)
-    ]
-
-
-def _arrange(
-    vertices: dict[str, _Bar],
-    branches: Sequence[Branch],
-    width: Sequence[float],
-    back: Sequence[bool],
-    passes: Sequence[Sequence[_Bar]],
-) -> None:
+def _arrange(bars: list[_Bar], bands: Sequence[_Band]) -> None:
     """Heights, vertical positions and the order of the bands on both sides."""
-    first = [way[0] if way else vertices[b.target] for way, b in zip(passes, branches, strict=True)]
-    last = [way[-1] if way else vertices[b.source] for way, b in zip(passes, branches, strict=True)]
-    ways = [[vertices[b.source], *way] for b, way in zip(branches, passes, strict=True)]
-    before = {id(v): u for way in ways for u, v in pairwise(way)}
-    for v in vertices.values():
-        v.entering = [k for k, b in enumerate(branches) if b.target == v.name]
-        v.leaving = [k for k, b in enumerate(branches) if b.source == v.name]
-        least = 0.7 if v.component else 0.2
-        v.height = max(sum(width[k] for k in v.entering), sum(width[k] for k in v.leaving), least)
-    placed = [*vertices.values(), *(v for way in passes for v in way)]
-    columns = [[v for v in placed if v.column == c] for c in range(max(v.column for v in placed) + 1)]
+    for bar in bars:
+        bar.entering = [band for band in bands if band.target is bar]
+        bar.leaving = [band for band in bands if band.source is bar]
+        least = 0.7 if bar.component else 0.2
+        bar.height = max(_total(bar.entering), _total(bar.leaving), least)
+    before = {id(bar): last for band in bands for last, bar in pairwise([band.source, *band.passes])}
+    placed = [*bars, *(bar for band in bands for bar in band.passes)]
+    columns = [[bar for bar in placed if bar.column == c] for c in range(max(bar.column for bar in placed) + 1)]
     for _ in range(3):
         for column in columns:
-            wish = {id(v): _wish(v, last, back, before.get(id(v))) for v in column}
-            column.sort(key=lambda v: -wish[id(v)])
-            total = sum(v.height for v in column) + _SPACE * (len(column) - 1)
+            wish = {id(bar): _wish(bar, before.get(id(bar))) for bar in column}
+            column.sort(key=lambda bar: -wish[id(bar)])
+            total = sum(bar.height for bar in column) + _SPACE * (len(column) - 1)
             top = total / 2 + float(np.mean(list(wish.values())))
-            for v in column:
-                v.y = top - v.height / 2
-                top -= v.height + _SPACE
-    for v in vertices.values():
-        v.entering.sort(key=lambda k: (back[k], -last[k].y))
-        v.leaving.sort(key=lambda k: (back[k], -first[k].y))
+            for bar in column:
+                bar.y = top - bar.height / 2
+                top -= bar.height + _SPACE
+    for bar in bars:
+        bar.entering.sort(key=lambda band: (band.back, -band.last.y))
+        bar.leaving.sort(key=lambda band: (band.back, -band.first.y))
 
 
-def _wish(v: _Bar, last: Sequence[_Bar], back: Sequence[bool], before: _Bar | None) -> float:
-    """The preferred height of a vertex: that of its neighbours to the left; loads above returning bands, passing bands above."""
+def _total(bands: Sequence[_Band]) -> float:
+    return sum(band.width for band in bands)
+
+
+def _wish(bar: _Bar, before: _Bar | None) -> float:
+    """The preferred height of a bar: that of its neighbours to the left; loads above returning bands, passing bands above."""
     if before is not None:
         return before.y + 0.1
-    places = [last[k].y for k in v.entering if not back[k]]
-    leading_back = any(back[k] for k in v.leaving)
+    places = [band.last.y for band in bar.entering if not band.back]
+    leading_back = any(band.back for band in bar.leaving)
     return (float(np.mean(places)) if places else 0.0) - 0.1 * leading_back
 
 
-def _centre_line(
-    vertices: dict[str, _Bar],
-    branches: Sequence[Branch],
-    k: int,
-    width: Sequence[float],
-    back: bool,
-    low: float,
-    passes: Sequence[_Bar],
-) -> tuple[Points, float]:
+def _centre_line(band: _Band, low: float) -> tuple[Points, float]:
     """The centre line of a band, and the lowest free height below it."""
-    source, target = vertices[branches[k].source], vertices[branches[k].target]
-    start = (source.x + source.width, _offset(source, source.leaving, k, width))
-    end = (target.x, _offset(target, target.entering, k, width))
-    if not back:
+    source, target = band.source, band.target
+    start = (source.x + source.width, _height(source, source.leaving, band))
+    end = (target.x, _height(target, target.entering, band))
+    if not band.back:
         ends, line = [start], [np.array([start])]
-        for v in passes:
-            left = v.column * (_BOX + _GAP)
-            line += [_curve(ends[-1], (left, v.y))[1:], np.array([[left + _BOX, v.y]])]
-            ends.append((left + _BOX, v.y))
+        for bar in band.passes:
+            left = bar.column * (_BOX + _GAP)
+            line += [_curve(ends[-1], (left, bar.y))[1:], np.array([[left + _BOX, bar.y]])]
+            ends.append((left + _BOX, bar.y))
         return np.asarray(np.vstack([*line, _curve(ends[-1], end)[1:]]), float), low
-    radius = width[k] / 2 + 0.12
-    lane = low - width[k] / 2
+    radius = band.width / 2 + 0.12
+    lane = low - band.width / 2
     out, into = start[0] + radius + 0.05, end[0] - radius - _TIP - 0.05
     corners = [start, (out, start[1]), (out, lane), (into, lane), (into, end[1]), end]
-    return _rounded(corners, radius), lane - width[k] / 2 - 0.3
+    return _rounded(corners, radius), lane - band.width / 2 - 0.3
+
+
+def _height(bar: _Bar, bands: Sequence[_Band], band: _Band) -> float:
+    """Where a band meets a bar."""
+    above = _total(bands[: bands.index(band)])
+    return bar.y + _total(bands) / 2 - above - band.width / 2
 
 
 def _curve(start: tuple[float, float], end: tuple[float, float]) -> Points:
@@ -229,11 +248,6 @@ def _curve(start: tuple[float, float], end: tuple[float, float]) -> Points:
     p = [np.array(start), np.array(start) + reach, np.array(end) - reach, np.array(end)]
     line = (1 - s) ** 3 * p[0] + 3 * s * (1 - s) ** 2 * p[1] + 3 * s**2 * (1 - s) * p[2] + s**3 * p[3]
     return np.asarray(line, float)
-
-
-def _offset(v: _Bar, bands: Sequence[int], k: int, width: Sequence[float]) -> float:
-    before = sum(width[j] for j in bands[: bands.index(k)])
-    return v.y + sum(width[j] for j in bands) / 2 - before - width[k] / 2
 
 
 def _rounded(corners: Sequence[tuple[float, float]], radius: float) -> Points:
@@ -249,8 +263,9 @@ def _rounded(corners: Sequence[tuple[float, float]], radius: float) -> Points:
     return np.array([*line, p[-1]])
 
 
-def _draw_band(ax: Axes, line: Points, width: float, around: float) -> None:
+def _draw_band(ax: Axes, line: Points, band: _Band) -> None:
     """A band with its tip at the end; its circulating part on the lower side."""
+    width, around = band.width, band.around
     body = line[np.hypot(*(line - line[-1]).T) > _TIP]
     body = np.vstack([body, line[-1] - (line[-1] - body[-1]) / float(np.linalg.norm(line[-1] - body[-1])) * _TIP])
     direction = (line[-1] - body[-1]) / _TIP
@@ -278,7 +293,7 @@ def _label_band(ax: Axes, line: Points, text: str, width: float) -> None:
     ax.text(middle[0], place, text, ha="center", va="bottom" if thin else "center", fontsize=9, zorder=5)
 
 
-def _draw_vertex(ax: Axes, v: _Bar, name: str) -> None:
+def _draw_bar(ax: Axes, v: _Bar, name: str) -> None:
     from matplotlib.patches import FancyBboxPatch, Rectangle
 
     corner, colour = (v.x, v.y - v.height / 2), "0.25"

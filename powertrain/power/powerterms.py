@@ -17,7 +17,7 @@ from powertrain.language.symbols import Symbol
 from powertrain.plant import Plant, plant_of
 from powertrain.power.powergraph import PowerGraph, power_graph
 from powertrain.power.variator import named_port, pair, port_motion
-from powertrain.result import Result, within_run
+from powertrain.result import Result
 from powertrain.signals import Picked, signals_of
 
 if TYPE_CHECKING:
@@ -41,8 +41,7 @@ def power_outputs(plant: Plant[Any] | Component) -> dict[str, What]:
     compiled = plant_of(plant).compiled
     terms = written_terms(compiled)
     expressions = dict(zip((f"power({n})" for n in terms.ports), terms.power, strict=True))
-    for name, e in _motions(compiled, terms.ports).items():
-        expressions[name] = e
+    expressions |= _motions(compiled, terms.ports)
     expressions |= {f"loss({p.path})": e for p, e in zip(terms.parts, terms.loss, strict=True) if not e.is_zero()}
     return {name: _selector(e) for name, e in expressions.items()}
 
@@ -68,7 +67,7 @@ def from_result(
     """The terms at times of a simulation, by default at all its samples."""
     compiled, trajectory = result.compiled, result.trajectory
     terms = EnergyTerms(compiled)
-    times = np.unique(result.time) if at is None else within_run(result, "t = ", array("at", at))
+    times = np.unique(result.time) if at is None else result.trajectory.within("t = ", array("at", at))
     samples = trajectory.at(times.ravel(), with_events=at is None)
     signals, p = signals_of(compiled), result.p
     samples = signals.corrected(samples, p)

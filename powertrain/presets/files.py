@@ -27,7 +27,7 @@ from powertrain.language.component import variants
 from powertrain.presets.catalogue import fitting, is_named, name_in
 from powertrain.presets.data import decoded, encoded, literal, plain, takes_data
 from powertrain.presets.places import Adjustable, place, places
-from powertrain.presets.settings import checked, component_named, part
+from powertrain.presets.settings import at_place, checked, component_named, part
 
 M = TypeVar("M", bound=pt.Component)
 CLASS = "class"
@@ -59,7 +59,7 @@ def naming(path: Path) -> Iterator[None]:
     try:
         yield
     except pt.ParameterError as error:
-        raise _at(str(path), error) from None
+        raise at_place(str(path), error) from None
 
 
 def applied(model: M, tables: dict[str, Any], folder: Path | None = None) -> tuple[M, list[str]]:
@@ -114,12 +114,7 @@ def _data(value: Any, found: Adjustable, owner: type[pt.Component], folder: Path
     except PowertrainError as error:
         reads = isinstance(value, str) and "from_csv" in variants(owner)
         said = f'; write class = "{owner.__name__}.from_csv(...)" for other layouts of files' if reads else ""
-        raise _at(found.path, error, said) from None
-
-
-def _at(path: str, error: PowertrainError, more: str = "") -> pt.ParameterError:
-    """An error with the place in the file, where it does not begin with that itself."""
-    return pt.ParameterError((str(error) if str(error).startswith(path) else f"{path}: {error}") + more)
+        raise at_place(found.path, error, said) from None
 
 
 def _check_no_row(model: pt.Component, path: str) -> None:
@@ -155,7 +150,7 @@ def _made(found: Adjustable, table: dict[str, Any], folder: Path) -> pt.Componen
     try:
         return _applied(found.value if new is None else new, table, "", [], folder)
     except PowertrainError as error:
-        raise _at(found.path, error) from None
+        raise at_place(found.path, error) from None
 
 
 def _new(value: Any, found: Adjustable, folder: Path) -> pt.Component | None:
@@ -194,7 +189,7 @@ def _fresh(cls: type[pt.Component], table: dict[str, Any], path: str, folder: Pa
     try:
         return cls(**given)
     except PowertrainError as error:
-        raise _at(path, error) from None
+        raise at_place(path, error) from None
 
 
 def written(model: pt.Component, free: Collection[str] | None = None) -> str:

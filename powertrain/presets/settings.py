@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import powertrain as pt
-from powertrain.errors import suggestion
+from powertrain.errors import PowertrainError, suggestion
 from powertrain.language.checks import is_rows, is_scalar, rows, scalar
 from powertrain.language.component import variants
 from powertrain.language.fields import is_given
@@ -98,15 +98,20 @@ def part(text: str, found: Adjustable, folder: Path | None = None) -> pt.Compone
         ) from None
     try:
         made = _built(node, found.path, found.kind, folder)
-    except pt.ParameterError as error:
+    except PowertrainError as error:
         own = found.path.rpartition(".")[2]
         inside = isinstance(node, ast.Name) and own in type(found.value)._fields
-        raise pt.ParameterError(f"{error}; or set {found.path}.{own}") if inside else error from None
+        raise at_place(found.path, error, f"; or set {found.path}.{own}" if inside else "") from None
     if not isinstance(made, pt.Component):
         raise pt.ParameterError(
             f"{found.path} is a component: give the name of a component, not {text!r}{_takes(found)}{_parameters(found)}"
         )
     return made
+
+
+def at_place(path: str, error: PowertrainError, more: str = "") -> pt.ParameterError:
+    """An error with the path of its place, where it does not begin with that itself."""
+    return pt.ParameterError((str(error) if str(error).startswith(path) else f"{path}: {error}") + more)
 
 
 def component_named(name: str, kind: Any, where: str) -> type[pt.Component]:

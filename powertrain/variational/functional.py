@@ -10,7 +10,7 @@ import numpy as np
 from powertrain.engine.trajectory import Samples
 from powertrain.language.symbols import Symbol, column
 from powertrain.numerics.buffers import Array
-from powertrain.result import Result, within_run
+from powertrain.result import Result
 from powertrain.signals import Picked, signals_of
 from powertrain.variational.objectives import Objective, Reading, Term, weights_of
 
@@ -76,7 +76,7 @@ def _values(result: Result[Any], picked: Picked, samples: Samples) -> Array:
 
 
 def _read(result: Result[Any], picked: Picked, k: int, term: Term) -> tuple[float, list[Reading]]:
-    times = within_run(result, "of: t = ", np.array(term.times or (result.trajectory.end,), float))
+    times = result.trajectory.within("of: t = ", np.array(term.times or (result.trajectory.end,), float))
     value, weights, bend = weights_of(term, _values(result, picked, result.samples_at(times)))
     return value, [Reading(t, k, w, bend=bend) for t, w in zip(times.tolist(), weights.tolist(), strict=True)]
 

@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.errors import ParameterError
+from powertrain.given_runs import complete
 from powertrain.initialization.outdated import constant_in_tables
 from powertrain.language import htmltext
 from powertrain.language.arguments import listed, row
 from powertrain.language.symbols import column
 from powertrain.language.units import quotient, with_unit
 from powertrain.numerics.buffers import Array
-from powertrain.result import Result, complete, within_run
+from powertrain.result import Result
 from powertrain.signals import Picked, Signals, signals_of
 from powertrain.variational.functional import Functional, functional
 from powertrain.variational.objectives import Objective, objective
@@ -228,7 +229,7 @@ def sensitivity(
 
 def sensitivities(result: Result[Any], picked: Sequence[Picked], wanted: Unknowns, times: Array) -> NDArray[np.float64]:
     """d(signal)/d(unknown) at times within the run: (time, signal, unknown)."""
-    times = within_run(result, "times: ", times)
+    times = result.trajectory.within("times: ", times)
     key = tuple(map(signals_of(result.compiled).identity, picked))
     of = Functional("", "", None, column([p.expression for p in picked]), (), 0.0, key)
     model = model_of(result, wanted, of)

@@ -24,8 +24,6 @@ POINTS = np.append(0.5 * (1.0 + np.sort(roots_jacobi(STAGES - 1, 1.0, 0.0)[0])),
 
 _BESIDE = 1e-12
 """Distance, in s and relative to the time, of a limit of functions of the time from an event: sign(0) is on neither side."""
-_EARLY = 1e-6
-"""Share of a step by which the sample before an event is earlier."""
 _FEW = 64
 
 
@@ -46,12 +44,10 @@ class Steps:
 class Instants:
     """The events of a run: times in s, both limits, samples some steps before, impacts and resets by name.
 
-    ``seen`` is the left limit as the event was located, with the algebraic unknowns of the dense output; ``early`` is a little earlier,
-    before the kinks of expressions at the event itself.
+    ``seen`` is the left limit as the event was located, with the algebraic unknowns of the dense output.
     """
 
     times: Array
-    early: Samples
     seen: Samples
     left: Samples
     right: Samples
@@ -100,17 +96,8 @@ def _instants(trajectory: Trajectory, corrected: Any, switches: list[int]) -> In
     found = sorted([*told, *_quiet(trajectory, told, switches)], key=lambda i: i.time)
     seen, right = (Samples(*(values[k::2] for values in trajectory.limits(found))) for k in (0, 1))
     times, right = seen.t, shifted(right, 1)
-    span = spans(trajectory, times, before=True)
-    before, early = (_inside(trajectory, times - share * span) if found else seen for share in (1.0, _EARLY))
-    return Instants(
-        times,
-        corrected(early),
-        seen,
-        corrected(seen),
-        corrected(right),
-        corrected(before),
-        tuple(i.extra for i in found),
-    )
+    before = _inside(trajectory, times - spans(trajectory, times, before=True)) if found else seen
+    return Instants(times, seen, corrected(seen), corrected(right), corrected(before), tuple(i.extra for i in found))
 
 
 def _quiet(trajectory: Trajectory, told: Sequence[Instant], switches: list[int]) -> Iterator[Instant]:

@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.dae.hybrid import Switch, When
 from powertrain.engine.trajectory import Samples
@@ -83,11 +82,7 @@ class Saltation:
         left = self.corrected(shifted(events.left, -1), run.p)
         f_left, f_right = (self.flow.rates(samples, run.p) for samples in (left, events.right))
         slopes = self.before(events.left, run.p)
-        early = self.before(events.early, run.p)
         falls = slopes.along(f_left[:, : self.system.size])
-        before = early.along(self.flow.rates(events.early, run.p)[:, : self.system.size])
-        bends = (falls >= 0.0) & (before < 0.0)
-        falls, slopes = np.where(bends, before, falls), chosen(bends, early, slopes)
         seen, earlier = (self.values(samples, run.p) for samples in (events.seen, events.before))
         return [
             self._jump(run, k, f_left[k], f_right[k], replace(_one(slopes, k), value=seen[k]), falls[k], earlier[k])
@@ -226,14 +221,6 @@ class Saltation:
     def corrected(self, samples: Samples, p: Array) -> Samples:
         """Samples whose algebraic unknowns solve the equations in their modes."""
         return signals_of(self.system.compiled).corrected(samples, p) if samples.z.shape[1] else samples
-
-
-def chosen(where: NDArray[np.bool_], yes: Slopes, no: Slopes) -> Slopes:
-    """The first derivatives where ``where`` is true, else the second; one decision for every expression and sample."""
-    wide = where[:, :, None]
-    return Slopes(
-        no.value, np.where(where, yes.t, no.t), np.where(wide, yes.s, no.s), np.where(wide, yes.q, no.q), no.weights
-    )
 
 
 def row_of(samples: Samples, k: int) -> Samples:

@@ -27,7 +27,7 @@ from powertrain.variational.instants import NotDifferentiable
 from powertrain.variational.partials import Block
 from powertrain.variational.record import Record
 from powertrain.variational.saltation import row_of
-from powertrain.variational.sweeps import Model, Passage, Read, by_place, passage
+from powertrain.variational.sweeps import Model, Passage, Read, passage
 from powertrain.variational.transitions import Batch, stage_tangents, transitions
 from powertrain.variational.unknowns import Unknowns
 
@@ -42,7 +42,6 @@ class _Way:
     """A run with its tangents: of q, of s at the boundaries before steps (after the events there), and of s before events."""
 
     passage: Passage
-    corners: dict[int, list[Corner]]
     phi: Block
     batches: list[Batch]
     q: Matrix
@@ -63,8 +62,7 @@ class SecondOrder:
         """The second derivatives. NotDifferentiable if the run has none."""
         model = self.model
         way = self._forward(result, wanted, of)
-        run, reads = way.passage.run, by_place([r.boundary for r in way.passage.reads])
-        events = by_place(way.passage.boundaries)
+        passed, run = way.passage, way.passage.run
         meets = self.crossing.meets(result, run)
         found = np.zeros((len(wanted.names), len(wanted.names)))
         weights = np.zeros(model.flow.size)
@@ -74,12 +72,12 @@ class SecondOrder:
             if i < len(ends):
                 ends[i] = weights
                 weights = weights @ way.phi[i]
-            for read in (way.passage.reads[r] for r in reads.get(i, ())):
+            for read in (passed.reads[r] for r in passed.between.get(i, ())):
                 found += self._read(result, run, read, way.s[i], way.q)
                 weights = weights + read.reading.weight * read.s
-            for corner in way.corners.get(i, ()):
-                found += self._corner(result, run, corner, weights, way.s[i], way.q)
-            for k in reversed(events.get(i, ())):
+            for c in passed.corners_between.get(i, ()):
+                found += self._corner(result, run, passed.corners[c], weights, way.s[i], way.q)
+            for k in reversed(passed.events.get(i, ())):
                 hessian, weights = self._event(way, meets, k, weights)
                 found += hessian
         found += self._start(result, wanted, way, weights) + self._steps(way, ends)
@@ -94,21 +92,17 @@ class SecondOrder:
         model = self.model
         through = passage(model, result, wanted, of, np.zeros(0))
         run, q = through.run, wanted.plain
-        events = by_place(through.boundaries)
         kept = list(model.flow.linear(run.steps, run.p))
         phi, psi = transitions(model.flow, run.steps, kept)
         s, at, before = through.begin, np.empty((len(phi) + 1, *through.begin.shape)), []
         for i in range(len(phi) + 1):
-            for jump in (through.jumps[k] for k in events.get(i, ())):
+            for jump in (through.jumps[k] for k in through.events.get(i, ())):
                 before.append(s)
                 s = jump.s @ s + (jump.left + jump.right) @ q
             at[i] = s
             if i < len(phi):
                 s = phi[i] @ s + psi[i] @ q
-        places: dict[int, list[Corner]] = {}
-        for corner in through.corners:
-            places.setdefault(run.steps.before(corner.time), []).append(corner)
-        return _Way(through, places, phi, kept, q, at, before)
+        return _Way(through, phi, kept, q, at, before)
 
     def _steps(self, way: _Way, ends: Block) -> Matrix:
         """Contribution of the steps: f'' at every stage, along its tangents, times the effect of the stage on the objective."""

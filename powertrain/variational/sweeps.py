@@ -74,23 +74,41 @@ class Read:
 
 @dataclass(frozen=True)
 class Passage:
-    """The data of a run for the sweeps: steps, jumps at the boundaries before steps, readings there, the start, and corners."""
+    """The data of a run for the sweeps: steps, jumps at events, readings, the start, and corners."""
 
     run: Record
     jumps: list[SaltationMap]
-    boundaries: list[int]
     reads: list[Read]
     begin: NDArray[np.float64]
     given: NDArray[np.float64]
     """The same before laws that stick from the start remove their speed."""
     corners: list[Corner]
 
+    @cached_property
+    def events(self) -> dict[int, list[int]]:
+        """The events at the boundaries before steps."""
+        return _by_place([self.run.steps.before(t) for t in self.run.instants.times.tolist()])
+
+    @cached_property
+    def between(self) -> dict[int, list[int]]:
+        """The readings at the boundaries before steps, except those at events."""
+        return _by_place([read.boundary for read in self.reads])
+
+    @cached_property
+    def corners_between(self) -> dict[int, list[int]]:
+        """The corners at the boundaries before steps."""
+        return _by_place([self.run.steps.before(corner.time) for corner in self.corners])
+
+    @cached_property
+    def at_events(self) -> dict[tuple[int, int], Read]:
+        """The readings at events, by event and side."""
+        return {(read.reading.instant, read.reading.side): read for read in self.reads if read.boundary < 0}
+
 
 def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional, cuts: Array) -> Passage:
     """Everything of a run except the matrices of its steps. NotDifferentiable names an event without a derivative."""
     run, corners = model.corners.cut(result, np.union1d(of.cuts, cuts))
     jumps = model.saltation.jumps(run)
-    boundaries = [run.steps.before(t) for t in run.instants.times.tolist()]
     begin = np.zeros((model.flow.size, len(wanted.names)))
     begin[: model.system.size] = model.start.derivatives(result, run, wanted)
     stuck = [i for i, law in enumerate(model.saltation.sticking) if run.first.m[0, law.index] == 0.0]
@@ -98,7 +116,7 @@ def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional,
     given = begin
     begin = caught @ begin + at_q @ wanted.chain(np.array([run.start]), after=True)[0]
     reads = [_read(model, result, run, r) for r in of.readings]
-    return Passage(run, jumps, boundaries, reads, begin, given, corners)
+    return Passage(run, jumps, reads, begin, given, corners)
 
 
 def _read(model: Model, result: Result[Any], run: Record, reading: Reading) -> Read:
@@ -144,8 +162,6 @@ def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[P
     phi, psi = transitions(model.flow, steps, model.flow.linear(steps, run.p))
     psi = psi @ wanted.chain(steps.times + 0.5 * steps.durations, after=True) if wanted.inputs else psi @ wanted.plain
     lefts, rights = (wanted.chain(run.instants.times, after=a) for a in (False, True))
-    events, reads = by_place(way.boundaries), by_place([r.boundary for r in way.reads])
-    at_events = {(r.reading.instant, r.reading.side): r for r in way.reads if r.boundary < 0}
     n, (size, count) = model.system.size, way.begin.shape
     s, gradient = np.hstack([way.begin, np.zeros((size, count))]), np.zeros(2 * count)
     kept = np.empty((len(steps.times) + 1 if keep else 0, *s.shape))
@@ -156,18 +172,18 @@ def forward(model: Model, wanted: Unknowns, way: Passage, keep: bool) -> tuple[P
         return np.concatenate([value, np.zeros_like(value)], axis=-1)
 
     for i in range(len(steps.times) + 1):
-        for j in events.get(i, ()):
+        for j in way.events.get(i, ()):
             jump = way.jumps[j]
             moved = alone(jump.shifts[0].s @ s[:n, :count] + jump.shifts[0].q @ lefts[j]) if jump.shifts else 0.0
             after = jump.s @ s + alone(jump.left @ lefts[j] + jump.right @ rights[j])
             if jump.apart is not None:
                 after[:, count:] += jump.apart[0] @ s[:n, :count] + jump.apart[1] @ lefts[j]
             for side, here, chain in ((-1, s, lefts[j]), (1, after, rights[j])):
-                if (j, side) in at_events:
-                    read = at_events[j, side]
+                if (j, side) in way.at_events:
+                    read = way.at_events[j, side]
                     gradient += read.reading.weight * (read.s @ here + alone(read.q @ chain) + read.rate * moved)
             s = after
-        for r in reads.get(i, ()):
+        for r in way.between.get(i, ()):
             read = way.reads[r]
             gradient += read.reading.weight * (read.s @ s + alone(read.q @ chains[r]))
         if keep:
@@ -197,7 +213,7 @@ def refuse_apart(wanted: Unknowns, way: Passage, found: Parts, value: float) -> 
     )
 
 
-def by_place(places: list[int]) -> dict[int, list[int]]:
+def _by_place(places: list[int]) -> dict[int, list[int]]:
     """The indices in ``places`` for each place; negative places have none."""
     found: dict[int, list[int]] = {}
     for k, place in enumerate(places):
@@ -213,8 +229,6 @@ def adjoint(model: Model, wanted: Unknowns, way: Passage) -> Parts:
     phi = transitions(model.bare_flow, steps, kept)[0]
     lefts, rights = (wanted.chain(run.instants.times, after=a) for a in (False, True))
     chains = wanted.chain(np.array([r.reading.time for r in way.reads]), after=True)
-    events, reads = by_place(way.boundaries), by_place([r.boundary for r in way.reads])
-    at_events = {(r.reading.instant, r.reading.side): r for r in way.reads if r.boundary < 0}
     n, gradient = model.system.size, np.zeros((2, len(wanted.names)))
     sides = 2 if any(jump.apart is not None for jump in way.jumps) else 1
     lam = np.zeros((sides, model.flow.size))
@@ -224,16 +238,16 @@ def adjoint(model: Model, wanted: Unknowns, way: Passage) -> Parts:
         if i < len(steps.times):
             ends[i] = lam
             lam = lam @ phi[i]
-        for r in reads.get(i, ()):
+        for r in way.between.get(i, ()):
             read = way.reads[r]
             lam[0] += read.reading.weight * read.s
             gradient[0] += read.reading.weight * (read.q @ chains[r])
-        for j in reversed(events.get(i, ())):
+        for j in reversed(way.events.get(i, ())):
             jump, own = way.jumps[j], np.zeros_like(lam)
             for side, chain in ((-1, lefts[j]), (1, rights[j])):
-                if (j, side) not in at_events:
+                if (j, side) not in way.at_events:
                     continue
-                read = at_events[j, side]
+                read = way.at_events[j, side]
                 weight = read.reading.weight
                 (lam if side > 0 else own)[0] += weight * read.s
                 gradient[0] += weight * (read.q @ chain)

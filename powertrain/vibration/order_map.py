@@ -10,8 +10,9 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from powertrain.analysis.linearization import Selector
 from powertrain.errors import ParameterError
+from powertrain.given_runs import complete
 from powertrain.language.arguments import count, limits, positive
-from powertrain.result import Result, complete
+from powertrain.result import Result
 from powertrain.signals import Picked, signals_of
 
 if TYPE_CHECKING:

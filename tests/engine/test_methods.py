@@ -68,7 +68,7 @@ def test_order_five_and_dense_output_of_order_four(name: str) -> None:
 
 def test_rodas5p_keeps_its_order_on_an_implicit_system() -> None:
     model = implicit()
-    z = Simulator(model).consistent(0.0, [1.0], [0.5, 0.5, 0.5], [], [])
+    z = Simulator(model).resolve(0.0, [1.0], [0.5, 0.5, 0.5], [], [])[1]
     start = np.concatenate([[1.0], z])
     reference, _ = march(model, "rodas5p", start, 2.0, 512)
     errors = [np.abs(march(model, "rodas5p", start, 2.0, n)[0] - reference).max() for n in (64, 128)]
@@ -146,7 +146,7 @@ def test_units_change_nothing(method: str, size: float, monkeypatch: pytest.Monk
     monkeypatch.setattr("powertrain.engine.prepared._LARGE", 0 if method == "sparse" else 100)
     model = nonlinear() if method in ("dopri5", "rodas5p") else implicit()
     n, sizes = model.x.numel(), [size, *[1.0] * (model.x.numel() - 1), *[size**2] * model.z.numel()]
-    z = Simulator(model).consistent(0.0, np.ones(n), [0.5, 0.5, 0.5], [], []) if model.z.numel() else np.zeros(0)
+    z = Simulator(model).resolve(0.0, np.ones(n), [0.5, 0.5, 0.5], [], [])[1] if model.z.numel() else np.zeros(0)
     runs = []
     for units in (np.ones(len(sizes)), np.array(sizes)):
         engine = Simulator(in_units(model, units.tolist()), "dopri5" if method == "dopri5" else "rodas5p")

@@ -111,9 +111,9 @@ def test_the_quick_search_for_algebraic_unknowns_ends_where_the_careful_one_ends
     for x in (0.2, 1.0, 5.0):
         assert quick
         engine.algebra._quick = quick
-        fast = engine.consistent(0.5, [x], [0.4, 0.4, 0.4], [], [])
+        fast = engine.resolve(0.5, [x], [0.4, 0.4, 0.4], [], [])[1]
         engine.algebra._quick = []
-        careful = engine.consistent(0.5, [x], [0.4, 0.4, 0.4], [], [])
+        careful = engine.resolve(0.5, [x], [0.4, 0.4, 0.4], [], [])[1]
         assert fast == pytest.approx(careful, rel=1e-10)
 
 

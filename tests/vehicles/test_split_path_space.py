@@ -23,7 +23,8 @@ from powertrain.design import (
     split_path_space,
 )
 from powertrain.design.parts import cvu_of, ratio_of
-from powertrain.design.space import _fit, bounds, front, geared, rate
+from powertrain.design.rating import bounds, front, rate
+from powertrain.design.space import _fit, geared
 
 R = np.linspace(0.1, 1.5, 15)
 DUTY = Duty.over(
