@@ -14,6 +14,7 @@ from powertrain.compiler.calls import substituted_in_place
 from powertrain.compiler.generic import generic_values
 from powertrain.compiler.law_torques import LawTorque
 from powertrain.compiler.torques import (
+    COMPLIANCE,
     Motion,
     cancels,
     compliance,
@@ -25,13 +26,7 @@ from powertrain.compiler.torques import (
     shares,
     solve_torques,
 )
-from powertrain.dae.tolerances import (
-    COMPLIANCE,
-    alone_tolerance,
-    condition_tolerance,
-    rounding_tolerance,
-    torque_tolerance,
-)
+from powertrain.dae.tolerances import alone_tolerance, condition_tolerance, rounding_tolerance, torque_tolerance
 from powertrain.language.laws import FrictionLaw
 from powertrain.language.recorder import SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time

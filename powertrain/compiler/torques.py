@@ -27,11 +27,13 @@ from powertrain.compiler.cancellation import terms
 from powertrain.compiler.generic import generic_values
 from powertrain.compiler.law_torques import LawTorque
 from powertrain.dae.friction import least_torque, sliding_torque
-from powertrain.dae.tolerances import COMPLIANCE, GIVEN
+from powertrain.dae.tolerances import GIVEN
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
 from powertrain.numerics.sparse_lu import Numbers, Row, eliminate
 
+COMPLIANCE = 1e-8
+"""eps: creep of a stuck law relative to its own G_ii. Its square is round-off; round-off over eps is the accuracy of shared torques."""
 IMPLICIT_COMPLIANCE = 1e-11
 """eps of laws that are nonlinear in the torques: they are solved with pivoting, and without the second step."""
 _DEPENDENT = 1e-12

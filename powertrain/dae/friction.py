@@ -15,18 +15,7 @@ import math
 import casadi as ca
 
 from powertrain.dae.hybrid import JUMPED, Barrier, Friction, HybridDae
-from powertrain.dae.tolerances import (
-    COMPLIANCE,
-    EPS,
-    INTEGRATED,
-    NO_WIDTH,
-    NOISE,
-    REVERSED,
-    STEPPED,
-    SWIFT,
-    YIELDING,
-    ZONE,
-)
+from powertrain.dae.tolerances import EPS, INACCURATE, INTEGRATED, NO_WIDTH, NOISE, REVERSED, SWIFT, YIELDING, ZONE
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
@@ -62,23 +51,22 @@ def stuck_margin(law: Friction) -> ca.SX:
 
 
 def rest_margin(dae: HybridDae, law: Friction) -> ca.SX:
-    """A stuck law without a torque limit is at rest, unless others prescribe its motion: then nothing but its compliance gives way.
+    """A stuck law is at rest, but for its compliance. It gives way where no mode follows, and the run ends.
 
-    No mode follows, and the run ends. While laws with a limit hold the motion, its compliance gives way as well; they slip, as its torque
-    rises, long before this speed is reached.
+    Without a torque limit, nothing else gives way to a motion that others prescribe. While laws with a limit hold the motion, its
+    compliance gives way as well; they slip, as its torque rises, long before this speed is reached. A law that shares its motion gives
+    way where it acts on a part so light that its compliance yields as much as what is held through that part.
     """
-    yields = ca.fabs(law.rate) > YIELDING * law.reach * ca.fabs(law.torque)
+    most = YIELDING * ca.fabs(law.torque) if law.limitless else INACCURATE * law.hysteresis
+    yields = ca.fabs(law.rate) > law.reach * most
     # without a load, round-off decides this, but then w is zero
     moved = ca.logic_and(dae.m[law.index] == STUCK, yields)
     return INTEGRATED - ca.if_else(moved, ca.fabs(law.w), 0.0)
 
 
-def sharing_margin(law: Friction) -> ca.SX:
-    """The torque of a stuck law that shares its motion is found: the last proximal step, rate = compliance * step, changes it little.
-
-    It changes it more where the law acts on a part so light that its compliance yields as much as what it holds through that part.
-    """
-    return STEPPED * law.hysteresis - ca.fabs(law.rate) / (COMPLIANCE * law.reach)
+def gives_way(law: Friction) -> bool:
+    """Whether the motion of a stuck law has to be watched, see ``rest_margin``."""
+    return not law.prescribed and (bool(law.limitless) or law.share is not None)
 
 
 def speed_margin(law: Friction, mode: ca.SX | float, known: ca.SX | float) -> ca.SX:
@@ -129,10 +117,8 @@ def watched(dae: HybridDae, law: Friction) -> list[tuple[ca.SX, ca.SX | float]]:
     if law.may_free and ca.depends_on(law.upper - law.lower, ca.vertcat(dae.t, dae.x, dae.z)):
         free = _free(dae, law)
         found.append((ca.if_else(dae.m[law.index] == FREE, ca.fmin(free, order_margin(dae, law)), free), EPS))
-    if law.limitless and not law.prescribed:
+    if gives_way(law):
         found.append((rest_margin(dae, law), EPS))
-    if law.share is not None:
-        found.append((ca.if_else(dae.m[law.index] == STUCK, sharing_margin(law), 1.0), law.hysteresis))
     return found
 
 

@@ -17,8 +17,9 @@ def condition_margin(mode: ca.SX, g: ca.SX, known: ca.SX | float = EPS) -> ca.SX
 
 
 def margin(dae: HybridDae, law: Switch) -> ca.SX:
-    """The condition of a switch with its hysteresis."""
-    return condition_margin(dae.m[law.index], law.g, law.known)
+    """The condition of a switch with its hysteresis; a limited signal falls to zero and no further, and is not positive there."""
+    mode = dae.m[law.index]
+    return condition_margin(mode, law.g, law.known) - ca.if_else(law.g == 0, 2 * law.known * mode, 0)
 
 
 def watched(dae: HybridDae, law: Switch) -> list[tuple[ca.SX, ca.SX | float]]:

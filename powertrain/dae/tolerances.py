@@ -42,11 +42,6 @@ RESOLVED = 1e-8
 """Uncertainty of torques in equilibrium with each other, relative to the largest: round-off through stiff couplings."""
 SHARED = 1e-7
 """Uncertainty of a torque shared by compliance between laws on one motion, relative to the torques there: round-off over compliance."""
-STEPPED = 1e5
-"""The last proximal step may change a shared torque by this multiple of its uncertainty, 1 % of the torques there. What remains is the
-square of that share, 1e-4."""
-COMPLIANCE = 1e-8
-"""eps: creep of a stuck law relative to its own G_ii. Its square is round-off; round-off over eps is the accuracy of shared torques."""
 ALONE = 1e-10
 """Uncertainty of a torque that is alone on its motion, relative to the largest torque that it meets through other motions."""
 ROUND_OFF = 1e-15
@@ -54,6 +49,9 @@ ROUND_OFF = 1e-15
 YIELDING = 1e-9
 """A law without a torque limit yields if its rate exceeds this share of its torque times its mobility: a fifth of what its compliance
 gives way to a motion that others prescribe."""
+INACCURATE = 1e-3
+"""A law that shares its motion yields if its rate exceeds this share of the uncertainty of its torque times its mobility. Its last proximal
+step then changes the torque by 1 % of the torques there, and what remains is the square of this share, 1e-4."""
 NO_WIDTH = 1e-10
 """Limits of a law that differ by less than this (N.m, N) are equal: it transmits nothing, or always the same torque."""
 CROSSED = 1e-6

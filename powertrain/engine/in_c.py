@@ -156,7 +156,7 @@ class LoopInC:
         gaps_jump = engine.overlaps is not None and engine.overlaps.may_jump
         self._model.every_event = engine.continuity is not None or gaps_jump
         self._model.every_mode = engine.admissible.checks
-        self._model.every_idle = engine.admissible.shares
+        self._model.every_idle = bool(engine.admissible.yielding)
         self._model.most_rows, self._model.most_held, self._model.most_instants = _ROWS, _HELD, _INSTANTS
         self._continue, self._at = _loop().pt_continue, ctypes.byref(self._model)
         addresses = step.addresses() | others.addresses()

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from powertrain.dae.tolerances import COMPLIANCE, GIVEN
+from powertrain.compiler.torques import COMPLIANCE
+from powertrain.dae.tolerances import GIVEN
 from powertrain.equilibrium.laws import Motion, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, taken
 from powertrain.numerics.buffers import Array

@@ -19,10 +19,11 @@ from itertools import product
 
 import numpy as np
 
+from powertrain.compiler.torques import COMPLIANCE
 from powertrain.dae.contact import CLOSED
 from powertrain.dae.friction import FORWARD, STUCK
 from powertrain.dae.hybrid import OperatingPoint
-from powertrain.dae.tolerances import COMPLIANCE, NO_WIDTH, REST, STILL
+from powertrain.dae.tolerances import NO_WIDTH, REST, STILL
 from powertrain.equilibrium.beginnings import beginnings, euler_matrix, euler_step, mobilities
 from powertrain.equilibrium.corrector import corrected
 from powertrain.equilibrium.laws import LAST_STEP, Linearized, SteadyLaws

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import casadi as ca
 
-from powertrain.dae.friction import STUCK, rest_margin, sharing_margin, undetermined
+from powertrain.dae.friction import gives_way, rest_margin, undetermined
 from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.dae.tolerances import INTEGRATED, NO_WIDTH, ZONE
 from powertrain.errors import SimulationError
@@ -32,14 +32,8 @@ class Admissible:
         self._noted: set[int] = set()
         self._self_locking = SelfLocking(dae, memory)
         self._one_way = [(k, law, mode) for k, law in enumerate(dae.frictions) for mode in law.limitless]
-        self._limitless = [law for law in dae.frictions if law.limitless and not law.prescribed]
-        self._sharing = [law for law in dae.frictions if law.share is not None]
+        self.yielding = [law for law in dae.frictions if gives_way(law)]
         self._prescribed = [(k, law, undetermined(dae, law)) for k, law in enumerate(dae.frictions) if law.prescribed]
-
-    @property
-    def shares(self) -> bool:
-        """Whether laws may share a motion, so that an event without a change of modes may be the end of a run."""
-        return bool(self._sharing)
 
     @property
     def checks(self) -> bool:
@@ -49,7 +43,6 @@ class Admissible:
     def check(self, side: int) -> None:
         """Reject inadmissible modes; note torques that are not unique."""
         self._self_locking.check(side)
-        self._check_sharing(side)
         held = self.memory.m
         for _, law, mode in self._one_way:
             if held[law.index] == mode:
@@ -59,36 +52,24 @@ class Admissible:
                 self._rests(k, law, refused, side)
 
     def check_rest(self, side: int) -> None:
-        """Reject a motion that others prescribe against a stuck law without a torque limit, at the end of a step."""
-        if not self._limitless:
+        """Reject a motion of stuck laws that only their compliance allows, at the end of a step."""
+        if not self.yielding:
             return
         (found,) = self._rest(*self.memory.instant(side))
-        for law, (margin, speed) in zip(self._limitless, found.tolist(), strict=True):
-            if margin <= 0:
+        for law, (margin, speed) in zip(self.yielding, found.tolist(), strict=True):
+            if margin <= 0 and law.limitless:
                 self._refuse(law, speed)
+            if margin <= 0:
+                raise SimulationError(
+                    f"at t = {self.memory.time[0]:.9g} s the torque of {law.name} ({law.where}) is not accurate: a part on which it "
+                    "acts is lighter by a factor of about 1e6 than what is held through it, and other laws may hold the same motion. "
+                    "Give that part a larger inertia or mass, or leave out one of the laws."
+                )
 
     @cached_property
     def _rest(self) -> Evaluated:
-        rows = ca.vertcat(*[ca.horzcat(rest_margin(self.dae, law), law.w) for law in self._limitless])
+        rows = ca.vertcat(*[ca.horzcat(rest_margin(self.dae, law), law.w) for law in self.yielding])
         return Evaluated(self.dae.function("rest_margins", rows))
-
-    def _check_sharing(self, side: int) -> None:
-        """Reject stuck laws whose shared torques two proximal steps do not find."""
-        if not self._sharing:
-            return
-        (found,) = self._margins(*self.memory.instant(side))
-        yielding = [law.name for law, margin in zip(self._sharing, found.ravel(), strict=True) if margin < 0]
-        if yielding:
-            raise SimulationError(
-                f"at t = {self.memory.time[0]:.9g} s the torque of {' and '.join(yielding)} is not accurate: a part on which it acts is "
-                "lighter by a factor of about 1e6 than what is held through it, and other laws may hold the same motion. Give that part "
-                "a larger inertia or mass, or leave out one of the laws."
-            )
-
-    @cached_property
-    def _margins(self) -> Evaluated:
-        stuck = [ca.if_else(self.dae.m[law.index] == STUCK, sharing_margin(law), 0.0) for law in self._sharing]
-        return Evaluated(self.dae.function("sharing_margins", ca.vertcat(*stuck)))
 
     def check_speeds(self, side: int) -> None:
         """Reject speeds that no mode allows."""

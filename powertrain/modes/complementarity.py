@@ -22,10 +22,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.compiler.torques import COMPLIANCE
 from powertrain.dae.contact import CLOSED, OPEN
 from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.dae.hybrid import HybridDae, OperatingPoint
-from powertrain.dae.tolerances import ALONE, COMPLIANCE, LEAST_TORQUE, NO_WIDTH
+from powertrain.dae.tolerances import ALONE, LEAST_TORQUE, NO_WIDTH
 from powertrain.modes.lemke import Long, lemke
 from powertrain.numerics.buffers import Evaluated
 

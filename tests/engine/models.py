@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
+from powertrain.compiler.torques import COMPLIANCE
 from powertrain.dae.hybrid import Friction, HybridDae, Opened, Switch
-from powertrain.dae.tolerances import COMPLIANCE, alone_tolerance, torque_tolerance
+from powertrain.dae.tolerances import alone_tolerance, torque_tolerance
 
 
 def solve_linear(matrix: ca.SX, right: ca.SX) -> ca.SX:

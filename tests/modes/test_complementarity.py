@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from opened import Fit, Piecewise, compared, dae_of, finite_slopes, fits
 
+from powertrain.compiler.torques import COMPLIANCE
 from powertrain.dae.hybrid import Friction, HybridDae, Opened, OperatingPoint
-from powertrain.dae.tolerances import COMPLIANCE, ZONE
+from powertrain.dae.tolerances import ZONE
 from powertrain.modes.complementarity import Answer, Complementarity, Laws, _inverse
 
 Matrix = np.ndarray[Any, Any]
