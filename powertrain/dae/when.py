@@ -8,7 +8,7 @@ from __future__ import annotations
 import casadi as ca
 
 from powertrain.dae.hybrid import HybridDae, When
-from powertrain.dae.switch import condition_margin, in_time, now
+from powertrain.dae.switch import condition_margin, has_ended, in_time, now
 from powertrain.dae.tolerances import EPS
 
 
@@ -16,7 +16,7 @@ def watched(dae: HybridDae, law: When) -> list[tuple[ca.SX, ca.SX | float]]:
     """What falls through zero when the condition changes, with its uncertainty; nothing if the instant or comparisons tell it."""
     if law.time is not None or law.relations:
         return []
-    return [(condition_margin(dae.m[law.index], law.g), EPS)]
+    return [(_margin(dae, law, law.g, EPS), EPS)]
 
 
 def rises(dae: HybridDae, law: When, fires: ca.SX | None) -> ca.SX:
@@ -29,7 +29,12 @@ def rises(dae: HybridDae, law: When, fires: ca.SX | None) -> ca.SX:
 def next_mode(dae: HybridDae, law: When) -> ca.SX:
     """The mode falls with the condition; what rises is set by ``discontinuities``."""
     old, known = dae.m[law.index], EPS if law.time is None else EPS + now(dae)
-    return ca.if_else(condition_margin(old, _condition(dae, law), known) <= 0, 0.0, old)
+    return ca.if_else(_margin(dae, law, _condition(dae, law), known) <= 0, 0.0, old)
+
+
+def _margin(dae: HybridDae, law: When, g: ca.SX, known: ca.SX | float) -> ca.SX:
+    mode = dae.m[law.index]
+    return condition_margin(mode, g, known) - ca.if_else(has_ended(dae, law.g), 2 * known * mode, 0)
 
 
 def _condition(dae: HybridDae, law: When) -> ca.SX:
