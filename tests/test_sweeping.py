@@ -327,7 +327,7 @@ def test_a_case_that_simulate_does_not_know_is_refused_before_any_run(case: Any,
     ("options", "said"),
     [
         ({"executor": 4}, "executor = 4 is not an executor"),
-        ({"on_error": "ignore"}, "on_error = 'ignore'"),
+        ({"on_error": "ignore"}, "on_error='ignore' must be one of raise, keep"),
         ({"scalars": ["w"]}, "scalars = "),
         ({"scalars": {"w": 3}}, "'w': 3 is not a named function"),
         ({"scalars": {"inertia.J": last_speed}}, "'inertia.J' is already a column"),

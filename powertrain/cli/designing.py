@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,8 @@ NAMES = {
     "unit_range": "range of V",
 }
 SHOWN = ("mean_efficiency", "min_efficiency", "max_K", "V_min", "V_max")
+DRAWN = 201
+"""Points of a curve."""
 Unit = tuple[float, float] | float
 
 
@@ -313,21 +316,17 @@ def _space(
 
 def _draw(found: SplitPathDesigns, loss: UnitLoss, eta: float, path: Path) -> None:
     """The first design of the table."""
-    import numpy as np
-
-    from powertrain.components.transmissions import TYPES, Network, flow
+    from powertrain.components.transmissions import TYPES, Network
     from powertrain.design.figures import ranges_figure
+    from powertrain.design.rating import over_range
 
-    best, duty = found.table.iloc[0], found.duty
-    numbers = [int(w) for w in str(best.type).rpartition(":")[2].replace("then", "").split(",")]
-    ends = [duty.low, *([1.0] if len(numbers) > 1 else []), duty.high]
-    parts = []
-    for kind, low, high in zip(numbers, ends, ends[1:], strict=False):
-        network = Network.split_path(TYPES[kind], best.coupling, float(best.R_o), eta)
-        r = np.linspace(low, high, 201)
-        r = r[r != 0]
-        torque = np.interp(r, duty.r, duty.torque) * np.sign(r)
-        parts.append((r, flow(network, r, torque, np.interp(r, duty.r, duty.speed), loss=loss), network))
+    best, duty, types = found.table.iloc[0], found.duty, found.types()
+    ends = [duty.low, *([1.0] if len(types) > 1 else []), duty.high]
+    networks = [Network.split_path(TYPES[kind], best.coupling, float(best.R_o), eta) for kind in types]
+    parts = [
+        (*over_range(network, low, high, duty, loss, DRAWN), network)
+        for network, (low, high) in zip(networks, pairwise(ends), strict=True)
+    ]
     ranges_figure(parts, f"Type {best.type}, {best.coupling}-coupled, R_o = {best.R_o:.4g}", path)
     click.echo(f"wrote {path}")
 

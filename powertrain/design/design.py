@@ -179,6 +179,10 @@ class SplitPathDesigns:
         """The range of V of the unit."""
         return self.demands.unit
 
+    def types(self, line: int = 0) -> list[int]:
+        """The type of a row of ``table``, or of a combination those below and above r = 1."""
+        return [int(word) for word in str(self.table.type[line]).rpartition(":")[2].replace("then", "").split(",")]
+
     def at_edge(self, line: int = 0) -> bool:
         """Whether a row's R_o is the first or last of those compared on its side of 0 and 1, so a better one may lie beyond."""
         R_o = float(self.table.R_o[line])
@@ -194,7 +198,6 @@ class SplitPathDesigns:
         ``bounds``: by default the compared basic ratios on the same side of 0 and 1.
         """
         chosen = self.table.iloc[line]
-        numbers = [int(w) for w in str(chosen.type).rpartition(":")[2].replace("then", "").split(",")]
-        start, plants = float(chosen.R_o), [self.plants[str(chosen.coupling), n] for n in numbers]
+        start, plants = float(chosen.R_o), [self.plants[str(chosen.coupling), n] for n in self.types(line)]
         demands = replace(self.demands, max_K=max_K)
         return refine_ratio(plants, self.duty, start, bounds or self._bounds(start), demands=demands, by=self.by)

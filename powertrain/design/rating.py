@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.components.transmissions import Flow, Network, flow
+from powertrain.components.transmissions import Flow, Network, UnitLoss, flow
 from powertrain.design.duty import Duty, Vector
 from powertrain.design.structure import Designs
 from powertrain.design.units import Variator
@@ -76,6 +76,16 @@ def front(efficiency: Vector, size: Vector) -> NDArray[np.intp]:
     least = np.minimum.accumulate(size[order])
     first = np.append(True, least[1:] < least[:-1]) if order.size else np.zeros(0, bool)
     return np.asarray(order[first], np.intp)
+
+
+def over_range(
+    network: Network, low: float, high: float, duty: Duty, loss: UnitLoss, points: int
+) -> tuple[Vector, Flow]:
+    """Operating points from ``low`` to ``high`` without standstill, as (r, flow), with the torques and speeds of the duty."""
+    r = np.linspace(low, high, points)
+    r = r[r != 0]
+    torque = np.interp(r, duty.r, duty.torque) * np.sign(r)
+    return r, flow(network, r, torque, np.interp(r, duty.r, duty.speed), loss=loss)
 
 
 def rate(designs: Designs, duty: Duty, unit: Variator, eta: Efficiencies, cube: Vector, *, fine: bool = False) -> Rated:

@@ -17,10 +17,10 @@ import numpy as np
 
 import powertrain as pt
 from powertrain.components.cvu import ElectricPair, VariableUnit
-from powertrain.components.transmissions import Flow, Network, RatioOfUnit, VariableTransmission, flow
+from powertrain.components.transmissions import Flow, Network, RatioOfUnit, VariableTransmission
 from powertrain.design.duty import Duty, Vector
 from powertrain.design.parts import RESERVE, cvu_of, pair_of, ratio_of, transmission_of
-from powertrain.design.rating import COLUMNS, GRID, SLACK, Efficiencies, Rated, bounds, front, rate
+from powertrain.design.rating import COLUMNS, GRID, SLACK, Efficiencies, Rated, bounds, front, over_range, rate
 from powertrain.design.structure import COMMON, Designs, Structure
 from powertrain.design.units import Variator
 
@@ -238,15 +238,8 @@ class SplitPathSpace:
 
     def flows(self, line: int = 0, points: int = 101) -> list[tuple[Vector, Flow]]:
         """Operating points over the ranges of a row of the table, as (r, flow); all directions of power are tried."""
-        found = []
-        for low, high, network in self.ranges(line):
-            r = np.linspace(low, high, points)
-            r = r[r != 0]
-            torque = np.interp(r, self.duty.r, self.duty.torque) * np.sign(r)
-            found.append(
-                (r, flow(network, r, torque, np.interp(r, self.duty.r, self.duty.speed), loss=self.unit(line).loss))
-            )
-        return found
+        loss = self.unit(line).loss
+        return [over_range(network, low, high, self.duty, loss, points) for low, high, network in self.ranges(line)]
 
     def part(self, line: int = 0) -> VariableUnit | ElectricPair:
         """The unit of a row as a component with the losses of the design: a ``CVU``, or an ``ElectricPair`` if V may be infinite.

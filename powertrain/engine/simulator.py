@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.dae.friction import FORWARD, STUCK
+from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
 from powertrain.dae.hybrid import JUMPED, START, HybridDae
 from powertrain.dae.tolerances import ZONE
 from powertrain.engine.in_c import LoopInC
@@ -121,8 +121,8 @@ class Simulator(Prepared):
         """Let moving laws slide: with implicit unknowns, the equations may have no solution in other modes."""
         dae, memory = self.dae, self.memory
         for law, w in zip(dae.frictions, memory.frictions(0).w, strict=True):
-            if not law.algebraic and memory.m[law.index] == 0.0 and abs(w) > ZONE:
-                memory.m[law.index] = 1.0 if w > 0.0 else -1.0
+            if not law.algebraic and memory.m[law.index] == STUCK and abs(w) > ZONE:
+                memory.m[law.index] = FORWARD if w > 0.0 else BACKWARD
 
     def _settle(self, t: float) -> None:
         """Find the modes of a start on side 0 of the buffers."""

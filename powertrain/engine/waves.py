@@ -109,8 +109,7 @@ class _Speeds:
 
     def of(self, i: int) -> list[ca.SX]:
         """The rates in the i-th expression, each once."""
-        mine = self._among(self._found[i].marks) if i in self._found else []
-        return list({key(speed): speed for speed in mine}.values())
+        return list({key(speed): speed for speed in self._among(self._found[i].marks)}.values())
 
     def constant(self, value: float) -> _Wave:
         return _Wave(ca.SX(value), 0)

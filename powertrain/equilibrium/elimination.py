@@ -173,9 +173,10 @@ def _written(residual: Symbol, x: Symbol, others: list[Symbol]) -> Symbol | None
         return _Fraction(Affine(others[j]) if i else Affine(b=Symbol(1)))
 
     try:
-        found = replayed(tape, [residual], argument, _Fractions()).get(0, _Fraction(Affine())).above
+        (fraction,) = replayed(tape, [residual], argument, _Fractions())
     except _NoFraction:
         return None
+    found = fraction.above
     return None if found.b is None else -(Symbol(0) if found.a is None else found.a) / found.b
 
 

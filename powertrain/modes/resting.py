@@ -18,6 +18,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.dae.contact import CLOSED
+from powertrain.dae.friction import FORWARD, STUCK
 from powertrain.dae.hybrid import Friction, HybridDae, Opened, OperatingPoint
 from powertrain.dae.tolerances import INTEGRATED, LEAST_TORQUE
 from powertrain.modes.complementarity import Complementarity
@@ -32,8 +34,8 @@ NOTHING = 1e-8
 def resting(dae: HybridDae, problem: Complementarity, point: OperatingPoint) -> list[int]:
     """The places in the held values that mark the friction laws at a limit that others hold at rest at ``point``."""
     modes, count = point.m[problem.laws.index], problem.laws.frictions
-    holds = np.concatenate([modes[:count] == 0.0, modes[count:] == 1.0])
-    limited = [k for k, law in enumerate(dae.frictions) if law.rests is not None and abs(modes[k]) == 1.0]
+    holds = np.concatenate([modes[:count] == STUCK, modes[count:] == CLOSED])
+    limited = [k for k, law in enumerate(dae.frictions) if law.rests is not None and abs(modes[k]) == FORWARD]
     if not limited:
         return []
     near = problem.laws.at(point, np.zeros(problem.laws.count))

@@ -38,7 +38,7 @@ class SelfLocking:
         t = float(self._memory.time[0])
         violated = first_violation(self._dae, self._memory, side, t)
         for law, w, _, low, high, _ in zip(self._dae.frictions, *self._memory.frictions(side), strict=True):
-            slides = abs(w) > ZONE and self._memory.m[law.index] != 0.0
+            slides = abs(w) > ZONE and self._memory.m[law.index] != STUCK
             if low > high and (slides or law not in self._laws):
                 raise SimulationError(violated or self._crossed(law, t, low, high))
 

@@ -195,8 +195,7 @@ def lifted(scalar: ca.Function, varying: int, lanes: int, expressions: Sequence[
     others = [ca.MX.sym(f"c{i}", scalar.size1_in(i)) for i in range(varying, scalar.n_in())]
     entries = [[a] for a in arguments] + [ca.vertsplit(o) if o.numel() else [] for o in others]
     results = replayed(scalar, expressions, lambda i, j: entries[i][j], _OfColumns(lanes, {}))
-    wide = [_filled(results.get(i, ca.MX(0.0)), lanes) for i in range(scalar.n_out())]
-    return ca.Function(f"{scalar.name()}_lanes", [*arguments, *others], wide)
+    return ca.Function(f"{scalar.name()}_lanes", [*arguments, *others], [_filled(each, lanes) for each in results])
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ def folded(function: ca.Function, known: Mapping[tuple[int, int], float]) -> ca.
         return known[i, j] if (i, j) in known else places[i][j]
 
     found = replayed(ca.Function("powertrain_scalars", inputs, flat), flat, argument, _Folding())
-    values = iter([Symbol(found.get(k, 0.0)) for k in range(len(flat))])
+    values = map(Symbol, found)
     results = [ca.reshape(ca.vertcat(*(next(values) for _ in range(e.numel()))), e.shape) for e in outputs]
     return ca.Function(function.name(), inputs, results)
 

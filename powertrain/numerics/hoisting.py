@@ -44,8 +44,7 @@ class _Multiplying:
     def rewritten(self, expressions: Sequence[Symbol], inputs: Sequence[Symbol]) -> Symbol:
         """A column of the same expressions of these inputs."""
         tape, places = ca.Function("powertrain_scalars", list(inputs), list(expressions)), list(map(scalars, inputs))
-        found = replayed(tape, expressions, lambda i, j: places[i][j], self)
-        return column([found.get(k, Symbol(0.0)) for k in range(len(expressions))])
+        return column(replayed(tape, expressions, lambda i, j: places[i][j], self))
 
     def symbols(self) -> Symbol:
         """The reciprocals so far."""

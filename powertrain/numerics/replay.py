@@ -139,8 +139,7 @@ def row_forms(
     expressions, replay = [ca.densify(e) for e in ca.cse([*wanted, *flat])], _Replay(x)
     arguments: list[Form] = [Affine(b=Symbol(1)), *map(Affine, symbols)]
     tape = ca.Function("powertrain_row", [x, *symbols], expressions)
-    found = replayed(tape, expressions, lambda i, _: arguments[i], replay)
-    forms, n = [found.get(i, Affine()) for i in range(len(expressions))], len(wanted)
+    forms, n = replayed(tape, expressions, lambda i, _: arguments[i], replay), len(wanted)
     fits, along = Symbol(1), None
     for form in forms[n : n + len(margins)]:
         if isinstance(form, Affine):

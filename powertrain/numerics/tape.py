@@ -79,10 +79,10 @@ class Arithmetic(Protocol[T]):
 
 def replayed(
     scalar: ca.Function, expressions: Sequence[Symbol], argument: Callable[[int, int], T], arithmetic: Arithmetic[T]
-) -> dict[int, T]:
-    """The outputs of a function of scalars, built from ``expressions``, in another arithmetic; ``argument(i, j)`` is an entry of an input.
+) -> list[T]:
+    """The outputs of a function of scalars, built from ``expressions``, in another arithmetic.
 
-    Outputs that are identically zero may be missing.
+    ``argument(i, j)`` is an entry of an input.
     """
     functions, work, results = called(scalar, expressions), dict[int, T](), dict[int, T]()
     for k in range(scalar.n_instructions()):
@@ -98,7 +98,8 @@ def replayed(
             work |= {place: found[i] for i, place in enumerate(targets) if place >= 0}
         else:
             work[targets[0]] = arithmetic.operate(code, [work[i] for i in sources])
-    return results
+    # outputs that are identically zero may be missing on the tape
+    return [results[k] if k in results else arithmetic.constant(0.0) for k in range(scalar.n_out())]
 
 
 def called(scalar: ca.Function, expressions: Sequence[Symbol]) -> dict[int, ca.Function]:

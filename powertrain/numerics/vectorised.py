@@ -259,8 +259,7 @@ def result_names(
 ) -> list[str]:
     """The names of the outputs, for ``values`` of all entries of the inputs; the writer holds the operations."""
     scalar = ca.Function("powertrain_scalars", list(inputs), list(outputs))
-    found = replayed(scalar, outputs, lambda i, j: values[i][j], writer)
-    return [(found.get(i) or writer.constant(0.0)).name for i in range(scalar.n_out())]
+    return [each.name for each in replayed(scalar, outputs, lambda i, j: values[i][j], writer)]
 
 
 @dataclass(frozen=True)

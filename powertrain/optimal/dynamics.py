@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.dae.friction import FREE
+from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.dae.hybrid import Contact, Friction, HybridDae
 from powertrain.errors import ParameterError, suggestion
 from powertrain.given_runs import instant_of_run
@@ -192,7 +192,7 @@ def _point(plant: _Source, modes: Modes | None) -> tuple[Array, Array, Array, Ar
     x, z, m, _ = plant.initialize()
     for name, mode in given.items():
         law = laws[name]
-        allowed = (1.0, 0.0, -1.0, 2.0) if isinstance(law, Friction) else (0.0, 1.0)
+        allowed = (FORWARD, STUCK, BACKWARD, FREE) if isinstance(law, Friction) else (0.0, 1.0)
         if number(f"modes: {name}", mode) not in allowed:
             raise ParameterError(f"modes: {name} = {short(mode)} must be one of {', '.join(f'{v:g}' for v in allowed)}")
         m[law.index] = mode
@@ -262,12 +262,12 @@ def _margins(dae: HybridDae, held: Array) -> dict[str, Symbol]:
     for law in dae.frictions:
         mode = held[law.index]
         low, high = law.peak * law.lower, law.peak * law.upper
-        if mode == 0.0 and not law.prescribed:
+        if mode == STUCK and not law.prescribed:
             found |= {
                 f"{law.name}: above its lower limit": law.torque - low,
                 f"{law.name}: below its upper limit": high - law.torque,
             }
-        elif mode in (1.0, -1.0):
+        elif mode in (FORWARD, BACKWARD):
             found[f"{law.name}: {'forward' if mode > 0 else 'backward'}"] = float(mode) * law.w
         elif mode == FREE:
             found[f"{law.name}: free"] = law.lower - law.upper
@@ -291,7 +291,9 @@ def _compared(dae: HybridDae, g: Symbol) -> Symbol:
 def _stills(dae: HybridDae, held: Array) -> dict[str, Symbol]:
     """The expressions that are zero while the modes hold, by name."""
     found = {
-        f"{f.name}: speed": f.w for f in dae.frictions if held[f.index] == 0.0 and not f.prescribed and not f.algebraic
+        f"{f.name}: speed": f.w
+        for f in dae.frictions
+        if held[f.index] == STUCK and not f.prescribed and not f.algebraic
     }
     closed: list[Contact] = [c for c in dae.contacts if held[c.index] > 0.5]
     found |= {f"{c.name}: gap": c.gap for c in closed} | {f"{c.name}: speed": c.speed for c in closed}

@@ -72,7 +72,7 @@ def _replay(function: ca.Function, inputs: list[Symbol], moving: Sequence[str], 
     scalar = ca.Function("powertrain_kinks", [ca.vec(i) for i in inputs], flat)
     solved = [function.name_in(k) in moving for k in range(function.n_in())]
     results = replayed(scalar, flat, lambda i, j: (inputs[i].nz[j], MOVING if solved[i] else FIXED), found)
-    values = [results[k][0] if k in results else Symbol(0.0) for k in range(len(flat))]
+    values = [value for value, _ in results]
     ends = np.cumsum([0, *(e.numel() for e in entries)])
     return [ca.reshape(column(values[a:b]), *e.shape) for e, (a, b) in zip(entries, pairwise(ends), strict=True)]
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from powertrain.dae.friction import STUCK
 from powertrain.dae.hybrid import Friction, Guard, Law, Switch, When
 from powertrain.dae.tolerances import EPS
 from powertrain.errors import SimulationError
@@ -118,7 +119,7 @@ class EventLaws:
 
     def _sticks(self, law: Law | When, left: Array, right: Array) -> bool:
         """Whether a sliding law comes to rest: then the jump of the rates is proportional to the slope, however small."""
-        return any(law is s for s in self.sticking) and left[law.index] != 0.0 and right[law.index] == 0.0
+        return any(law is s for s in self.sticking) and left[law.index] != STUCK and right[law.index] == STUCK
 
     def _first(self, laws: list[int], value: Array, falls: Array, t: float) -> list[int]:
         """The laws that fell through zero first, within the hysteresis; others below zero follow from what these change."""

@@ -19,6 +19,7 @@ from functools import partial
 
 import numpy as np
 
+from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
 from powertrain.dae.hybrid import Switch, When
 from powertrain.engine.trajectory import Samples
 from powertrain.language.symbols import column
@@ -132,13 +133,10 @@ class Saltation:
         on_q = np.array([shift.q for shift in moved]).reshape(len(moved), q.shape[1])
         s[:, :n] += mean.T @ on_s
         q = q + mean.T @ on_q
-        left, right = run.instants.left.m[k], run.instants.right.m[k]
-        causes = {shift.index for shift in shifts}
-        fresh = [
-            i for i, law in enumerate(self.sticking)
-            if right[law.index] == 0.0 and left[law.index] != 0.0 and law.index not in causes
-        ]  # fmt: skip
-        caught, at_q = self.caught(run.p, row_of(run.instants.right, k), fresh)
+        left, sample = run.instants.left.m[k], row_of(run.instants.right, k)
+        laws, causes = self.sticking, {shift.index for shift in shifts}
+        fresh = [i for i in self.stuck(sample) if left[laws[i].index] != STUCK and laws[i].index not in causes]
+        caught, at_q = self.caught(run.p, sample, fresh)
         apart = None if farthest is None else (caught @ farthest.T @ on_s, caught @ farthest.T @ on_q)
         return SaltationMap(
             t, caught @ s, caught @ q, at_q, tuple(shifts), tuple(moved), apart, across, rounds, tuple(fresh)
@@ -188,6 +186,10 @@ class Saltation:
             legs.append(Leg(f, s, t, each.changed))
         return [legs[i : i + len(shifts)] for i in range(0, len(legs), len(shifts))]
 
+    def stuck(self, sample: Samples) -> list[int]:
+        """The laws that stick at a sample."""
+        return [i for i, law in enumerate(self.sticking) if sample.m[0, law.index] == STUCK]
+
     def caught(self, p: Array, sample: Samples, laws: Sequence[int]) -> tuple[Block, Block]:
         """Laws that stick from an instant at which their speed is zero: a perturbation of that speed would be removed at once.
 
@@ -209,7 +211,7 @@ class Saltation:
         for i in laws:
             law, row = self.sticking[i], np.append(slopes.s[0, i], np.zeros(size - n))
             effects = []
-            for mode in (1.0, -1.0):
+            for mode in (FORWARD, BACKWARD):
                 m = sample.m.copy()
                 m[0, law.index] = mode
                 b = self.flow.rates(self.corrected(sample._replace(m=m), p), p)[0] - held

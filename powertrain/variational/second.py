@@ -207,7 +207,7 @@ class SecondOrder:
     def _start(self, result: Result[Any], wanted: Unknowns, way: _Way, weights: Array) -> Matrix:
         """Contribution of the start: laws that stick from there on, and the conditions."""
         model, run, s, n = self.model, way.passage.run, way.passage.given, self.model.system.size
-        stuck = [i for i, law in enumerate(model.saltation.sticking) if run.first.m[0, law.index] == 0.0]
+        stuck = model.saltation.stuck(run.first)
         found = self.crossing.caught(run.p, run.first, stuck, weights, s, way.q)
         weights = weights @ model.saltation.caught(run.p, run.first, stuck)[0]
         return found + model.start.hessian(result, run, wanted, weights[:n], tangents(s[:n], way.q))

@@ -111,8 +111,7 @@ def passage(model: Model, result: Result[Any], wanted: Unknowns, of: Functional,
     jumps = model.saltation.jumps(run)
     begin = np.zeros((model.flow.size, len(wanted.names)))
     begin[: model.system.size] = model.start.derivatives(result, run, wanted)
-    stuck = [i for i, law in enumerate(model.saltation.sticking) if run.first.m[0, law.index] == 0.0]
-    caught, at_q = model.saltation.caught(run.p, run.first, stuck)
+    caught, at_q = model.saltation.caught(run.p, run.first, model.saltation.stuck(run.first))
     given = begin
     begin = caught @ begin + at_q @ wanted.chain(np.array([run.start]), after=True)[0]
     reads = [_read(model, result, run, r) for r in of.readings]
