@@ -203,6 +203,26 @@ def test_self_locking_has_no_or_several_solutions() -> None:
     assert (easy.status == OK).all()
 
 
+@pytest.mark.parametrize("compile", [False, True])
+@pytest.mark.parametrize("ratio", [0.97, 1.02, 1.2, 2.0, -2.0])
+def test_self_locking_is_said_also_where_the_efficiency_depends_on_torque(ratio: float, compile: bool) -> None:
+    """Against all roots of T_a (1 - R_o eta) + T = 0, with R_o eta_ab if a drives and R_o/eta_ba if b drives."""
+    size = np.array([0.0, 5.0, 50.0, 1e5])
+    etas = np.array([[0.94, 0.955, 0.96, 0.96], [0.93, 0.94, 0.95, 0.95]])
+    map_ab, map_ba = (pt.Map([pt.Axis("tau", "N.m", size)], eta, unit="1") for eta in etas)
+    bench = LockedBench(differential=FundamentalDifferential(ratio=ratio, map_ab=map_ab, map_ba=map_ba))
+    torques = np.array([-50.0, -5.0, -1.0, 1.0, 5.0, 50.0])
+    found = pt.steady(bench, {"torque": torques}, outputs=["differential.a.tau"], compile=compile)
+    place = np.concatenate([-np.geomspace(1e5, 1e-5, 100001), np.geomspace(1e-5, 1e5, 100001)])
+    a_drives = place * ratio / (ratio - 1) > 0
+    eta = np.where(a_drives, np.interp(abs(place), size, etas[0]), 1 / np.interp(abs(place), size, etas[1]))
+    for torque, status, T_a in zip(torques, found.status.values, found["differential.a.tau"].values, strict=True):
+        balance = place * (1 - ratio * eta) + torque
+        roots = place[1:][balance[1:] * balance[:-1] <= 0]
+        assert status == {0: DIVERGED, 1: OK, 2: SEVERAL}[len(roots)], torque
+        np.testing.assert_allclose(T_a, roots[0] if status == OK else np.nan, rtol=3e-4)
+
+
 @pytest.mark.parametrize("first", [False, True])
 def test_infinite_torque_is_no_solution_beside_a_finite_one(first: bool) -> None:
     """At R_o = eta_ba the carrier turns with T_a = -T/(1 - R_o eta_ab) if a drives, and would need an infinite torque if b drives."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from powertrain.dae.contact import CLOSED
@@ -136,3 +138,26 @@ def undetermined(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Mask:
     drifts = np.abs(change[:, laws.rated, np.arange(moves)]) > NEUTRAL
     grows = slides & (np.abs(change[:, n:, moves]) > LOCKED)
     return np.asarray(drifts.any(axis=1) | grows.any(axis=1))
+
+
+def folded(laws: SteadyLaws, at: Iterates, rest: AtRest) -> dict[int, Mask]:
+    """For each law with a driving side, the points at which the determinant of the equations has another sign if the other side drives.
+
+    Where the sides change, the equations are continuous. If the determinants have opposite signs, as in a self-locking gear, both sides
+    balance the same loads: there are two solutions or none.
+    """
+    if not laws.driving or not len(at.y):
+        return {}
+    n, modes, numbers = laws.unknowns, at.modes.copy(order="K"), list(laws.driving)
+    for turned in {int(m) for each in laws.driving.values() for m in each}:
+        modes[:, turned] = 1.0 - modes[:, turned]
+    entries, _ = laws.equations(laws.fixed(at, rest), at.z)
+    others, _ = laws.equations(laws.fixed(replace(at, modes=modes), rest), at.z)
+    right = np.zeros((len(numbers), n + laws.count, len(at.y))).T
+    right[:, n + np.array(numbers), np.arange(len(numbers))] = 1.0
+    columns, found = laws.pattern.solver(entries)(right), {}
+    for i, law in enumerate(numbers):
+        row = laws.pattern.rows == n + law
+        ratio = (others[:, row] * columns[:, laws.pattern.columns[row], i]).sum(axis=1)  # of the determinants: only this row differs
+        found[law] = ratio < 0.0
+    return found
