@@ -29,6 +29,7 @@ from powertrain.components.rotational import (
 )
 from powertrain.components.transmissions import TYPES, SplitPathTransmission
 from powertrain.design import SplitPathBench
+from powertrain.modes.complementarity import Complementarity
 
 OUTPUTS = ["V", "efficiency", "K", "transmission.flange_a.tau", "transmission.differential.*.tau"]
 OK, STUCK, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED = range(8)
@@ -221,6 +222,16 @@ def test_self_locking_is_said_also_where_the_efficiency_depends_on_torque(ratio:
         roots = place[1:][balance[1:] * balance[:-1] <= 0]
         assert status == {0: DIVERGED, 1: OK, 2: SEVERAL}[len(roots)], torque
         np.testing.assert_allclose(T_a, roots[0] if status == OK else np.nan, rtol=3e-4)
+
+
+def test_a_point_without_a_solution_is_soon_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing moves with given speeds, so a shorter step poses the same problem again."""
+    asked, solve = [], Complementarity.solve
+    monkeypatch.setattr(Complementarity, "solve", lambda self, *args, **more: asked.append(1) or solve(self, *args, **more))
+    eta = pt.Map([pt.Axis("tau", "N.m", [0.0, 1e5])], [0.94, 0.96], unit="1")
+    bench = LockedBench(differential=FundamentalDifferential(ratio=1.02, map_ab=eta, map_ba=eta))
+    assert pt.steady(bench, {"torque": 5.0}).status == DIVERGED
+    assert 0 < len(asked) < 30
 
 
 @pytest.mark.parametrize("first", [False, True])
