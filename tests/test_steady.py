@@ -28,6 +28,7 @@ from powertrain.components.rotational import (
     Torque,
 )
 from powertrain.components.transmissions import TYPES, SplitPathTransmission
+from powertrain.dae.hybrid import OperatingPoint
 from powertrain.design import SplitPathBench
 from powertrain.modes.complementarity import Complementarity
 
@@ -226,8 +227,13 @@ def test_self_locking_is_said_also_where_the_efficiency_depends_on_torque(ratio:
 
 def test_a_point_without_a_solution_is_soon_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing moves with given speeds, so a shorter step poses the same problem again."""
-    asked, solve = [], Complementarity.solve
-    monkeypatch.setattr(Complementarity, "solve", lambda self, *args, **more: asked.append(1) or solve(self, *args, **more))
+    asked, solve = list[OperatingPoint](), Complementarity.solve
+
+    def counted(self: Complementarity, point: OperatingPoint, *args: Any, **more: Any) -> Any:
+        asked.append(point)
+        return solve(self, point, *args, **more)
+
+    monkeypatch.setattr(Complementarity, "solve", counted)
     eta = pt.Map([pt.Axis("tau", "N.m", [0.0, 1e5])], [0.94, 0.96], unit="1")
     bench = LockedBench(differential=FundamentalDifferential(ratio=1.02, map_ab=eta, map_ba=eta))
     assert pt.steady(bench, {"torque": 5.0}).status == DIVERGED
@@ -586,6 +592,38 @@ def test_coordinates_of_arrays_stay(bench: pt.Plant[SplitPathBench]) -> None:
     assert found["efficiency"].sel(case="fast", load=-2.0).item() == found["efficiency"].values[1, 1]
     large = pt.steady(bench, {"r": r, "load": np.linspace(-9, -1, 2000)}, outputs=["efficiency"])
     assert large["case"].values.tolist() == ["slow", "fast"]
+
+
+@pytest.mark.parametrize(
+    ("grid", "message"),
+    [
+        (
+            {"load": xr.DataArray([0.01], dims="load", attrs={"units": "kN.m"})},
+            "of load are in 'kN.m'.* the model's are in 'N.m'",
+        ),
+        (
+            {
+                "r": xr.DataArray([0.3, 0.4], dims="n", coords={"n": [1, 2]}),
+                "load": xr.DataArray([5.0, 6.0], dims="n", coords={"n": [2, 1]}),
+            },
+            "load and r have different values of n",
+        ),
+        ({"r": xr.DataArray([0.3, 0.4], dims="load", coords={"load": [1, 2]}), "load": [5.0, 6.0]}, "values of load"),
+        (
+            {"r": xr.DataArray([0.3, 0.4], dims="n", coords={"V": ("n", [1, 2])})},
+            "r has a coordinate V, .* name of a result",
+        ),
+        ({"r": xr.DataArray([0.3, 0.4], dims="status")}, "r has a coordinate status, .* name of a result"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(bench: pt.Plant[SplitPathBench], grid: Any, message: str) -> None:
+    with pytest.raises(pt.ParameterError, match=message):
+        pt.steady(bench, {"r": 0.3, "load": 5.0, **grid}, outputs=["V"])
+
+
+def test_a_result_is_a_grid(bench: pt.Plant[SplitPathBench]) -> None:
+    found = pt.steady(bench, {"r": [0.3, 0.5], "load": [5.0, 6.0]}, outputs=OUTPUTS)
+    assert pt.steady(bench, {"r": found["r"], "load": found["load"]}, outputs=OUTPUTS).equals(found)
 
 
 def test_values_on_which_both_ends_agree_are_given(bench: pt.Plant[SplitPathBench]) -> None:

@@ -87,12 +87,12 @@ class Solutions:
         known = np.flatnonzero(best.done)
         at, rest = best.at(grid).some(known), best.at_rest(side).some(known)
         several[known[undetermined(laws, at, rest)]] = True
-        for modes, folds in folded(laws, at, rest):
+        for sides, folds in folded(laws, at, rest):
             if folds.any():
                 others = known[folds]
-                also = others[self._driven(best.some(others), grid[others], side[others], modes)]
+                also = others[self._driven(best.some(others), grid[others], side[others], sides)]
                 several[also] = True
-                differing[np.ix_(also, modes)] = True
+                differing[np.ix_(also, sides)] = True
         resting = np.zeros_like(best.given)
         if rest.given.any():
             after = laws.next_modes(at, rest)
