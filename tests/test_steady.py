@@ -225,6 +225,40 @@ def test_self_locking_is_said_also_where_the_efficiency_depends_on_torque(ratio:
         np.testing.assert_allclose(T_a, roots[0] if status == OK else np.nan, rtol=3e-4)
 
 
+def flat(eta: float) -> pt.Map:
+    """An efficiency that is written as one that depends on torque."""
+    return pt.Map([pt.Axis("tau", "N.m", [0.0, 1.0, 1e7])], [eta, eta * (1 - 1e-9), eta], unit="1")
+
+
+class LockedTrain(pt.Component):
+    """Three differentials that share shafts, between a given speed and a given torque."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque on the output")
+    one: FundamentalDifferential = FundamentalDifferential(ratio=3.45, map_ab=flat(0.99), map_ba=flat(0.86))
+    two: FundamentalDifferential = FundamentalDifferential(ratio=2.19, map_ab=flat(0.84), map_ba=flat(0.81))
+    three: FundamentalDifferential = FundamentalDifferential(ratio=-1.61, map_ab=flat(0.83), map_ba=flat(0.86))
+    drive: ConstantSpeed = ConstantSpeed(w_fixed=2)
+    load: Torque = Torque()
+    ground: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.one.a, self.two.carrier)
+        yield pt.connect(self.load.flange, self.one.carrier, self.two.b)
+        yield pt.connect(self.one.b, self.three.carrier)
+        yield pt.connect(self.two.a, self.three.a)
+        yield pt.connect(self.three.b, self.ground.flange)
+        yield pt.connect(self.torque, self.load.tau)
+
+
+def test_a_train_that_is_self_locking_as_a_whole() -> None:
+    """The other solution has the other side driving in all three. With 5 N.m on the output, all directions tried one by one leave these two
+    torques; with -5 N.m none.
+    """
+    found = pt.steady(LockedTrain(), {"torque": [-5.0, 5.0]}, outputs=["one.a.tau"], first=True)
+    np.testing.assert_array_equal(found.status, [DIVERGED, SEVERAL])
+    assert np.isclose(found["one.a.tau"].values[1], [-3.252842, 11.3084786], rtol=1e-5).any()
+
+
 def test_a_point_without_a_solution_is_soon_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing moves with given speeds, so a shorter step poses the same problem again."""
     asked, solve = list[OperatingPoint](), Complementarity.solve
