@@ -706,6 +706,15 @@ def test_plots_over_ratio_and_map() -> None:
     several = pt.power_flow(Rig(gearbox=SplitPathTransmission(layout="abH")), grid)
     ax = plot_efficiency_map(several, "V", "ratio", variator=CVU_PATH)
     assert ax.get_xlabel()
+    backwards = plot_efficiency_map(several.isel(V=slice(None, None, -1)), "V", "ratio", variator=CVU_PATH)
+    for drawn, other in zip(ax.collections, backwards.collections, strict=True):
+        same = [
+            np.array_equal(one.vertices, two.vertices)
+            for one, two in zip(drawn.get_paths(), other.get_paths(), strict=True)
+        ]
+        assert all(same)
+    with pytest.raises(pt.ParameterError, match="two values of V and of ratio"):
+        plot_efficiency_map(several.isel(V=[0]), "V", "ratio")
     with pytest.raises(pt.ParameterError, match="two dimensions"):
         plot_efficiency_map(flow, "V", "ratio")
 

@@ -28,7 +28,9 @@ from powertrain.components.rotational import (
     Torque,
 )
 from powertrain.components.transmissions import TYPES, SplitPathTransmission
+from powertrain.dae.hybrid import OperatingPoint
 from powertrain.design import SplitPathBench
+from powertrain.modes.complementarity import Complementarity
 
 OUTPUTS = ["V", "efficiency", "K", "transmission.flange_a.tau", "transmission.differential.*.tau"]
 OK, STUCK, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED = range(8)
@@ -201,6 +203,75 @@ def test_self_locking_has_no_or_several_solutions() -> None:
     assert "differential" in found.attrs["problems"]
     easy = pt.steady(plant, {"torque": [-5.0, 5.0], "differential.ratio": 2.0}, outputs=["differential.a.tau"])
     assert (easy.status == OK).all()
+
+
+@pytest.mark.parametrize("compile", [False, True])
+@pytest.mark.parametrize("ratio", [0.97, 1.02, 1.2, 2.0, -2.0])
+def test_self_locking_is_said_also_where_the_efficiency_depends_on_torque(ratio: float, compile: bool) -> None:
+    """Against all roots of T_a (1 - R_o eta) + T = 0, with R_o eta_ab if a drives and R_o/eta_ba if b drives."""
+    size = np.array([0.0, 5.0, 50.0, 1e5])
+    etas = np.array([[0.94, 0.955, 0.96, 0.96], [0.93, 0.94, 0.95, 0.95]])
+    map_ab, map_ba = (pt.Map([pt.Axis("tau", "N.m", size)], eta, unit="1") for eta in etas)
+    bench = LockedBench(differential=FundamentalDifferential(ratio=ratio, map_ab=map_ab, map_ba=map_ba))
+    torques = np.array([-50.0, -5.0, -1.0, 1.0, 5.0, 50.0])
+    found = pt.steady(bench, {"torque": torques}, outputs=["differential.a.tau"], compile=compile)
+    place = np.concatenate([-np.geomspace(1e5, 1e-5, 100001), np.geomspace(1e-5, 1e5, 100001)])
+    a_drives = place * ratio / (ratio - 1) > 0
+    eta = np.where(a_drives, np.interp(abs(place), size, etas[0]), 1 / np.interp(abs(place), size, etas[1]))
+    for torque, status, T_a in zip(torques, found.status.values, found["differential.a.tau"].values, strict=True):
+        balance = place * (1 - ratio * eta) + torque
+        roots = place[1:][balance[1:] * balance[:-1] <= 0]
+        assert status == {0: DIVERGED, 1: OK, 2: SEVERAL}[len(roots)], torque
+        np.testing.assert_allclose(T_a, roots[0] if status == OK else np.nan, rtol=3e-4)
+
+
+def flat(eta: float) -> pt.Map:
+    """An efficiency that is written as one that depends on torque."""
+    return pt.Map([pt.Axis("tau", "N.m", [0.0, 1.0, 1e7])], [eta, eta * (1 - 1e-9), eta], unit="1")
+
+
+class LockedTrain(pt.Component):
+    """Three differentials that share shafts, between a given speed and a given torque."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque on the output")
+    one: FundamentalDifferential = FundamentalDifferential(ratio=3.45, map_ab=flat(0.99), map_ba=flat(0.86))
+    two: FundamentalDifferential = FundamentalDifferential(ratio=2.19, map_ab=flat(0.84), map_ba=flat(0.81))
+    three: FundamentalDifferential = FundamentalDifferential(ratio=-1.61, map_ab=flat(0.83), map_ba=flat(0.86))
+    drive: ConstantSpeed = ConstantSpeed(w_fixed=2)
+    load: Torque = Torque()
+    ground: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.one.a, self.two.carrier)
+        yield pt.connect(self.load.flange, self.one.carrier, self.two.b)
+        yield pt.connect(self.one.b, self.three.carrier)
+        yield pt.connect(self.two.a, self.three.a)
+        yield pt.connect(self.three.b, self.ground.flange)
+        yield pt.connect(self.torque, self.load.tau)
+
+
+def test_a_train_that_is_self_locking_as_a_whole() -> None:
+    """The other solution has the other side driving in all three. With 5 N.m on the output, all directions tried one by one leave these two
+    torques; with -5 N.m none.
+    """
+    found = pt.steady(LockedTrain(), {"torque": [-5.0, 5.0]}, outputs=["one.a.tau"], first=True)
+    np.testing.assert_array_equal(found.status, [DIVERGED, SEVERAL])
+    assert np.isclose(found["one.a.tau"].values[1], [-3.252842, 11.3084786], rtol=1e-5).any()
+
+
+def test_a_point_without_a_solution_is_soon_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing moves with given speeds, so a shorter step poses the same problem again."""
+    asked, solve = list[OperatingPoint](), Complementarity.solve
+
+    def counted(self: Complementarity, point: OperatingPoint, *args: Any, **more: Any) -> Any:
+        asked.append(point)
+        return solve(self, point, *args, **more)
+
+    monkeypatch.setattr(Complementarity, "solve", counted)
+    eta = pt.Map([pt.Axis("tau", "N.m", [0.0, 1e5])], [0.94, 0.96], unit="1")
+    bench = LockedBench(differential=FundamentalDifferential(ratio=1.02, map_ab=eta, map_ba=eta))
+    assert pt.steady(bench, {"torque": 5.0}).status == DIVERGED
+    assert 0 < len(asked) < 30
 
 
 @pytest.mark.parametrize("first", [False, True])
@@ -555,6 +626,38 @@ def test_coordinates_of_arrays_stay(bench: pt.Plant[SplitPathBench]) -> None:
     assert found["efficiency"].sel(case="fast", load=-2.0).item() == found["efficiency"].values[1, 1]
     large = pt.steady(bench, {"r": r, "load": np.linspace(-9, -1, 2000)}, outputs=["efficiency"])
     assert large["case"].values.tolist() == ["slow", "fast"]
+
+
+@pytest.mark.parametrize(
+    ("grid", "message"),
+    [
+        (
+            {"load": xr.DataArray([0.01], dims="load", attrs={"units": "kN.m"})},
+            "of load are in 'kN.m'.* the model's are in 'N.m'",
+        ),
+        (
+            {
+                "r": xr.DataArray([0.3, 0.4], dims="n", coords={"n": [1, 2]}),
+                "load": xr.DataArray([5.0, 6.0], dims="n", coords={"n": [2, 1]}),
+            },
+            "load and r have different values of n",
+        ),
+        ({"r": xr.DataArray([0.3, 0.4], dims="load", coords={"load": [1, 2]}), "load": [5.0, 6.0]}, "values of load"),
+        (
+            {"r": xr.DataArray([0.3, 0.4], dims="n", coords={"V": ("n", [1, 2])})},
+            "r has a coordinate V, .* name of a result",
+        ),
+        ({"r": xr.DataArray([0.3, 0.4], dims="status")}, "r has a coordinate status, .* name of a result"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(bench: pt.Plant[SplitPathBench], grid: Any, message: str) -> None:
+    with pytest.raises(pt.ParameterError, match=message):
+        pt.steady(bench, {"r": 0.3, "load": 5.0, **grid}, outputs=["V"])
+
+
+def test_a_result_is_a_grid(bench: pt.Plant[SplitPathBench]) -> None:
+    found = pt.steady(bench, {"r": [0.3, 0.5], "load": [5.0, 6.0]}, outputs=OUTPUTS)
+    assert pt.steady(bench, {"r": found["r"], "load": found["load"]}, outputs=OUTPUTS).equals(found)
 
 
 def test_values_on_which_both_ends_agree_are_given(bench: pt.Plant[SplitPathBench]) -> None:

@@ -159,6 +159,8 @@ class Continuation:
         for _ in range(ROUNDS):
             answer = self._answer(point, tau)
             if answer is None or answer.tau is None:  # a limit changes sign along a step that is too long
+                if not laws.rates.size or point.step <= LEAST_STEP:  # without rates the length changes nothing
+                    return None
                 point = replace(point, step=point.step / GROWTH)
                 continue
             m = point.m.copy()

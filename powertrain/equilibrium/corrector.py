@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from powertrain.dae.contact import CLOSED
@@ -136,3 +138,29 @@ def undetermined(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Mask:
     drifts = np.abs(change[:, laws.rated, np.arange(moves)]) > NEUTRAL
     grows = slides & (np.abs(change[:, n:, moves]) > LOCKED)
     return np.asarray(drifts.any(axis=1) | grows.any(axis=1))
+
+
+def folded(laws: SteadyLaws, at: Iterates, rest: AtRest) -> list[tuple[Index, Mask]]:
+    """Modes that tell which side drives, and the points at which the determinant of the equations has another sign with the other side.
+
+    Where the sides change, the equations are continuous. If the determinants have opposite signs, as in a self-locking gear, both sides
+    balance the same loads: there are two solutions or none. Each law is tried alone, and all together, as in a train that is self-locking
+    as a whole. Only the rows of these laws differ, so a determinant over the present one is that of the new rows times the inverse.
+    """
+    if not laws.driving or not len(at.y):
+        return []
+    n, sides = laws.unknowns, list(laws.driving.values())
+    every, rows = np.unique(np.concatenate(sides)), n + np.array(list(laws.driving))
+    other = replace(at, modes=at.modes.copy(order="K"))
+    other.modes[:, every] = 1.0 - other.modes[:, every]
+    right = np.zeros((rows.size, n + laws.count, len(at.y))).T
+    right[:, rows, np.arange(rows.size)] = 1.0
+    entries, new = (laws.equations(laws.fixed(one, rest), at.z)[0] for one in (at, other))
+    inverse = laws.pattern.solver(entries)(right)
+    ratios = np.zeros((rows.size, rows.size, len(at.y))).T
+    for k, row in enumerate(rows):
+        here = laws.pattern.rows == row
+        ratios[:, k] = np.einsum("pc,pcj->pj", new[:, here], inverse[:, laws.pattern.columns[here]])
+    with np.errstate(all="ignore"):
+        alone = [(side, ratios[:, k, k] < 0.0) for k, side in enumerate(sides)]
+        return alone if len(sides) == 1 else [*alone, (every, np.linalg.det(ratios) < 0.0)]

@@ -23,10 +23,10 @@ from powertrain.dae.contact import CLOSED
 from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.dae.hybrid import Contact, Friction
 from powertrain.dae.tolerances import BALANCED, NO_WIDTH, REST, balance_tolerance
-from powertrain.equilibrium.points import AtRest, Iterates, Mask, OfPoints
+from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, OfPoints
 from powertrain.equilibrium.system import Balance
 from powertrain.language.symbols import Symbol, column, scalars
-from powertrain.numerics.batch import Columns, picked
+from powertrain.numerics.batch import Columns, dependence, picked
 from powertrain.numerics.buffers import Array
 from powertrain.numerics.elimination import Pattern
 from powertrain.numerics.newton_abreast import NewtonAbreast
@@ -64,7 +64,8 @@ class NextModes(OfPoints):
 class SteadyLaws:
     """The laws of one steady problem in z = (y, tau). Serves one thread.
 
-    ``tied`` laws always transmit torque, which grows with other torques. ``rates`` are the rows that are rates, of the unknowns ``rated``.
+    ``tied`` laws always transmit torque, which grows with other torques. ``driving`` are those whose limits depend on the side that drives,
+    with the modes of the switches that tell it. ``rates`` are the rows that are rates, of the unknowns ``rated``.
     """
 
     def __init__(self, balance: Balance, compile: bool = False) -> None:
@@ -79,6 +80,7 @@ class SteadyLaws:
         self.law_modes = np.where(self.contact, laws + switches, laws)
         self.tied_modes = self.law_modes[self.tied]
         self.switch_modes = self.frictions + np.arange(switches)
+        self.driving = {k: modes for k in np.flatnonzero(self.tied) if (modes := _driving(balance, int(k))).size}
         self.rates = np.flatnonzero(balance.rate_of >= 0)
         self.rated = balance.rate_of[self.rates]
         self.common = np.zeros(balance.common.numel())
@@ -167,6 +169,14 @@ class SteadyLaws:
         modes = self.balance.modes.numel()
         flags = (found[modes:] != 0.0).T
         return NextModes(found[:modes].T, flags[:, 0], flags[:, 1 : 1 + self.count], flags[:, 1 + self.count :])
+
+
+def _driving(b: Balance, k: int) -> Index:
+    """The modes of the switches in the limits of a law whose conditions are unknown."""
+    first, last = len(b.dae.frictions), len(b.dae.frictions) + len(b.dae.switches)
+    used = dependence([b.lower[k], b.upper[k]], scalars(b.modes)[first:last]).any(axis=0)
+    unknown = dependence(scalars(b.conditions), scalars(ca.vertcat(b.y, b.tau))).any(axis=1)
+    return first + np.flatnonzero(used & unknown)
 
 
 def _equations(b: Balance) -> tuple[list[Symbol], Pattern, list[Symbol]]:

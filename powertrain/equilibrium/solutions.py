@@ -20,7 +20,7 @@ from powertrain.dae.friction import BACKWARD, STUCK
 from powertrain.dae.tolerances import SAME
 from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation, relaxed
-from powertrain.equilibrium.corrector import corrected, undetermined
+from powertrain.equilibrium.corrector import corrected, folded, undetermined
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Mask, SolvedPoints, taken
 from powertrain.equilibrium.system import Balance
@@ -87,11 +87,27 @@ class Solutions:
         known = np.flatnonzero(best.done)
         at, rest = best.at(grid).some(known), best.at_rest(side).some(known)
         several[known[undetermined(laws, at, rest)]] = True
+        for sides, folds in folded(laws, at, rest):
+            if folds.any():
+                others = known[folds]
+                also = others[self._driven(best.some(others), grid[others], side[others], sides)]
+                several[also] = True
+                differing[np.ix_(also, sides)] = True
         resting = np.zeros_like(best.given)
         if rest.given.any():
             after = laws.next_modes(at, rest)
             resting[known] = rest.given & after.still & after.open
         return Best(best, several, resting, differing)
+
+    def _driven(self, found: SolvedPoints, grid: Array, side: Array, modes: Index) -> Mask:
+        """Whether there are other solutions with the other side driving; ``modes`` tell which side drives."""
+        other = found.some(np.arange(len(grid)))
+        other.modes[:, modes] = 1.0 - other.modes[:, modes]
+        end, good = corrected(self.laws, other.at(grid), other.at_rest(side), firm=True)
+        other.y[:], other.modes[:], other.tau[:] = end.y, end.modes, end.tau
+        good &= self._differ(grid, found, other)
+        good[good] = self.within(grid[good], other.some(good))
+        return good
 
     def _nothing(self, rest: AtRest) -> SolvedPoints:
         laws, count = self.laws, len(rest.given)

@@ -142,8 +142,8 @@ def plot_efficiency_map(
 ) -> Axes:
     """Contours of efficiency over two dimensions, with the cases of a variator's power flow hatched over them.
 
-    ``x``, ``y``: the dimensions. ``step``: distance of the contours. White: nothing is delivered, or there is no unique solution.
-    Raises ParameterError if these are not the two dimensions of the flow.
+    ``x``, ``y``: the dimensions. ``step``: distance of the contours. White: no power is supplied, or there is no unique solution.
+    Raises ParameterError if these are not the two dimensions of the flow, or if one of them has a single value.
     """
     from matplotlib.patches import Patch
 
@@ -152,8 +152,13 @@ def plot_efficiency_map(
         raise ParameterError(
             f"plot_efficiency_map shows two dimensions, but this flow has {', '.join(map(str, efficiency.dims))}"
         )
-    values = np.ma.masked_invalid(efficiency.transpose(y, x).values.astype(float))
-    across, up = flow.data[x].values, flow.data[y].values
+    if min(efficiency.shape) < 2:
+        raise ParameterError(
+            f"plot_efficiency_map needs two values of {x} and of {y} at least; this flow has {dict(efficiency.sizes)}"
+        )
+    order = {d: np.argsort(flow.data[d].values) for d in (x, y)}  # contours need growing coordinates
+    values = np.ma.masked_invalid(efficiency.isel(order).transpose(y, x).values.astype(float))
+    across, up = (flow.data[d].values[order[d]] for d in (x, y))
     ax = axes_of(ax, (7.5, 5.4))
     levels = np.arange(step, 1.0 + 1e-9, step)
     filled = ax.contourf(across, up, values, levels=[0.0, *levels], cmap="viridis", extend="neither")
@@ -161,7 +166,7 @@ def plot_efficiency_map(
     ax.clabel(lines, [level for level in levels[1::2] if level > 0.45], fmt="%.2f", fontsize=7)
     ax.figure.colorbar(filled, ax=ax, label="Efficiency", ticks=levels[1::2])
     if variator is not None:
-        cases = flow.variator(variator)["case"].transpose(y, x).values
+        cases = flow.variator(variator)["case"].isel(order).transpose(y, x).values
         present = [case for case in VARIATOR_CASES if (cases == case).mean() > _LEAST_AREA]
         for case in present:
             here = np.where(cases == case, 1.0, 0.0)

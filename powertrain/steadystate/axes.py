@@ -22,12 +22,19 @@ _PIECE = 1 << 20
 
 @dataclass(frozen=True)
 class GridAxis:
-    """The values of one name, over its own dimensions; ``coords`` are the coordinates of a DataArray."""
+    """The values of one name, over its own dimensions; ``coords`` are the coordinates of a DataArray, ``unit`` is what it says."""
 
     name: str
     dims: tuple[str, ...]
     values: NDArray[np.float64]
     coords: Mapping[str, Any] = field(default_factory=dict)
+    unit: str = ""
+
+    @property
+    def coordinate(self) -> str:
+        """The name of the axis in the result: that of its dimension if the dimension is its own."""
+        own = self.dims == (self.name.rpartition(".")[2],)
+        return self.dims[0] if own else self.name
 
 
 @dataclass(frozen=True)
@@ -146,8 +153,22 @@ def make_grid(given: Mapping[str, Any]) -> Grid:
         for d, n in zip(dims, values.shape, strict=True):
             if sizes.setdefault(d, n) != n:
                 raise ParameterError(f"grid: {name} has {n} values along {d}, but others have {sizes[d]}")
-        axes.append(GridAxis(name, dims, values, {str(n): c.variable for n, c in getattr(value, "coords", {}).items()}))
+        coords = {str(n): c.variable for n, c in getattr(value, "coords", {}).items()}
+        axes.append(GridAxis(name, dims, values, coords, str(getattr(value, "attrs", {}).get("units", ""))))
+    _check_coordinates(axes)
     return Grid(tuple(axes), tuple(sizes), tuple(sizes.values()))
+
+
+def _check_coordinates(axes: Sequence[GridAxis]) -> None:
+    """Values at the same place of a dimension must belong together."""
+    seen = {a.coordinate: (a.name, a.dims, a.values) for a in axes}
+    for axis in axes:
+        for n, c in axis.coords.items():
+            other, dims, values = seen.setdefault(n, (axis.name, c.dims, c.values))
+            if other != axis.name and (dims != c.dims or not np.array_equal(values, c.values)):
+                raise ParameterError(
+                    f"grid: {axis.name} and {other} have different values of {n}; align them, or drop the coordinate"
+                )
 
 
 def _values(name: str, value: Any) -> NDArray[np.float64]:

@@ -58,7 +58,7 @@ def dataset(
     data: dict[str, Any] = {}
     intervals = results.intervals or ()
     coords: dict[str, Any] = {name: c for axis in grid.axes for name, c in axis.coords.items()}
-    coords |= {_coordinate(axis): _axis(compiled, axis) for axis in grid.axes}
+    coords |= {axis.coordinate: _axis(compiled, axis) for axis in grid.axes}
     for k, q in enumerate(quantities):
         if q.name in coords:
             continue
@@ -76,14 +76,8 @@ def dataset(
     return xr.Dataset(data, coords=coords, attrs=said)
 
 
-def _coordinate(axis: GridAxis) -> str:
-    """The name of an axis in the result: that of its dimension if the dimension is its own."""
-    own = axis.dims == (axis.name.rpartition(".")[2],)
-    return axis.dims[0] if own else axis.name
-
-
 def _axis(compiled: Compiled, axis: GridAxis) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]]:
-    unit, doc = _described(compiled, axis.name)
+    unit, doc = described(compiled, axis.name)
     return axis.dims, axis.values, {"units": unit, "long_name": doc or axis.name, "signal": axis.name}
 
 
@@ -125,7 +119,7 @@ def _flags() -> dict[str, Any]:
     }
 
 
-def _described(compiled: Compiled, name: str) -> tuple[str, str]:
+def described(compiled: Compiled, name: str) -> tuple[str, str]:
     """Unit and description of an input, a parameter or a variable."""
     if name in compiled.inputs:
         return compiled.inputs[name].unit, compiled.inputs[name].doc

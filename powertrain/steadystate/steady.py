@@ -20,12 +20,12 @@ from powertrain.equilibrium.system import formulate
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import by_name, flag, listed, names, number, numbers_by_name, text
 from powertrain.language.component import Component
-from powertrain.language.units import rate_unit
+from powertrain.language.units import rate_unit, same_unit
 from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant, plant_of
 from powertrain.signals import Picked, Signals, signals_of
 from powertrain.steadystate.axes import Grid, make_grid
-from powertrain.steadystate.dataset import dataset
+from powertrain.steadystate.dataset import dataset, described
 from powertrain.steadystate.results import DataVariable, Look
 from powertrain.steadystate.steady_map import SteadyMap
 
@@ -72,7 +72,8 @@ def steady(
         The model.
     grid : mapping of str to array_like
         Values of inputs, parameters or variables by name. A sequence spans a dimension, named by the last part of the name; a number
-        holds at all points; a ``DataArray`` names its own dimensions. Discrete variables that are not given keep their start values.
+        holds at all points; a ``DataArray`` names its own dimensions, and its ``units``, if it has any, must be the model's. Discrete
+        variables that are not given keep their start values.
     outputs : str, iterable or mapping, optional
         Names, patterns or selectors of signals, or a mapping of new names to them; by default all signals with a steady value.
     parameters, inputs : mapping of str to float, optional
@@ -157,6 +158,7 @@ def question(
     wanted = wanted_signals(signals_of(plant.compiled), outputs)
     found, kept = (None if n is None else names(w, n) for w, n in (("free", free), ("held", held)))
     asked = replace(asked_for(plant, spanned, wanted, given, found, kept), guesses=guessed, time=time)
+    _check_names(spanned, wanted)
     _check_values(plant, spanned, guessed, by_name("parameters", parameters))
     values = {n: u.guess for n, u in plant.compiled.inputs.items()} | given
     common = np.concatenate(
@@ -251,8 +253,25 @@ def _count(names: list[str], what: str) -> str:
     return f"{len(names)} {what}{'s' * (len(names) != 1)} ({', '.join(names)})"
 
 
+def _check_names(grid: Grid, wanted: list[Wanted]) -> None:
+    """A coordinate must not take the place of a result."""
+    own, status = {a.coordinate for a in grid.axes}, {"status", "status_laws"}
+    results = {w.name for w in wanted} - own
+    for axis in grid.axes:
+        for n in axis.coords.keys() & results | {*axis.coords, *axis.dims} & status:
+            raise ParameterError(
+                f"grid: {axis.name} has a coordinate {n}, which is also the name of a result; rename or drop it"
+            )
+
+
 def _check_values(plant: Plant[Any], grid: Grid, guesses: Mapping[str, float], parameters: Mapping[str, float]) -> None:
     for axis in grid.axes:
+        unit, _ = described(plant.compiled, axis.name)
+        if axis.unit and not same_unit(axis.unit, unit):
+            raise ParameterError(
+                f"grid: the values of {axis.name} are in {axis.unit!r}, as their attribute units says, but the model's are in {unit!r}; "
+                "convert them"
+            )
         constant = plant.compiled.parameters.get(axis.name)
         if constant is not None and axis.name not in plant.compiled.inputs:
             for value in np.unique(axis.values):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from powertrain.components.wheels import Wheel
+from powertrain.errors import ParameterError
 from powertrain.figures.plot import axes_of
 from powertrain.trials.cycle import CycleRun
 from powertrain.trials.figures import parts_of
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
 
 HATCHES = {"split": "", "series": "--", "positive recirculation": "//", "negative recirculation": "\\\\"}
 """Cases of a variator's power flow."""
-STEP, LABELLED_FROM = 0.01, 0.2
-"""Contour spacing of the efficiency, and the lowest value with labels; below it contours are too dense."""
+STEP, CROWDED = 0.01, 0.2
+"""Contour spacing of the efficiency, and the share of the operating points, those of least efficiency, where lines would crowd."""
 FAINT = (1, 1, 1, 0.35)
 
 
@@ -27,15 +28,22 @@ def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Ax
 
     ``found`` is the result of ``driveline_map``. The plot shows the speeds at which all points have an operating point; the cases of a
     power flow are hatched if they are known. The dots are the operating points of a cycle, one per second with a tractive force.
+    Raises ParameterError if fewer than two such speeds or two positions of the accelerator are left, or if no force is tractive.
     """
+    found = found.isel(speed=found["force"].notnull().all("accelerator").values).sortby(["speed", "accelerator"])
+    if min(found["force"].shape) < 2 or not (found["force"] > 0).any():
+        raise ParameterError(
+            "a driveline map is drawn over two speeds, at which all points have an operating point, and two positions of the accelerator "
+            f"at least, and needs a tractive force somewhere; this one has {found.sizes['speed']} and {found.sizes['accelerator']}, and "
+            f"forces up to {float(found['force'].max()):.6g} N"
+        )
     ax = axes_of(ax, (7.5, 5))
-    found = found.isel(speed=found["force"].notnull().all("accelerator").values)
     force = found["force"].values
     speed = np.broadcast_to(found["speed"].values[:, None] * 3.6, force.shape)
     efficiency = np.where(force > 0, found["efficiency"].values, 0.0)
     levels = np.arange(0, np.nanmax(efficiency) + STEP, STEP)
     filled = ax.contourf(speed, force, efficiency, levels=levels, cmap="viridis")
-    drawn = levels[levels > LABELLED_FROM - STEP / 2]
+    drawn = levels[levels >= np.quantile(efficiency[force > 0], CROWDED)]
     lines = ax.contour(speed, force, efficiency, levels=drawn, colors="k", linewidths=0.4)
     ax.clabel(lines, drawn[::2], fmt="%.2f", fontsize=7)
     bar = ax.figure.colorbar(filled, ax=ax)

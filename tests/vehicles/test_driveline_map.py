@@ -432,6 +432,16 @@ def test_backward_says_what_the_vehicle_lacks() -> None:
     assert backward(SplitPathCar(), sprint).missing.max() > 1000
 
 
+def test_what_cannot_be_drawn_is_said(found: xr.Dataset) -> None:
+    coasting = found.assign(force=-abs(found["force"]))
+    for few in (found.isel(speed=[2]), found.isel(accelerator=[5]), coasting):
+        with pytest.raises(pt.ParameterError, match="a driveline map is drawn over two speeds"):
+            plot_driveline_map(few)
+    backwards = plot_driveline_map(found.isel(speed=slice(None, None, -1), accelerator=slice(None, None, -1)))
+    edge = next(line for line in backwards.lines if line.get_label() == "full accelerator")
+    assert (np.diff(np.asarray(edge.get_xdata(), float)) > 0).all()
+
+
 @pytest.mark.slow
 def test_figure_shows_map_and_points(found: xr.Dataset) -> None:
     run = drive_cycle(SplitPathCar(), DriveCycle.named("wltc").part(0, 40))
