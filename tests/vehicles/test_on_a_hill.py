@@ -78,11 +78,8 @@ def speeds(grade: float) -> list[float]:
         w = v * FINAL / RADIUS
         weight = MASS * 9.80665 / math.hypot(1, grade)
         driving = -weight * grade - CR * weight - 1.2 / 2 * CD_A * v**2
-        return (
-            driving * RADIUS / FINAL * ETA
-            - min(3500 * min(w / 70, 1) ** 2, 350e3 / w)
-            - GEAR * engine.motoring(GEAR * w)
-        )
+        held = min(3500 * min(w / 70, 1) ** 2, 350e3 / w) + GEAR * float(engine.motoring(GEAR * w))
+        return driving * RADIUS / FINAL * ETA - held
 
     steps = np.linspace(7, 100, 1000)
     return [brentq(excess, low, high) for low, high in pairwise(steps) if excess(low) * excess(high) < 0]
