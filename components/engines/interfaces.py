@@ -28,6 +28,7 @@ from powertrain import (
     signal_output,
     support,
     variable,
+    within,
 )
 from powertrain.components.evaluation import numbers
 from powertrain.components.limited import limited
@@ -65,8 +66,9 @@ class Engine(Component):
     ``housing`` takes the reaction of the torque, for instance to a ``MountedHousing``; it is ground if nothing is connected.
 
     With ``on`` = 0 the engine burns no fuel and its drag brings it to rest and holds it. When ``on`` returns to 1, the starter
-    turns it. The engine is a boundary: it supplies the chemical power of its fuel and the power of the starter; its loss is the power
-    that does not reach the crankshaft. Errors: ParameterError for an idle speed below w_fire, or not below the rev limiter.
+    turns it. ``statistics`` of a run counts the steps in which the vehicle drives the engine beyond w_limit, as after a missed shift, or
+    backward beyond w_fire. The engine is a boundary: it supplies the chemical power of its fuel and the power of the starter; its loss is
+    the power that does not reach the crankshaft. Errors: ParameterError for an idle speed below w_fire, or not below the rev limiter.
     """
 
     boundary: ClassVar[bool] = True
@@ -133,6 +135,8 @@ class Engine(Component):
 
     def _run(self) -> Equations:
         w, on = self.w, limited(self.on.value)
+        # an engine that stalls rocks back, but not far
+        within(w, -self.w_fire, self.w_limit, name="speed of the engine", unit="rad/s", action="count")
         yield self.w == der(self.crank.phi - self.housing.phi)
         yield self.speed.value == self.w
         yield self.J * der(der(self.crank.phi)) == self.tau + self.crank.tau

@@ -114,7 +114,7 @@ class Solver:
         status = np.select([~best.solved.done, best.several], [DIVERGED, SEVERAL], OK).astype(np.int8)
         rest, involved = np.zeros((len(self.choices), count), bool), best.differing.T.copy()
         rest[moving] = best.rest.T
-        nameless = (status != OK) & ~involved.any(axis=0)
+        nameless = (status != OK) & ~involved.any(axis=0) & ~best.apart  # no law is to blame for several equilibria
         involved[np.ix_(moving, np.flatnonzero(nameless))] = True
         found = best.solved
         points = Points(self._unknowns(found), found.modes.T.copy(), status, involved, rest, found)

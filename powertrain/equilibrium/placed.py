@@ -25,6 +25,8 @@ Turning = dict[int, dict[int, float]]
 """States of which only differences matter: {omitted state: {other state: ratio at which they turn together}}."""
 _NOTHING = 1e-9
 """Shares of the largest slope, and of one turn, that count as round-off."""
+_EQUAL = 1e-6
+"""Relative difference up to which states take an equal part in turning together."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ class Placed:
     def _everything(self) -> list[Symbol]:
         dae = self.dae
         found = [dae.xdot, dae.residual]
-        for law in [*self.laws, *dae.guards]:
+        for law in [*self.laws, *(g for g in dae.guards if g.action == "error")]:  # counted ones belong to runs
             found += [
                 getattr(law, f.name)
                 for f in fields(law)
@@ -159,18 +161,24 @@ def _null_directions(placed: Placed, kept: Sequence[int], place: float) -> Turni
         stacks.append(value / np.maximum(np.abs(value).max(axis=1, keepdims=True), 1e-300))
     _, sizes, basis = np.linalg.svd(np.vstack(stacks))
     null = basis[int((sizes > _NOTHING * max(sizes.max(), 1e-300)).sum()) :]
-    pivots: dict[int, Array] = {}
-    for _ in range(len(null)):
-        row, place = (int(i) for i in np.unravel_index(int(np.abs(null).argmax()), null.shape))
-        pivot = null[row] / null[row, place]
-        null = np.delete(null - np.outer(null[:, place], pivot), row, axis=0)
-        pivots = {other: each - each[place] * pivot for other, each in pivots.items()}
-        pivots[place] = pivot
+    places = _pivots(null)
     turning: Turning = {}
-    for place, pivot in pivots.items():
-        shares = {kept[j]: float(pivot[j]) for j in range(len(kept)) if j not in pivots and abs(pivot[j]) > _NOTHING}
-        turning[kept[place]] = shares
+    for place, row in zip(places, np.linalg.solve(null[:, places], null), strict=True):
+        turning[kept[place]] = {
+            kept[j]: float(row[j]) for j in range(len(kept)) if j not in places and abs(row[j]) > _NOTHING
+        }
     return turning
+
+
+def _pivots(directions: Array) -> list[int]:
+    """A column for each direction, the longest left by those before, and the first of equal ones: whichever directions span the same."""
+    left, places = directions.copy(), list[int]()
+    for _ in directions:
+        sizes = np.linalg.norm(left, axis=0)
+        places.append(int(np.argmax(sizes >= (1 - _EQUAL) * sizes.max())))
+        along = left[:, places[-1]] / sizes[places[-1]]
+        left -= np.outer(along, along @ left)
+    return places
 
 
 def relative_rate(i: int, turning: Turning, xdot: Symbol) -> Symbol:

@@ -38,12 +38,16 @@ _OPEN = 2.0
 
 @dataclass(frozen=True)
 class Best:
-    """One solution per point, where there are ``several``, the laws at rest under a given motion, and those whose modes differ."""
+    """One solution per point, where there are ``several``, the laws at rest under a given motion, and those whose modes differ.
+
+    ``apart``: points with solutions in the same modes, at other values of the unknowns.
+    """
 
     solved: SolvedPoints
     several: Mask
     rest: Mask
     differing: Mask
+    apart: Mask
 
 
 class Solutions:
@@ -63,7 +67,7 @@ class Solutions:
     def solve(self, grid: Array, side: Array) -> Best:
         """The points of ``grid``, one per row; ``side`` as in ``AtRest``."""
         laws, count = self.laws, len(grid)
-        several = np.zeros(count, bool)
+        several, apart = np.zeros(count, bool), np.zeros(count, bool)
         differing = np.zeros((laws.balance.modes.numel(), count), bool).T
         start = beginnings(laws, grid, side)
         best, beyond, begun = self._nothing(start.rest), self._nothing(start.rest), list[tuple[Array, Mask]]()
@@ -77,7 +81,9 @@ class Solutions:
             if both.size:
                 other[both] = self._differ(grid[both], best.some(both), found.some(both))
             several |= other
-            differing |= other[:, None] & (best.modes != found.modes)
+            changed = best.modes != found.modes
+            differing |= other[:, None] & changed
+            apart |= other & ~changed.any(axis=1)
             better = other & (self._rank(found) < self._rank(best))
             best.take((found.done & ~best.done) | better, found)
         if not laws.count:
@@ -97,7 +103,7 @@ class Solutions:
         if rest.given.any():
             after = laws.next_modes(at, rest)
             resting[known] = rest.given & after.still & after.open
-        return Best(best, several, resting, differing)
+        return Best(best, several, resting, differing, apart)
 
     def _driven(self, found: SolvedPoints, grid: Array, side: Array, modes: Index) -> Mask:
         """Whether there are other solutions with the other side driving; ``modes`` tell which side drives."""

@@ -123,7 +123,11 @@ class Hill:
 
         Even where the force hardly exceeds the weight: it has left its place, and has not come to rest again.
         """
-        result = self.plant.simulate(CLIMB, inputs={self.slope: grade}, starts=self.starts, points=100)
+        try:
+            result = self.plant.simulate(CLIMB, inputs={self.slope: grade}, starts=self.starts, points=100)
+        except pt.SimulationError as error:
+            error.args = (f"on a slope of {100 * grade:.4g} % with the accelerator fully pressed: {error}",)
+            raise
         covered = _covered(result)
         return bool(covered > LEFT and _speed(result)[-1] * CLIMB > covered / 2)
 
@@ -151,7 +155,7 @@ def gradeability(
     ``starts``: initial values by name.
 
     For a vehicle that moves off on a slope of 1 (45 degrees) the result is 1, which means "at least".
-    Errors: ParameterError for an accuracy that is not above 0 and at most 0.5.
+    Errors: ParameterError for an accuracy that is not above 0 and at most 0.5; SimulationError, with the slope, if wheels lift off.
     """
     from tqdm.auto import tqdm
 

@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
 
 import powertrain as pt
-from powertrain.components.body import CoastDownBody
+from powertrain.components.body import CoastDownBody, LumpedAxle, RollingAxle
 from powertrain.components.control import SetPedals
 from powertrain.components.cycles import DriveCycle
+from powertrain.components.differentials import CrownGear
 from powertrain.trials import (
     CycleRun,
     backward,
@@ -202,6 +203,14 @@ def test_a_hill_is_climbed_from_where_the_car_starts() -> None:
     hill = Hill.of(ElectricCar(), {"body.chassis.path": 1000.0})
     assert hill.climbed(0.3)
     assert not hill.climbed(0.9)
+
+
+def test_a_slope_on_which_wheels_lift_off_is_named() -> None:
+    """A short, tall car with a rear axle that pulls too hard, as a motorcycle in first gear."""
+    rear = LumpedAxle(final_drive=CrownGear(ratio=8.0))
+    car = pt.replace(ElectricCar(front=RollingAxle(), rear=rear), {"body.wheelbase": 1.4, "body.h": 0.8})
+    with pytest.raises(pt.SimulationError, match=r"on a slope of 50 % with the accelerator .*load .*front"):
+        gradeability(car)
 
 
 @pytest.mark.slow

@@ -389,3 +389,10 @@ def test_sizes_that_no_engine_has(given: dict[str, Any], said: str) -> None:
     with pytest.raises(pt.ParameterError) as caught:
         WillansEngine.of_displacement(**given)
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(("w", "counted"), [(-100.0, True), (-20.0, False), (600.0, False), (1000.0, True)])
+def test_an_engine_driven_too_fast_or_backward_is_counted(w: float, counted: bool) -> None:
+    """The rev limiter is at 680 rad/s; it cannot stop the wheels from driving the engine after a missed shift."""
+    result = pt.simulate(Dyno(engine=ENGINE, drive=ConstantSpeed(w_fixed=w)), 0.1)
+    assert (result.statistics["outside speed of the engine"] > 0) == counted
