@@ -7,6 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from cases import few
 from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
 from test_gradients_of_runs import random_plant
 
@@ -366,9 +367,10 @@ def test_a_car_through_a_shift() -> None:
     assert_as_differences(ManualCar(), "engine.fuel", names, 1e-5, stop=20.0, rtol=1e-10, atol=1e-12)
 
 
-def test_random_drivelines() -> None:
+@pytest.mark.parametrize("seeds", few([[5, 6, 9], [23, 24, 25, 29, 40, 41, 67, 70, 80, 85]]), ids=["three", "ten"])
+def test_random_drivelines(seeds: list[int]) -> None:
     compared = 0
-    for seed in (5, 6, 9, 23, 24, 25, 29, 40, 41, 67, 70, 80, 85):
+    for seed in seeds:
         plant, rng = random_plant(seed)
         signal = rng.choice([s for s in plant.compiled.states if not s.endswith("phi")])
         known = [n for n, v in plant.parameters.items() if v and not n.endswith("peak") and "Table" not in n]
@@ -383,7 +385,7 @@ def test_random_drivelines() -> None:
             whole = np.abs(found.values * scale).max() + np.abs(gradient.array * size).max()
             assert min(errors) <= 1e-7 * whole + 1e-9, (seed, signal, names)
             compared += 1
-    assert compared >= 10
+    assert compared > 0.75 * len(seeds)
 
 
 def test_refusals() -> None:

@@ -14,8 +14,10 @@ from powertrain.components.electric import ElectricMachine
 from powertrain.components.engines.interfaces import Engine
 
 Array = NDArray[np.float64]
-GRID, ROUNDS = 201, 3
-"""Speeds evaluated at once, and number of refinements between the neighbours of the best."""
+GRID = 201
+"""Speeds at which each power is evaluated at first."""
+FINER, ROUNDS = 21, 4
+"""Speeds between the neighbours of the best, and how often they are refined."""
 DENSE = 161
 """Powers from which the points of a line are chosen."""
 HALVINGS = 32
@@ -159,17 +161,22 @@ def operating_line(engine: Engine, share: float = 1.0) -> Map:
 
 def _least_fuel(engine: Engine, power: Array, low: float, high: float, share: float) -> Array:
     """For each power the speed of lowest fuel consumption, on a grid that is refined between the neighbours of the best."""
-    first, last = np.full(power.size, low), np.full(power.size, high)
-    best = first
+    best = _best_of(engine, power, np.linspace(low, high, GRID)[None, :], share)
+    step = np.full(power.size, (high - low) / (GRID - 1))
     for _ in range(ROUNDS):
-        w = np.linspace(first, last, GRID, axis=1)
-        tau = power[:, None] / w
-        possible = tau <= share * engine.full_load(w) * (1 + 2 * ROUND)
-        flow = np.where(possible, engine.fuel_flow(w, tau), np.inf)
-        best = np.take_along_axis(w, flow.argmin(axis=1)[:, None], axis=1)[:, 0]
-        step = (last - first) / (GRID - 1)
         first, last = np.maximum(best - step, low), np.minimum(best + step, high)
-    return np.asarray(best)
+        w = np.linspace(first, last, FINER, axis=1)
+        best, step = _best_of(engine, power, w, share), (last - first) / (FINER - 1)
+    return best
+
+
+def _best_of(engine: Engine, power: Array, speeds: Array, share: float) -> Array:
+    """For each power the best of these speeds: a row for each, or one for all."""
+    tau = power[:, None] / speeds
+    possible = tau <= share * engine.full_load(speeds) * (1 + 2 * ROUND)
+    w = np.broadcast_to(speeds, tau.shape)
+    flow = np.where(possible, engine.fuel_flow(w, tau), np.inf)
+    return np.asarray(np.take_along_axis(w, flow.argmin(axis=1)[:, None], axis=1)[:, 0])
 
 
 def pull_speeds(mover: Engine | ElectricMachine, ratios: Sequence[float]) -> tuple[float, ...]:

@@ -238,7 +238,9 @@ class Prepared:
         model, memory = self._shared(), self.memory
         if not self._functions:
             called = self._called(model)
-            fast = called | self._marking() if self.compile and self.sizes[1] <= _FEW else called
+            fast = {name: steps.short(function) for name, function in called.items()} if self.compile else called
+            if self.compile and self.sizes[1] <= _FEW:
+                fast |= self._marking()
             self._functions = self._finished(called, fast, self._rebuild)
         functions = self._functions
         m, p, tolerance = memory.m, memory.p, memory.tolerance
@@ -321,7 +323,8 @@ class Prepared:
         step = self._written(method)
         if step is None or _long(step):
             step = steps.step(steps.common(self.dae, model.rows, ca.MX), method)
-        found = {"method": step} | self._called(model) | self._marking()
+        called = {name: steps.short(function) for name, function in self._called(model).items()}
+        found = {"method": step} | called | self._marking()
         if self.dae.whens:
             found["resets"] = reset_values(self.dae)
         return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components.control import ElectricDriveControl, SetPedals
@@ -51,7 +52,7 @@ def test_torque_that_the_battery_allows() -> None:
         assert result["tau"][-1] == pytest.approx(tau)
 
 
-@pytest.mark.parametrize("car", [ElectricCar(), ElectricFourWheelDriveCar()], ids=["one machine", "two machines"])
+@pytest.mark.parametrize("car", few([ElectricCar(), ElectricFourWheelDriveCar()]), ids=["one machine", "two machines"])
 @pytest.mark.parametrize("weak", [{"battery.R": 1.0}, {"battery.i_discharge": 100.0}], ids=["R", "i"])
 def test_full_pedal_with_a_weak_battery(car: ElectricCar | ElectricFourWheelDriveCar, weak: dict[str, float]) -> None:
     """The battery gives what it may, to 2 %, and no more."""
@@ -75,7 +76,9 @@ def test_hybrids_driven_hard(car: HybridCar, soc: float) -> None:
     assert run.audit.closure < 1e-6
 
 
-@pytest.mark.parametrize("car", [SeriesHybrid(), PowerSplitHybrid(), ParallelHybrid()], ids=["series", "split", "P2"])
+@pytest.mark.parametrize(
+    "car", few([SeriesHybrid(), PowerSplitHybrid(), ParallelHybrid()]), ids=["series", "split", "P2"]
+)
 def test_a_full_battery_is_not_charged(car: HybridCar) -> None:
     """Coasting at 35 m/s, where the engine runs. It charged with 3.2 kW, of its least power of 5 kW."""
     plant = pt.compile(pt.replace(car, driver=SetPedals()))
@@ -93,7 +96,7 @@ CARS = {
 }
 
 
-@pytest.mark.parametrize("car", CARS.values(), ids=CARS)
+@pytest.mark.parametrize("car", few(CARS.values(), 2), ids=CARS)
 def test_a_full_battery_brakes_like_any_other(car: ElectricCar | ElectricFourWheelDriveCar | HybridCar) -> None:
     """From 20 m/s with 0.3 of the pedal. Friction brakes of 20 kN, F_brake of 15 kN: two machines took 1.25 times as far, P4 1.14."""
     plant = pt.compile(pt.replace(car, driver=SetPedals(brake_set=0.3)))
@@ -103,7 +106,7 @@ def test_a_full_battery_brakes_like_any_other(car: ElectricCar | ElectricFourWhe
 
 
 @pytest.mark.parametrize(
-    "weak", [{"machine_2.P_max": 10e3}, {"machine_2_cooling.T": 448.0}], ids=["small machine", "hot machine"]
+    "weak", few([{"machine_2.P_max": 10e3}, {"machine_2_cooling.T": 448.0}]), ids=["small machine", "hot machine"]
 )
 def test_a_machine_at_the_ring_that_takes_little(weak: dict[str, float]) -> None:
     """Full battery, full pedal: machine 1 generates no more than machine 2 draws. It charged a full battery with 19 kW, up to 94 %."""
@@ -116,7 +119,7 @@ def test_a_machine_at_the_ring_that_takes_little(weak: dict[str, float]) -> None
     assert result["body.v"][-1] > 10
 
 
-@pytest.mark.parametrize("car", CARS.values(), ids=CARS)
+@pytest.mark.parametrize("car", few(CARS.values()), ids=CARS)
 def test_a_full_battery_is_not_charged_by_driving_forward_while_rolling_back(car: pt.Component) -> None:
     """At -6 m/s on a slope of 25 %, with 0.3 of the pedal: 25 kW went into the battery. It starts on that slope all the same."""
     plant = pt.compile(pt.bench(pt.replace(car, driver=SetPedals(accelerator_set=0.3)), without=["road"]))

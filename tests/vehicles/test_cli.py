@@ -630,6 +630,7 @@ def test_run_from_another_charge(short: str, tmp_path: Path) -> None:
     assert pd.read_csv(out)["battery.soc"].iloc[0] == pytest.approx(0.95)
 
 
+@pytest.mark.slow
 def test_performance_from_another_charge() -> None:
     """Nearly empty, the battery limits both the top speed, which is 200 km/h, and the slope, which is 62 %."""
     text = done("performance", "ElectricCar", "--start", "battery.soc=0.032")
@@ -657,9 +658,13 @@ def test_performance_from_another_charge() -> None:
     ],
 )
 def test_starts_that_cannot_be(short: str, start: str, said: str) -> None:
-    for command in ("run", "view"):
-        assert said in refused(command, "ElectricCar", "--cycle", short, "--start", start)
-    assert said in refused("performance", "ElectricCar", "--start", start)
+    assert said in refused("run", "ElectricCar", "--cycle", short, "--start", start)
+
+
+def test_every_command_with_starts_refuses_them(short: str) -> None:
+    start, said = ("--start", "battery.socc=0.9"), "--start: the model has no variable battery.socc"
+    assert said in refused("view", "ElectricCar", "--cycle", short, *start)
+    assert said in refused("performance", "ElectricCar", *start)
 
 
 def test_a_variable_that_is_set_as_a_parameter(short: str) -> None:

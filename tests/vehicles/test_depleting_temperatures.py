@@ -16,6 +16,7 @@ ONCE = ((0, 0), (1, 0), (8, 12), (20, 12), (26, 0), (40, 0))
 TWICE = (*ONCE, *((t + 40, v) for t, v in ONCE[1:]))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:charge_depleting")
 def test_two_cycles_are_one_of_twice_the_length(monkeypatch: pytest.MonkeyPatch) -> None:
     """The battery, 3 kJ/K from -10 degC, warms by 2.7 K in a cycle. The engine stands and cools from 60 degC, its ``starts`` value."""

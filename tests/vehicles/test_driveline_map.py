@@ -391,6 +391,7 @@ def test_a_parallel_hybrid_is_kicked_down_in_its_map_only_where_it_is_on_the_roa
     assert found["gear"].values.ravel().tolist() == [5, 6]
 
 
+@pytest.mark.slow
 def test_backward_of_a_geared_car() -> None:
     """Over the first hill of the WLTC it takes the gears of the simulation and its fuel, but for shifts and transients."""
     cycle = DriveCycle.named("wltc").part(0, 140)

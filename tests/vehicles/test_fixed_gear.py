@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.components.control import FixedGear, OpenPedals
@@ -50,7 +51,7 @@ def test_driving_in_reverse() -> None:
     assert pt.energy_audit(result).closure < 1e-6
 
 
-@pytest.mark.parametrize("kind", [ManualCar, AutomaticCar])
+@pytest.mark.parametrize("kind", few([ManualCar, AutomaticCar]))
 def test_one_gear_of_a_car_is_a_fixed_gear(kind: Any) -> None:
     """Every gear alone, for maps: the force over the engine's torque is in proportion to the ratio."""
     car = kind()

@@ -206,20 +206,10 @@ def test_published_errors() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["Toyota RAV4 automatic", "Tesla Model 3 Long Range AWD electric"])
-def test_what_is_published_is_what_is_simulated(name: str) -> None:
-    compare(CARS[name], "hwfet")
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("cycle", ["udds", "hwfet"])
 @pytest.mark.parametrize("name", CARS)
-def test_all_that_is_published_is_what_is_simulated(name: str, cycle: str) -> None:
-    compare(CARS[name], cycle)
-
-
-def compare(car: TestCar, cycle: str) -> None:
-    found = published()
+def test_what_is_published_is_what_is_simulated(name: str, cycle: str) -> None:
+    car, found = CARS[name], published()
     row = found[(found.test_vehicle == car.test_vehicle) & (found.cycle == cycle)].iloc[0]
     one = predict(car, cycle)
     assert not one.message

@@ -28,6 +28,7 @@ def rolled_back(grade: float, released: tuple[float, float], stop: float) -> pt.
     return pt.simulate(car, stop, inputs={"driver.brake_pedal": brake}, rtol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("grade", [0.25])
 def test_a_gradual_release_ends_in_the_same_motion_as_a_sudden_one(grade: float) -> None:
     """While the brakes ease, meshes, tyres and brakes reach their limits one after the other, and two planetary sets carry nothing.
