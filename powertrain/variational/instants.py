@@ -133,6 +133,11 @@ class EventLaws:
 
         It is approximated by a parabola over the step before; ``depth`` is how far that would fall below zero.
         """
+        if slope == 0.0 and fallen > _SHALLOW:
+            return NotDifferentiable(
+                f"{law.name} ({law.where}) switches at t = {t:.9g} s where its condition ends at zero, at the kink of a limited "
+                "signal. The run has no derivative there; write the condition in terms of the signal before its limit"
+            )
         straight = -slope * h
         bent = fallen - straight
         depth = straight**2 / (4.0 * bent) if bent > EPS else np.inf

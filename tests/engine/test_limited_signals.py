@@ -43,6 +43,16 @@ def test_a_switch_falls_where_a_limited_signal_ends(kind: str) -> None:
     assert result["z"][-1] == pytest.approx(4.0, abs=1e-8)
 
 
+def test_a_gradient_says_what_to_do() -> None:
+    result = pt.simulate(Falling(limit=LIMITED["maximum"]), 2.0, starts={"x": 1.0})
+    with pytest.raises(
+        pt.SimulationError, match=r"switch0 .* at t = 1 s where its condition ends at zero.*signal before its limit"
+    ):
+        pt.gradient(result, "z", ["x"])
+    plain = pt.simulate(Falling(limit=lambda x: x), 2.0, starts={"x": 1.0})
+    assert pt.gradient(plain, "z", ["x"])["x"] == pytest.approx(-2.0)
+
+
 class Limiting(pt.Component):
     """The same with blocks: the instant is one of a time signal."""
 
