@@ -79,10 +79,11 @@ def _check_moving(result: pt.Result[Any]) -> None:
         )
 
 
-def time_between(result: pt.Result[Any], begin: float, end: float) -> float:
+def time_between(result: pt.Result[Any], begin: float | str, end: float | str) -> float:
     """Time [s] from passing the speed ``begin`` to passing the speed ``end`` [m/s], rising or falling; nan if the vehicle does not.
 
-    A run that begins at the speed ``begin`` passes it there. Both are the first times, interpolated between the points of the run.
+    Speeds may be texts such as "60 mph". A run that begins at the speed ``begin`` passes it there. Both are the first times, interpolated
+    between the points of the run.
     """
     of_kind("time_between", result, pt.Result, "the result of a simulation, run.result of a drive cycle")
     begin, end = number("begin", begin, "m/s"), number("end", end, "m/s")

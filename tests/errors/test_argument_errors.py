@@ -74,7 +74,7 @@ OPTIONS: list[tuple[dict[str, Any], list[str]]] = [
     ({"inputs": "u"}, ["inputs = 'u'"]),
     ({"record": 3}, ["signals = 3: pass a list of names"]),
     ({"progress": "yes"}, ["progress = 'yes' must be True or False"]),
-    ({"stop": "long"}, ["stop = 'long' s is not a finite number"]),
+    ({"stop": "long"}, ["stop = 'long' is not a number with a unit, such as '1.5 s'"]),
     ({"stop": True}, ["stop = True s is not a finite number"]),
     ({"tol": 1e-6}, ["simulate() has no option tol; did you mean rtol or atol"]),
 ]
