@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from cases import few
 
 import powertrain as pt
 from powertrain.compiler.flatten import flatten
@@ -39,7 +40,7 @@ def residuals(model: pt.Component, values: dict[str, float]) -> Any:
     return np.array(ca.Function("rows", [column(symbols)], [whole])(numbers)).ravel()
 
 
-@pytest.mark.parametrize("name", CARS)
+@pytest.mark.parametrize("name", few(CARS, 4))
 def test_a_model_made_with_values_has_the_equations_of_a_run_with_them(name: str) -> None:
     """All parameters at once but those that are noted: no table of any car knows another value."""
     plant, draws = pt.compile(CARS[name]()), random.Random(7)

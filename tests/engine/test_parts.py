@@ -185,6 +185,7 @@ def test_divisions_by_constants_are_multiplications() -> None:
     assert operations.count(ca.OP_DIV) == 1
 
 
+@pytest.mark.slow
 @COMPILER
 @pytest.mark.parametrize("compile", [True, "background"])
 def test_runs_in_parts_switch_as_interpreted_ones(compile: Any, tmp_path: Path, monkeypatch: Any) -> None:

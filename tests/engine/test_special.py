@@ -49,6 +49,7 @@ def test_steps_for_given_modes_are_the_general_ones_to_the_last_bit(
     assert np.array_equal(own.trajectory.dense, general.trajectory.dense)
 
 
+@pytest.mark.slow
 def test_a_car_drives_the_same_with_steps_for_its_modes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two thirds of the instructions fall away; the error estimate and the indicators are the same, too."""
     cycle = DriveCycle("town", ((0, 0), (5, 0), (20, 12), (30, 12), (40, 4), (50, 0)))

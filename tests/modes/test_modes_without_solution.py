@@ -46,6 +46,7 @@ def test_a_load_that_the_last_modes_would_not_allow() -> None:
     np.testing.assert_allclose(result["v"][apart], 50 + np.sqrt(2500 - P[apart]), rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_a_hybrid_with_a_cold_battery_shifts() -> None:
     """At -10 degC, in the instant of a shift under full load, its battery cannot give what the modes of the last gear would ask for."""
     car = ParallelHybrid(battery_cooling=PassivelyCooledBattery(T_air=263.15))

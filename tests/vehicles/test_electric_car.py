@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from cases import few
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
@@ -135,10 +136,12 @@ def test_two_speeds() -> None:
 
 @pytest.mark.parametrize(
     ("car", "ratio", "w_limit"),
-    [
-        (pt.replace(ElectricCar.two_speed(), {"gearbox.ratios": (6.0, 1.9)}), 6.0 * 3.6, 1680.0),
-        (pt.replace(ParallelHybrid(), {"front.final_drive.ratio": 8.0}), 3.8 * 8.0, 680.0),
-    ],
+    few(
+        [
+            (pt.replace(ElectricCar.two_speed(), {"gearbox.ratios": (6.0, 1.9)}), 6.0 * 3.6, 1680.0),
+            (pt.replace(ParallelHybrid(), {"front.final_drive.ratio": 8.0}), 3.8 * 8.0, 680.0),
+        ]
+    ),
     ids=["electric", "hybrid"],
 )
 def test_shifts_up_before_the_limit_in_first_gear(car: pt.Component, ratio: float, w_limit: float) -> None:

@@ -93,6 +93,7 @@ def test_the_engine_starts_and_stops_by_its_rule_alone(name: str) -> None:
     assert ((demand[stopped] < P_off * (1 + 1e-3)) & (v[stopped] < v_off + 1e-3)).all()
 
 
+@pytest.mark.slow
 def test_powers_add_up() -> None:
     """P2: what the driver asks for is what engine and machine give together, while the engine runs and the clutch is closed."""
     run = drive_cycle(HYBRIDS["P2"], TOWN)
@@ -235,6 +236,7 @@ def test_equal_charge_must_be_within_reach_of_the_tests(charges: tuple[float, ..
         _check_reach(tests)
 
 
+@pytest.mark.slow
 def test_gears_change_while_the_engine_stands() -> None:
     """The fourth gear at 14 m/s; in the first, where it used to remain, the machine would turn at 14/0.3 x 4.1 x 3.8 = 727 rad/s."""
     cycle = DriveCycle("electric", ((0.0, 0.0), (20.0, 14.0), (30.0, 14.0)))

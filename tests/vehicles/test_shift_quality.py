@@ -39,6 +39,7 @@ def test_a_shift_that_interrupts_the_torque() -> None:
     assert shaded.get_width() == pytest.approx(0.7)
 
 
+@pytest.mark.slow
 def test_shifts_that_follow_closely_share_no_heat() -> None:
     """Low shift speeds and a dwell as short as a shift: the figures of two shifts used to contain the same 0.3 s."""
     low = tuple((3.0 + 0.3 * k, 1.0 + 0.3 * k) for k in range(5))

@@ -126,6 +126,7 @@ def test_a_saved_run_is_converted(saved: Path, tmp_path: Path) -> None:
     assert "must end in .csv or .mat or .nc or .html" in called("convert", str(saved), str(tmp_path / "b.xyz"), code=2)
 
 
+@pytest.mark.slow
 def test_runs_from_another_charge_are_viewed_and_compared(saved: Path, tmp_path: Path) -> None:
     """Both runs of a comparison start at the given charge; a saved run has started already."""
     page, start = tmp_path / "run.html", ("--start", "battery.soc=0.95")
@@ -138,6 +139,7 @@ def test_runs_from_another_charge_are_viewed_and_compared(saved: Path, tmp_path:
         assert "--start need a vehicle" in called(*command, "--start", "body.v=1", code=2)
 
 
+@pytest.mark.slow
 def test_a_vehicle_that_stands_ends_its_command() -> None:
     """A run that reached its end without moving did not end there."""
     for command in ("view", "compare"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from cases import few
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
@@ -78,7 +79,7 @@ def test_the_continuous_torque() -> None:
 
 
 @pytest.mark.parametrize(
-    "kind", [ElectricCar, ElectricFourWheelDriveCar, SeriesHybrid, ParallelHybrid, PowerSplitHybrid]
+    "kind", few([ElectricCar, ElectricFourWheelDriveCar, SeriesHybrid, ParallelHybrid, PowerSplitHybrid], 2)
 )
 def test_every_machine_of_a_car_can_be_cooled(kind: type[pt.Component]) -> None:
     """The heat of the losses is in winding, housing and liquid."""
