@@ -19,28 +19,8 @@ def condition_margin(mode: ca.SX, g: ca.SX, known: ca.SX | float = EPS) -> ca.SX
 
 def margin(dae: HybridDae, law: Switch) -> ca.SX:
     """The condition of a switch with its hysteresis."""
-    mode, ended = dae.m[law.index], has_ended(dae, law.g) if law in dae.relations else law.g == 0
-    return condition_margin(mode, law.g, law.known) - ca.if_else(ended, 2 * law.known * mode, 0)
-
-
-def has_ended(dae: HybridDae, g: ca.SX) -> ca.SX:
-    """Whether a condition has come to rest at zero, as a limited signal does. One that a reset has put there goes on."""
-    return ca.logic_not(ca.norm_inf(motion(dae, g)))
-
-
-def motion(dae: HybridDae, g: ca.SX) -> ca.SX:
-    """A condition, its rate and its acceleration."""
-    rate = _rate(dae, g)
-    return ca.vertcat(g, rate, _rate(dae, rate))
-
-
-def _rate(dae: HybridDae, expression: ca.SX) -> ca.SX:
-    """The time derivative, including the implicit unknowns by 0 = d(residual)/dt."""
-    found = ca.jtimes(expression, dae.x, dae.xdot) + ca.jacobian(expression, dae.t)
-    if not ca.depends_on(expression, dae.z):
-        return found
-    drift = ca.jtimes(dae.residual, dae.x, dae.xdot) + ca.jacobian(dae.residual, dae.t)
-    return found - ca.jtimes(expression, dae.z, ca.solve(ca.jacobian(dae.residual, dae.z), drift))
+    mode = dae.m[law.index]
+    return condition_margin(mode, law.g, law.known) - ca.if_else(law.g == 0, 2 * law.known * mode, 0)
 
 
 def watched(dae: HybridDae, law: Switch) -> list[tuple[ca.SX, ca.SX | float]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import casadi as ca
 
 from powertrain.dae.hybrid import HybridDae, When
-from powertrain.dae.switch import condition_margin, has_ended, in_time, now
+from powertrain.dae.switch import condition_margin, in_time, now
 from powertrain.dae.tolerances import EPS
 
 
@@ -34,7 +34,16 @@ def next_mode(dae: HybridDae, law: When) -> ca.SX:
 
 def _margin(dae: HybridDae, law: When, g: ca.SX, known: ca.SX | float) -> ca.SX:
     mode = dae.m[law.index]
-    return condition_margin(mode, g, known) - ca.if_else(has_ended(dae, law.g), 2 * known * mode, 0)
+    return condition_margin(mode, g, known) - ca.if_else(_has_ended(dae, law.g), 2 * known * mode, 0)
+
+
+def _has_ended(dae: HybridDae, g: ca.SX) -> ca.SX:
+    """Whether a condition is zero and depends on nothing, as a limited signal at its limit.
+
+    One that a reset has put there depends on states, and goes on from there.
+    """
+    slopes = ca.jacobian(g, ca.vertcat(dae.t, dae.x, dae.z))
+    return ca.logic_and(g == 0, ca.logic_not(ca.norm_inf(slopes)))
 
 
 def _condition(dae: HybridDae, law: When) -> ca.SX:

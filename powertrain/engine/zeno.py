@@ -13,7 +13,6 @@ import casadi as ca
 import numpy as np
 
 from powertrain.dae.hybrid import HybridDae, When
-from powertrain.dae.switch import motion
 from powertrain.dae.tolerances import EPS
 from powertrain.engine.chatter import STOP
 from powertrain.engine.trajectory import Instant
@@ -35,7 +34,7 @@ class Zeno:
         self._memory = memory
         relations = {r.index: r.g for r in dae.relations}
         self._conditions = [(w, g) for w in resetting(dae) for g in [relations[i] for i in w.relations] or [w.g]]
-        motions = ca.horzcat(*[motion(dae, g) for _, g in self._conditions])
+        motions = ca.horzcat(*[_motion(dae, g) for _, g in self._conditions])
         self._motions = Evaluated(dae.function("zeno", motions))
 
     def check(self, instant: Instant) -> list[str]:
@@ -65,6 +64,21 @@ class Zeno:
 def resetting(dae: HybridDae) -> list[When]:
     """The laws that reset states when a condition of states comes true."""
     return [w for w in dae.whens if w.time is None and not all(r.discrete for r in w.resets)]
+
+
+def _motion(dae: HybridDae, g: ca.SX) -> ca.SX:
+    """A condition, its rate and its acceleration."""
+    rate = _rate(dae, g)
+    return ca.vertcat(g, rate, _rate(dae, rate))
+
+
+def _rate(dae: HybridDae, expression: ca.SX) -> ca.SX:
+    """The time derivative, including the implicit unknowns by 0 = d(residual)/dt."""
+    found = ca.jtimes(expression, dae.x, dae.xdot) + ca.jacobian(expression, dae.t)
+    if not ca.depends_on(expression, dae.z):
+        return found
+    drift = ca.jtimes(dae.residual, dae.x, dae.xdot) + ca.jacobian(dae.residual, dae.t)
+    return found - ca.jtimes(expression, dae.z, ca.solve(ca.jacobian(dae.residual, dae.z), drift))
 
 
 def _message(when: When, t: float, interval: float, ratio: float) -> str:

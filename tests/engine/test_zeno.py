@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.dae.switch import motion
 from powertrain.engine.chatter import Chatter
+from powertrain.engine.zeno import _motion
 
 G = 9.81
 
@@ -143,7 +143,7 @@ def test_the_acceleration_of_a_condition_of_an_implicit_unknown() -> None:
     t, x, z = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("z")
     residual = z + z**3 - x[0] - ca.sin(t)
     dae: Any = SimpleNamespace(t=t, x=x, z=z, xdot=ca.vertcat(x[1], -4.0), residual=residual)
-    found = ca.Function("motion", [t, x, z], [motion(dae, z**2 + x[1])])
+    motion = ca.Function("motion", [t, x, z], [_motion(dae, z**2 + x[1])])
 
     def unknown(now: float) -> float:
         place = 0.7 + 1.3 * now - 2 * now**2
@@ -153,7 +153,7 @@ def test_the_acceleration_of_a_condition_of_an_implicit_unknown() -> None:
     h = 1e-3
     before, here, after = (unknown(now) ** 2 + 1.3 - 4 * now for now in (-h, 0.0, h))
     expected = [here, (after - before) / (2 * h), (after - 2 * here + before) / h**2]
-    np.testing.assert_allclose(np.array(found(0.0, [0.7, 1.3], unknown(0.0))).ravel(), expected, rtol=1e-4)
+    np.testing.assert_allclose(np.array(motion(0.0, [0.7, 1.3], unknown(0.0))).ravel(), expected, rtol=1e-4)
 
 
 @pytest.mark.parametrize("e", [0.45, 0.5, 0.52])

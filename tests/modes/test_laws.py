@@ -28,7 +28,7 @@ RATES = (-0.6, -0.4, 0.0, 0.4, 0.6)
 def model(*modes: float) -> HybridDae:
     """A model of nothing but held values and a state, on which conditions may depend."""
     none, held = ca.SX(0, 1), ca.SX(ca.DM(list(modes)))
-    return HybridDae(ca.SX.sym("t"), ca.SX.sym("x"), none, held, none, ca.SX(1), none, (), np.zeros(len(modes)))
+    return HybridDae(ca.SX.sym("t"), ca.SX.sym("x"), none, held, none, none, none, (), np.zeros(len(modes)))
 
 
 def law(w: float = 0.0, torque: float = 0.0, rate: float = 0.0, upper: float = 3.0, **more: object) -> Friction:
