@@ -1,7 +1,6 @@
 """The switch, and the comparison (relation) in the condition of a when: everything that follows from their record, ``Switch``.
 
-The mode is 1 while the condition g > 0, else 0. If g is affine in time, the instant of the change is known. A limited signal falls to zero
-and no further: there it is no longer positive, though still within the hysteresis.
+The mode is 1 while the condition g > 0, else 0. If g is affine in time, the instant of the change is known.
 """
 
 from __future__ import annotations
@@ -12,15 +11,17 @@ from powertrain.dae.hybrid import HybridDae, Switch, When
 from powertrain.dae.tolerances import EPS, NOW
 
 
-def condition_margin(mode: ca.SX, g: ca.SX, known: ca.SX | float = EPS) -> ca.SX:
-    """A mode of 1 holds while g > 0, a mode of 0 while g <= 0; including the hysteresis."""
-    return (2 * mode - 1) * g + known
+def condition_margin(mode: ca.SX, g: ca.SX, known: ca.SX | float = EPS, ended: ca.SX | None = None) -> ca.SX:
+    """A mode of 1 holds while g > 0, a mode of 0 while g <= 0; including the hysteresis.
+
+    Zero itself is not positive: a limited signal ends there. ``ended``: whether it does, if there may be other reasons.
+    """
+    return (2 * mode - 1) * g + known - ca.if_else(g == 0 if ended is None else ended, 2 * known * mode, 0)
 
 
 def margin(dae: HybridDae, law: Switch) -> ca.SX:
     """The condition of a switch with its hysteresis."""
-    mode = dae.m[law.index]
-    return condition_margin(mode, law.g, law.known) - ca.if_else(law.g == 0, 2 * law.known * mode, 0)
+    return condition_margin(dae.m[law.index], law.g, law.known)
 
 
 def watched(dae: HybridDae, law: Switch) -> list[tuple[ca.SX, ca.SX | float]]:
@@ -35,7 +36,7 @@ def next_mode(dae: HybridDae, law: Switch, fires: ca.SX | None) -> ca.SX:
     old = dae.m[law.index]
     if fires is None:
         return _kept(old, margin(dae, law))
-    new = _kept(old, condition_margin(old, in_time(dae, law.g), EPS + now(dae)))
+    new = _kept(old, condition_margin(old, in_time(dae, law.g), EPS + now(dae), ended=ca.SX(0)))
     return ca.if_else(fires, ca.jacobian(law.g, dae.t) > 0, new)
 
 

@@ -33,8 +33,7 @@ def next_mode(dae: HybridDae, law: When) -> ca.SX:
 
 
 def _margin(dae: HybridDae, law: When, g: ca.SX, known: ca.SX | float) -> ca.SX:
-    mode = dae.m[law.index]
-    return condition_margin(mode, g, known) - ca.if_else(_has_ended(dae, law.g), 2 * known * mode, 0)
+    return condition_margin(dae.m[law.index], g, known, _has_ended(dae, law.g))
 
 
 def _has_ended(dae: HybridDae, g: ca.SX) -> ca.SX:

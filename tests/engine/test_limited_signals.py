@@ -69,6 +69,25 @@ def test_a_switch_behind_a_limiter() -> None:
     assert pt.simulate(Limiting(), 2.0)["z"][-1] == pytest.approx(4.0, abs=1e-8)
 
 
+class Resisting(pt.Component):
+    """A speed at which a torque that depends on a limited signal is that of a damper."""
+
+    x: pt.Input = pt.signal_input("1", "Signal")
+    y: pt.Variable = pt.variable("1", "Limited signal")
+    w: pt.Variable = pt.variable("rad/s", "Speed")
+
+    def equations(self) -> pt.Equations:
+        yield self.y == ca.fmax(self.x.value, 0)
+        yield pt.der(self.w) == pt.switch(self.y > 0, 1.0, 3.0) - 0.1 * self.w
+
+
+def test_operating_points_with_a_limited_signal() -> None:
+    """They had the other side, with the status ok."""
+    found = pt.steady(pt.compile(Resisting()), {"x": [-1.0, 0.0, 1.0]}, outputs=["w"])
+    assert found["w"].values.tolist() == [30.0, 30.0, 10.0]
+    assert (found["status"] == 0).all()
+
+
 class Counting(pt.Component):
     """Counts how often a limited sine becomes positive, alone or while the count is below 100."""
 

@@ -81,7 +81,9 @@ def test_contact(mode: float, gap: float, force: float, follows: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("mode", "g", "follows"), [(1.0, -1.0, 0.0), (0.0, 1.0, 1.0), (0.0, 0.0, 0.0), (1.0, 0.0, 1.0)]
+    ("mode", "g", "follows"),
+    [(1.0, -1.0, 0.0), (0.0, 1.0, 1.0), (0.0, ZONE / 2, 0.0), (1.0, -ZONE / 2, 1.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)],
 )
 def test_a_condition_at_zero_keeps_its_side(mode: float, g: float, follows: float) -> None:
+    """Zero itself is not positive."""
     assert float(switch.next_steady_mode(ca.SX(mode), ca.SX(g), ca.SX(ZONE))) == follows
