@@ -11,7 +11,7 @@ from powertrain.components.cvu.interfaces import VariableUnit
 class ElectricVariator(VariableUnit):
     """Two electric machines on a common DC link: one at flange_b controls the speed ratio, one at flange_a keeps the link charged.
 
-    T_b = -limited(k (V w_a - w_b), tau_max_b)
+    T_b = -limited(k w_slide, tau_max_b),  w_slide = V w_a - w_b
     T_a = limited(P w_a/(w_a^2 + slow^2), tau_max_a),  P = -T_b w_b + copper T_b^2 + iron (w_a^2 + w_b^2) + k_E (E_0 - E)
     der(E) = T_a w_a + T_b w_b - losses,  losses = copper (T_a^2 + T_b^2) + iron (w_a^2 + w_b^2)
     limited(u, limit) = u/sqrt(1 + (u/limit)^2)
@@ -34,6 +34,7 @@ class ElectricVariator(VariableUnit):
         "rad/s", "Speed of flange_a below which the machine gives less power", default=1.0, above=0
     )
     E: Variable = variable("J", "Energy in the link")
+    w_slide: Variable = variable("rad/s", "Error of the speed control at flange_b, V w_a - w_b", guess=0)
     tau_a: Variable = variable("N.m", "Torque of the machine at flange_a")
     tau_b: Variable = variable("N.m", "Torque of the machine at flange_b")
 
@@ -44,7 +45,8 @@ class ElectricVariator(VariableUnit):
         yield from self._balance()
         yield self.w_a == der(self.flange_a.phi - self.support.phi)
         yield self.w_b == der(self.flange_b.phi - self.support.phi)
-        yield self.tau_b == -_limited(self.k * (V * self.w_a - self.w_b), self.tau_max_b)
+        yield self.w_slide == V * self.w_a - self.w_b
+        yield self.tau_b == -_limited(self.k * self.w_slide, self.tau_max_b)
         rotating = self.copper * self.tau_b**2 + self.iron * (self.w_a**2 + self.w_b**2)
         needed = -self.tau_b * self.w_b + rotating + self.k_E * (self.E_0 - self.E)
         yield self.tau_a == _limited(needed * self.w_a / (self.w_a**2 + self.slow**2), self.tau_max_a)

@@ -38,7 +38,7 @@ class ElectricPair(TwoFlanges):
     slow: Parameter = parameter("rad/s", "Speed below which less power is taken", default=1.0, above=0)
     n_a: Input = signal_input("1", "Wanted speed of flange_a, in any unit that n_b has too")
     n_b: Input = signal_input("1", "Wanted speed of flange_b, in any unit that n_a has too")
-    slip: Variable = variable("rad/s", "Speed across the wanted proportion")
+    slip: Variable = variable("rad/s", "Speed across the wanted proportion", guess=0)
     tau: Variable = variable("N.m", "Torque against it")
     machine_a: ElectricMachine = ElectricMachine(tau_max=300, P_max=100e3, J=0.02, P_0=0)
     machine_b: ElectricMachine = ElectricMachine(tau_max=300, P_max=100e3, J=0.02, P_0=0)

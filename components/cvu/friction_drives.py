@@ -24,7 +24,7 @@ class _Creeping(VariableUnit):
     slow: Parameter = parameter(
         "rad/s", "Speed at flange_b below which creep is relative to this speed", default=1.0, above=0
     )
-    w_slide: Variable = variable("rad/s", "Sliding speed at flange_b, V w_a - w_b")
+    w_slide: Variable = variable("rad/s", "Sliding speed at flange_b, V w_a - w_b", guess=0)
     creep: Variable = variable("1", "Sliding speed over rolling speed")
     tau: Variable = variable("N.m", "Torque of the contact, seen at flange_b")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powertrain import Equations, Parameter, Symbol, connect, friction, parameter
+from powertrain import Equations, Parameter, Symbol, Variable, connect, friction, parameter, variable
 from powertrain.components.cvu.actuator import RatioActuator
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.cvu.unit import CVU
@@ -17,6 +17,7 @@ class TorqueLimiter(CompliantWithRelativeStates, Lossy):
     """
 
     tau_max: Parameter = parameter("N.m", "Maximum torque", min=0)
+    w_rel: Variable = variable("rad/s", "Relative speed, der(phi_rel)", prefer=True, guess=0)
 
     def equations(self) -> Equations:
         """Dry friction."""

@@ -11,7 +11,7 @@ from powertrain.compiler.alias import Base, Reduced, eliminate_aliases
 from powertrain.compiler.binding import Limits, bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
-from powertrain.compiler.flat import Equation, Flat, ModelConstant, ModelVariable
+from powertrain.compiler.flat import Equation, Flat, ModelConstant, ModelInput, ModelVariable
 from powertrain.compiler.flatten import flatten
 from powertrain.compiler.generic import generic_values
 from powertrain.compiler.index import Differentiated, differentiate, given, select_states
@@ -67,7 +67,7 @@ class Compiled:
     states: list[str]
     signals: dict[str, SignalEntry]
     parameters: dict[str, ModelConstant]
-    inputs: dict[str, ModelVariable]
+    inputs: dict[str, ModelInput]
     variables: dict[str, ModelVariable]
     discretes: dict[str, int]
     resolve: Any = field(repr=False)
@@ -107,7 +107,7 @@ def schedule_inputs(flat: Flat) -> Flat:
     with reading(recorder):
         for unknown in flat.inputs:
             recorder.path = unknown.name
-            equations.append(Equation(unknown.symbol - schedule([0.0], [unknown.guess]), Place(unknown.name)))
+            equations.append(Equation(unknown.symbol - schedule([0.0], [unknown.value]), Place(unknown.name)))
     return replace(flat, recorder=recorder, equations=[*flat.equations, *equations])
 
 

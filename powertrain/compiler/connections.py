@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from powertrain.compiler.flat import Equation, Face, Flat, ModelConstant, ModelVariable
+from powertrain.compiler.flat import Equation, Face, Flat, ModelConstant, ModelInput
 from powertrain.errors import ModelError
 from powertrain.language.component import Component
 from powertrain.language.connectors import Connector, Input, Output, Signal
@@ -132,7 +132,7 @@ def _write_unconnected_signal(flat: Flat, port: Signal, place: Place, top: bool)
     if not top and _given_by_whole(flat, port):
         return
     if top or port.outside:
-        flat.inputs.append(ModelVariable(port._path, symbol, port.unit, port.doc, guess=port.default or 0.0))
+        flat.inputs.append(ModelInput(port._path, symbol, port.unit, port.doc, port.default or 0.0))
     elif port.default is not None:
         constant = flat.recorder.hold(port._path)
         flat.parameters.append(ModelConstant(port._path, constant, port.unit, port.doc, port.default))

@@ -21,10 +21,21 @@ class ModelVariable:
     unit: str
     doc: str
     start: float | None = None
-    guess: float = 0.0
+    guess: float | None = None
     prefer: bool = False
     flow: bool = False
     nominal: float | None = None
+
+
+@dataclass(frozen=True)
+class ModelInput:
+    """A signal that comes from outside the model, with the value that it has unless another is given."""
+
+    name: str
+    symbol: Symbol
+    unit: str
+    doc: str
+    value: float
 
 
 @dataclass(frozen=True)
@@ -83,7 +94,7 @@ class Flat:
     unknowns: dict[int, ModelVariable] = field(default_factory=dict)
     parameters: list[ModelConstant] = field(default_factory=list)
     discretes: list[ModelConstant] = field(default_factory=list)
-    inputs: list[ModelVariable] = field(default_factory=list)
+    inputs: list[ModelInput] = field(default_factory=list)
     loose_inputs: list[str] = field(default_factory=list)
     equations: list[Equation] = field(default_factory=list)
     initial: list[Equation] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Where the search for the unknowns of a steady state starts: at guesses, and where the model says that a run starts."""
+"""Where the search for the unknowns of a steady state starts: at guesses and prescribed values, and where a run would start."""
 
 from __future__ import annotations
 
@@ -12,26 +12,29 @@ from powertrain.equilibrium.placed import Placed
 from powertrain.language.symbols import Symbol, column, key, scalars
 from powertrain.numerics.batch import dependence
 
+Told = Mapping[str, float] | Mapping[str, Symbol]
+"""Values that variables have at a start."""
+
 
 def starts(placed: Placed, y: Mapping[str, Symbol], cyclic: Sequence[Symbol]) -> tuple[Symbol, Symbol]:
     """The unknowns ``y`` at the guesses, as far as these determine them, and at the start of a run, in terms of grid and common values.
 
-    An unknown of which nothing is known is zero, as are the states ``cyclic``.
+    The user's guesses come before the components' own. An unknown of which nothing is known is zero, as are the states ``cyclic``.
     """
     compiled, guesses = placed.compiled, placed.asked.guesses
-    given = _initial_values(compiled)
-    declared = {
-        n: float(v.start or v.guess) for n, v in (compiled.variables | compiled.inputs).items() if v.start or v.guess
-    }
-    present = {n: compiled.parameters[n].value for n in y if n in compiled.parameters}
-    begun = given | declared | present
+    expected = {n: v.guess for n, v in compiled.variables.items() if v.guess is not None}
+    declared = {n: v.start for n, v in compiled.variables.items() if v.start}
+    present = {n: i.value for n, i in compiled.inputs.items() if i.value}
+    present |= {n: compiled.parameters[n].value for n in y if n in compiled.parameters}
+    begun = _initial_values(compiled) | declared | present
     own = {n: v for n, v in begun.items() if n in y}
-    return _determined(placed, y, cyclic, [guesses, own]), _determined(placed, y, cyclic, [own, begun])
+    prescribed: dict[str, Symbol] = {n: placed.axis[n] for n in placed.asked.prescribed}
+    first: list[Told] = [guesses, prescribed, expected, own]
+    initial: list[Told] = [own, prescribed, begun, expected]
+    return _determined(placed, y, cyclic, first), _determined(placed, y, cyclic, initial)
 
 
-def _determined(
-    placed: Placed, y: Mapping[str, Symbol], cyclic: Sequence[Symbol], told: Sequence[Mapping[str, float]]
-) -> Symbol:
+def _determined(placed: Placed, y: Mapping[str, Symbol], cyclic: Sequence[Symbol], told: Sequence[Told]) -> Symbol:
     """The unknowns at which variables have the values ``told``; what is told first counts more.
 
     One after the other, a variable gives the unknown on which it depends linearly, if it depends on no other that is still open.

@@ -135,7 +135,7 @@ class Variable(Quantity):
         unit: str,
         doc: str,
         start: float | None = None,
-        guess: float = 0.0,
+        guess: float | None = None,
         prefer: bool = False,
         flow: bool = False,
         nominal: float | None = None,
@@ -202,7 +202,7 @@ def variable(
     doc: str,
     *,
     start: float | None = None,
-    guess: float = 0.0,
+    guess: float | None = None,
     prefer: bool = False,
     nominal: float | None = None,
     init: Literal[False] = False,
@@ -216,7 +216,8 @@ def variable(
     start
         An initial condition, if the variable needs one.
     guess
-        Where the search for its value begins.
+        Where the search for its value begins, by default at zero. A guess, also one of zero, may determine other unknowns: a sliding speed
+        of 0 rad/s gives the speed ratio.
     prefer
         Whether it is preferred as a state.
     nominal

@@ -160,7 +160,7 @@ def question(
     asked = replace(asked_for(plant, spanned, wanted, given, found, kept), guesses=guessed, time=time)
     _check_names(spanned, wanted)
     _check_values(plant, spanned, guessed, by_name("parameters", parameters))
-    values = {n: u.guess for n, u in plant.compiled.inputs.items()} | given
+    values = {n: u.value for n, u in plant.compiled.inputs.items()} | given
     common = np.concatenate(
         [plant.parameter_vector(parameters, together=False), np.array(list(values.values()), float)]
     )

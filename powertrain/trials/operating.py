@@ -135,7 +135,7 @@ def operating_map(
     grid |= among or {}
     names = {f"{body}.force": "force", f"{mover}.w": "w", f"{mover}.tau": "tau"}
     outputs: dict[str, Any] = {signal: signal for signal in (*names, *taken)}
-    given = {name: one.guess for name, one in plant.compiled.inputs.items()}
+    given = {name: one.value for name, one in plant.compiled.inputs.items()}
     options: dict[str, Any] = {"first": True, "progress": progress, "inputs": given}
     if held and any(held.values()):  # a running engine is far from the initial state of a hybrid at rest
         options["guesses"] = {f"{engine}.w": RUNNING for engine in parts.engines}

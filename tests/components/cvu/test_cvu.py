@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from cases import few
 from joined import Joined, joined, run
 
@@ -277,6 +278,31 @@ def test_map_of_an_electric_variator(E_0: float) -> None:
     tau_a = (w_a - np.sqrt(w_a**2 - 4 * copper * needed)) / (2 * copper)
     np.testing.assert_allclose(found["ratio"].values, w_b / w_a, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(found["unit.flange_a.tau"].values, tau_a, rtol=1e-8)
+
+
+@pytest.mark.parametrize("coupling", ["input", "output"])
+@pytest.mark.parametrize("layout", few(["aHb", "abH", "bHa", "Hba", "baH", "Hab"]))
+@pytest.mark.parametrize("unit", [TractionDrive(), VBelt(), LimitedUnit(tau_max=100), ElectricVariator()])
+def test_points_at_the_ratio_of_a_transmission_are_those_at_the_ratio_of_its_unit(
+    unit: VariableUnit, layout: Any, coupling: Any
+) -> None:
+    """Where the unit keeps its ratio. Slipping as a whole it has other ratios that balance the same load."""
+    from powertrain.components.transmissions import SplitPathTransmission
+    from powertrain.design import SplitPathBench
+
+    bench = pt.compile(SplitPathBench(transmission=SplitPathTransmission(layout=layout, coupling=coupling, cvu=unit)))
+    V = np.linspace(0.3, 2.7, 7) if isinstance(unit, VBelt | LimitedUnit) else np.linspace(-1.9, 1.8, 7)
+    speeds = "transmission.cvu.w_a", "transmission.cvu.w_b"
+    given = pt.steady(bench, {"V": V, "load": [-40.0, -10.0, 10.0]}, outputs=["r", *speeds], progress=False)
+    given = given.stack(point=["V", "load"])
+    slip = 1.0 - given[speeds[1]] / (given.V * given[speeds[0]])
+    given = given.sel(point=(given.status == 0) & (abs(slip) < 0.02))
+    grid = {name: xr.DataArray(given[name].values, dims="point") for name in ("r", "load")}
+    found = pt.steady(bench, grid, outputs=["V"], first=True, progress=False)
+    turning = found.status.values != 1  # at a synchronous point the mesh is stuck
+    assert turning.sum() >= 3
+    assert np.isin(found.status.values[turning], [0, 2]).all()
+    np.testing.assert_allclose(found.V.values[turning], given.V.values[turning], rtol=1e-6)
 
 
 @pytest.mark.parametrize("coupling", ["input", "output"])
