@@ -215,6 +215,7 @@ class Rubbing(pt.Component):
         yield pt.connect(self.shaft.flange_b, self.drive.flange)
 
 
+@pytest.mark.slow
 def test_coils_that_stick_and_slip() -> None:
     """The columns of the matrix are the differences of two runs over the period, from starts next to one another."""
     period = 2 * math.pi / OMEGA

@@ -7,7 +7,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from cases import few
 from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
 from test_gradients_of_runs import random_plant
 
@@ -124,6 +123,7 @@ def assert_as_differences(
     np.testing.assert_allclose(found * scale, wanted * scale, rtol=0.0, atol=tolerance * np.abs(wanted * scale).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("of", ["J1.w", pt.integral(lambda m: m.clutch1.tau * m.clutch1.w_rel)], ids=["end", "heat"])
 def test_coupled_clutches(of: Any) -> None:
     names = ["J1.J", "J3.J", "clutch1.fn_max", "clutch2.fn_max", "sin2.f", "step2.startTime"]
@@ -367,7 +367,8 @@ def test_a_car_through_a_shift() -> None:
     assert_as_differences(ManualCar(), "engine.fuel", names, 1e-5, stop=20.0, rtol=1e-10, atol=1e-12)
 
 
-@pytest.mark.parametrize("seeds", few([[5, 6, 9], [23, 24, 25, 29, 40, 41, 67, 70, 80, 85]]), ids=["three", "ten"])
+@pytest.mark.slow
+@pytest.mark.parametrize("seeds", [[5, 6, 9], [23, 24, 25, 29, 40, 41, 67, 70, 80, 85]], ids=["three", "ten"])
 def test_random_drivelines(seeds: list[int]) -> None:
     compared = 0
     for seed in seeds:

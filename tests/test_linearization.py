@@ -633,6 +633,7 @@ def test_eigenmodes_of_an_unloaded_gear_say_so() -> None:
     assert pt.eigenmodes(plant, at={**turning, "parts[2].phi_rel": 0.01}).notes == ""
 
 
+@pytest.mark.slow
 def test_the_axle_of_a_standing_car_is_not_locked() -> None:
     """Its shafts carry round-off; a twist of one accelerates the cage between the held wheels, as in a run from that twist."""
     plant, twist, h = pt.compile(RearDriveCar()), "rear.right_shaft.phi_rel", 1e-4

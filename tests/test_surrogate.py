@@ -27,6 +27,7 @@ def table() -> pd.DataFrame:
     )
 
 
+@pytest.mark.slow
 def test_the_error_is_that_of_new_points(table: pd.DataFrame) -> None:
     model = pt.surrogate(table, "y", ["a", "b"])
     assert model.cases == 40

@@ -40,7 +40,7 @@ def residuals(model: pt.Component, values: dict[str, float]) -> Any:
     return np.array(ca.Function("rows", [column(symbols)], [whole])(numbers)).ravel()
 
 
-@pytest.mark.parametrize("name", few(CARS, 4))
+@pytest.mark.parametrize("name", few(CARS))
 def test_a_model_made_with_values_has_the_equations_of_a_run_with_them(name: str) -> None:
     """All parameters at once but those that are noted: no table of any car knows another value."""
     plant, draws = pt.compile(CARS[name]()), random.Random(7)
@@ -60,6 +60,7 @@ def test_a_model_made_with_values_has_the_equations_of_a_run_with_them(name: str
     assert plant.initialize(parameters=given)[-1].notes == plant.initialize()[-1].notes
 
 
+@pytest.mark.slow
 def test_the_operating_line_of_another_engine_is_noted() -> None:
     plant = pt.compile(SplitPathCar())
     (note,) = plant.simulate(0.1, parameters={"engine.tau_max": 200.0, "engine.w_idle": 95.0, "body.m": 1500.0}).notes

@@ -39,6 +39,7 @@ def built() -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_a_run_begins_without_machine_code_and_later_runs_have_it(cache: Path) -> None:
     simulator = Simulator(coupled_clutches(), compile="background")

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 from moreau import Array, masses, project
 
 import powertrain as pt
@@ -100,7 +101,7 @@ def model(stack: Stack) -> pt.Component:
     return masses(stack.start.tolist(), len(stack.contacts), equations)
 
 
-@pytest.mark.parametrize("seed", [*range(6), *(pytest.param(k, marks=pytest.mark.slow) for k in range(6, 36))])
+@pytest.mark.parametrize("seed", few(range(36)))
 def test_a_stack_on_floors_with_kinks(seed: int) -> None:
     """Where a floor turns upward it strikes the masses on it, where it turns downward they fly. Time stepping converges to that."""
     stack = Stack.random(np.random.default_rng(seed))

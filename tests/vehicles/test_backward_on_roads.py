@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cases import few
 from scipy.integrate import quad
 
 import powertrain as pt
@@ -71,7 +70,8 @@ def test_a_car_that_stands_on_a_slope_idles() -> None:
         assert (run.fuel_rate[1] > level.fuel_rate[1]) == (grade > 0)
 
 
-@pytest.mark.parametrize(("grade", "gear"), few([(0.15, 1), (0.0, 2)]))
+@pytest.mark.slow
+@pytest.mark.parametrize(("grade", "gear"), [(0.15, 1), (0.0, 2)])
 def test_a_climb_is_in_the_gear_of_the_simulation(grade: float, gear: int) -> None:
     """At 5 m/s a shift of 0.7 s on 15 % costs 0.7 g sin(alpha) = 1.02 m/s, after which the downshift at 4 m/s would follow."""
     speeds = ((4.5, 4.0), (8.0, 7.5), (12.0, 11.5), (16.5, 16.0), (21.0, 20.5))

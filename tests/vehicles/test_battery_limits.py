@@ -129,6 +129,7 @@ def test_a_full_battery_is_not_charged_by_driving_forward_while_rolling_back(car
     assert plant.simulate(2.0, starts={"battery.soc": 0.98}, inputs={"road.grade": 0.1})["body.s"][-1] > 0
 
 
+@pytest.mark.slow
 def test_an_engine_that_charges_leaves_the_brakes_their_share() -> None:
     """P2 with both pedals pressed: engine and brakes charged with 1.9 times i_charge, and the machine lacked 22 N.m of what both asked."""
     pedals = SetPedals(accelerator_set=0.06, brake_set=0.3)

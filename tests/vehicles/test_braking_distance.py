@@ -54,6 +54,7 @@ def test_distance_by_the_equation_of_motion(brake: float, grade: float) -> None:
     assert test.mfdd == pytest.approx((0.64 - 0.01) * v_0**2 / 2 / developed, rel=4e-3)
 
 
+@pytest.mark.slow
 def test_locked_tyres_slide() -> None:
     """On ice the wheels lock: the car slides with the friction coefficient, 0.1, whatever the pedal."""
     icy = pt.replace(RearDriveCar(), {"rear.left.mu": 0.1, "rear.right.mu": 0.1, "front.brakes.tau_max": 0.0})
@@ -69,6 +70,7 @@ def test_locked_tyres_slide() -> None:
     assert test.distance > 3 * (20 / 3.6) ** 2 / 2 / 9.80665
 
 
+@pytest.mark.slow
 def test_what_cannot_be_tested_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(import_module("powertrain.trials.braking"), "LONGEST", 10.0)
     with pytest.raises(pt.SimulationError, match=r"ManualCar does not reach 90 m/s within 10 s"):

@@ -359,6 +359,7 @@ def test_parameter_file_gives_the_same_run(ran: tuple[str, Path], short: str, tm
     )
 
 
+@pytest.mark.slow
 def test_parts_can_be_exchanged(short: str) -> None:
     text = done(
         "run",
@@ -578,6 +579,7 @@ def test_the_ending_of_a_map_may_be_in_capitals(tmp_path: Path) -> None:
     assert (tmp_path / "map.CSV").read_text(encoding="utf-8") == (tmp_path / "map.csv").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_map_of_a_driveline_with_a_cycle(short: str, tmp_path: Path) -> None:
     out, plot = tmp_path / "map.nc", tmp_path / "map.png"
     few = ("--speed", "20:110:7", "--pedals", "10")
@@ -599,6 +601,7 @@ def test_run_draws_the_map_under_its_cycle(short: str, tmp_path: Path) -> None:
     assert plot.read_bytes().startswith(PNG)
 
 
+@pytest.mark.slow
 def test_run_of_what_stands(tmp_path: Path) -> None:
     plot = tmp_path / "run.png"
     text = done("run", "SplitPathCar", "--span", "0:8", "--plot", str(plot))
@@ -732,6 +735,7 @@ def test_performance_of_every_vehicle_with_a_driver(name: str) -> None:
     assert "-" not in text.split()  # every speed is reached
 
 
+@pytest.mark.slow
 def test_split_path_ranks_designs(tmp_path: Path) -> None:
     out = tmp_path / "designs.csv"
     text = done(
@@ -828,6 +832,7 @@ def test_reproduce_prints_and_writes(tmp_path: Path) -> None:
     assert (tmp_path / "yu-beachley.md").is_file()
 
 
+@pytest.mark.slow
 def test_what_cannot_be_written_is_refused_before_the_simulation(
     tmp_path: Path, short: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -315,6 +315,7 @@ def test_hybrids_are_mapped_with_the_engine_on_or_off(car: pt.Component) -> None
     assert 0.3 < float(on["efficiency"].max()) < 0.45
 
 
+@pytest.mark.slow
 def test_a_point_of_a_hybrid_does_not_depend_on_the_others_asked_for() -> None:
     """Newton's method alone ends at the battery's low voltage, or nowhere; from rest the motion leads to the point."""
     held = {"genset.running": 1.0}

@@ -41,6 +41,7 @@ def test_cars_without_a_reverse_gear() -> None:
             pt.replace(car, schedule=FixedGear(gear=-1))
 
 
+@pytest.mark.slow
 def test_driving_in_reverse() -> None:
     """At the end of the run the turbine and the wheels have the speeds of the reverse gear, and the energy closes."""
     car: Any = AutomaticCar.with_gearset(Automatic.eight_speed(), schedule=FixedGear(gear=-1), driver=OpenPedals())

@@ -146,6 +146,7 @@ def test_two_driven_axles_start() -> None:
     assert result["actuator.ratio"][0] == pytest.approx(-0.35)
 
 
+@pytest.mark.slow
 def test_charges_a_flywheel_from_rest() -> None:
     """Its energy is the work of the engine's crank less what the parts between them lose and store; it ends like one that begins slowly."""
     runs = [drive_cycle(FlywheelHybrid(), TOWN.part(0, 40), starts={"flywheel.w": w}, rtol=1e-7) for w in (0.0, 0.1)]

@@ -98,6 +98,7 @@ def test_one_wheel_on_ice_goes_round_with_open_differentials(name: str) -> None:
     np.testing.assert_allclose(forces, push, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_bend() -> None:
     """Wheels run on circles about a centre 10 m beside the rear axle; load shifts outwards by the height of the body."""
     result = drive("bevel", stop=2.0, inputs={"driver.accelerator_pedal": 0.2, "curvature": -0.1})

@@ -113,18 +113,17 @@ def test_powers_add_up() -> None:
 WEAK = {"battery.Q": 600.0, "battery.i_discharge": 20.0, "battery.i_charge": 15.0}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("car", "charges"),
-    few(
-        [
-            (SeriesHybrid(), (0.6, 0.88)),
-            (pt.replace(SeriesHybrid(), {"battery_cooling.T": 253.15}), (0.6, 0.88)),
-            (ParallelHybrid.plug_in(), (0.2, 0.95)),
-            (pt.replace(ParallelHybrid.plug_in(), {"machine.P_max": 15e3}), (0.2, 0.95)),
-            (PowerSplitHybrid(), (0.6, 0.88)),
-            (pt.replace(SeriesHybrid(), WEAK), (0.2, 0.5)),
-        ]
-    ),
+    [
+        (SeriesHybrid(), (0.6, 0.88)),
+        (pt.replace(SeriesHybrid(), {"battery_cooling.T": 253.15}), (0.6, 0.88)),
+        (ParallelHybrid.plug_in(), (0.2, 0.95)),
+        (pt.replace(ParallelHybrid.plug_in(), {"machine.P_max": 15e3}), (0.2, 0.95)),
+        (PowerSplitHybrid(), (0.6, 0.88)),
+        (pt.replace(SeriesHybrid(), WEAK), (0.2, 0.5)),
+    ],
     ids=["series", "cold", "plug-in", "plug-in, small machine", "power split", "series, weak battery"],
 )
 def test_a_fuller_battery_makes_no_car_slower(car: pt.Component, charges: tuple[float, float]) -> None:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import few
 
 import powertrain as pt
 from powertrain.components.body import DrivenAxle
@@ -37,7 +36,8 @@ def _balanced(run: CycleRun) -> None:
     assert residual < 1e-6 * float(run.table.value["work at the crank"]) * 1e6
 
 
-@pytest.mark.parametrize("engine", few([WillansEngine(), MappedEngine.gasoline()]), ids=["Willans", "mapped"])
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", [WillansEngine(), MappedEngine.gasoline()], ids=["Willans", "mapped"])
 def test_town(engine: Engine) -> None:
     run = drive_cycle(pt.replace(ManualCar(), engine=engine), TOWN, rtol=1e-7)
     _balanced(run)
@@ -73,6 +73,7 @@ def test_cycles(name: str) -> None:
     assert 4.5 < run.litres_per_100km < 7
 
 
+@pytest.mark.slow
 def test_an_engine_that_stalls_is_told() -> None:
     """Without idle controller and starter it runs down in the first seconds; the car stands."""
     car = pt.replace(ManualCar(), {"engine.k_idle": 0.0, "engine.tau_starter": 0.0})

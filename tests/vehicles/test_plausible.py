@@ -190,6 +190,7 @@ def test_what_looks_like_a_mistake(car: pt.Component, changes: dict[str, Any], s
         assert part in text
 
 
+@pytest.mark.slow
 def test_the_command_line_says_so_before_it_simulates() -> None:
     args = ["run", "ManualCar", "--cycle", "udds", "--span", "0:21", "--set", "front.wheels.radius=0.64"]
     result = CliRunner().invoke(main, args)

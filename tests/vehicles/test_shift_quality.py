@@ -29,6 +29,7 @@ def heat(result: pt.Result[DualClutchCar], start: float, stop: float) -> float:
     return float(np.trapezoid(np.sum(power, axis=0), t))
 
 
+@pytest.mark.slow
 def test_a_shift_that_interrupts_the_torque() -> None:
     """Its duration is that of three stages: 0.7 s."""
     result = driven(GearSchedule(speeds=SPEEDS), 8.0)
@@ -51,6 +52,7 @@ def test_shifts_that_follow_closely_share_no_heat() -> None:
     np.testing.assert_allclose(table["slip energy"], expected, rtol=1e-2, atol=1.0)
 
 
+@pytest.mark.slow
 def test_a_fixed_gear_does_not_shift() -> None:
     result = driven(FixedGear(gear=1), 0.5)
     for figures in (shifts, shift_quality, plot_shift):

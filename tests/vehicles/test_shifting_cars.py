@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import few
 
 import powertrain as pt
 from powertrain.components.body import LumpedAxle
@@ -121,7 +120,8 @@ def test_figures(run: CycleRun) -> None:
         assert drawn[-1].get_title() == "Gear R: ratio -3.297"
 
 
-@pytest.mark.parametrize("name", few(["four", "six"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["four", "six"])
 def test_names_in_lever_diagrams_stand_across_the_levers(name: str) -> None:
     """No name runs along its lever or out of its axes."""
     for ax in plot_lever_diagrams(CARS[name].gearbox.scheme):

@@ -56,6 +56,7 @@ def test_starts_and_halts(differential: str, tyre: str) -> None:
     assert np.abs(run.result["body.v"][(run.result.time > 14.0) & (run.result.time < 15.0)]).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_a_synchronous_point_on_a_slope() -> None:
     """The unit passes V = 1, where its differential turns as a block, uphill on a road with a table of grades."""
     ride = replace(DriveCycle.named("udds").part(129, 204), grades=(0.06,) * 76)

@@ -144,6 +144,7 @@ def test_refinement_of_a_combination() -> None:
     assert row.mean_efficiency == pytest.approx(best.mean_efficiency, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_weights_are_shares_of_energy() -> None:
     """Most of the work at r = 0.5 or at r = 1.8: another type is best."""
     low = {"r": [0.5, 1.8], "weight": [9.0, 1.0]}

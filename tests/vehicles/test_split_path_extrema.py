@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from cases import few
 
 import powertrain as pt
 from powertrain.components.cvu import CVU
@@ -50,8 +49,9 @@ def brute(gear: SplitPathTransmission, r: Any, torque: float = 10.0) -> dict[str
     }
 
 
-@pytest.mark.parametrize("coupling", few(["input", "output"]))
-@pytest.mark.parametrize("R_o", few([-1.7, -0.45, 2.3]))
+@pytest.mark.slow
+@pytest.mark.parametrize("coupling", ["input", "output"])
+@pytest.mark.parametrize("R_o", [-1.7, -0.45, 2.3])
 def test_extrema_are_those_of_a_dense_grid(coupling: Any, R_o: float) -> None:
     """From a duty of three points."""
     found = designs(
@@ -119,6 +119,7 @@ def _at_one(number: int) -> Any:
     return {n: np.array([float(found[f"{n}_{end}"][0]) for end in ("low", "high")]) for n in ("K", "efficiency")}
 
 
+@pytest.mark.slow
 def test_limits_of_the_unit() -> None:
     """Torque at standstill counts: the load asks for it there too."""
     free = designs((0.0, 2.0), [-1.7], couplings=["input"], combinations=False)
@@ -185,6 +186,7 @@ def test_overrun_has_the_efficiency_of_the_power_flow() -> None:
         assert (found.efficiency < 1).all()
 
 
+@pytest.mark.slow
 def test_a_drive_cycle_is_its_samples() -> None:
     duty = Duty.driven([100.0] * 4, [50.0, 80.0, 80.0, 160.0], [10.0, 30.0, 5.0, 8.0])
     assert duty.sampled

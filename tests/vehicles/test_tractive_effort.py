@@ -40,6 +40,7 @@ def test_forces_by_hand_where_the_clutch_is_closed() -> None:
     np.testing.assert_allclose(found["resistance"].values[1], [against(x, 0.1) for x in v], rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_speeds_on_grades_by_hand_and_by_simulation() -> None:
     grades = (0.0, 0.04, 0.1)
     found = tractive_effort(CAR, np.linspace(1, 65, 641), grades)
@@ -80,6 +81,7 @@ def test_the_plot_has_a_line_for_each_gear_and_grade() -> None:
         assert y == pytest.approx(against(v, grade) / 1e3, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_hybrids_say_what_must_be_held() -> None:
     with pytest.raises(pt.ParameterError, match=r"genset.running"):
         tractive_effort(SeriesHybrid(), [10.0, 20.0])

@@ -78,6 +78,7 @@ def test_demand_of_the_cycle_is_that_of_the_regulation(town: CycleRun) -> None:
     assert town.demand == pytest.approx(float(np.maximum(force, 0) @ way), rel=0.02)  # a driver rounds corners off
 
 
+@pytest.mark.slow
 def test_fuel_burnt_before_the_run_does_not_count() -> None:
     """With 1 kg from an earlier run the manual car consumed 99.6 instead of 8.1 l/100 km."""
     plant = pt.compile(pt.replace(ManualCar(), {"cycle.cycle": DriveCycle.named("udds").part(0, 60)}))
@@ -101,6 +102,7 @@ def test_a_cycle_too_fast_is_driven_as_far_as_it_goes() -> None:
     assert run.table.loc["largest deviation beyond the tolerance", "value"] == pytest.approx(run.excess.min() * 3.6)
 
 
+@pytest.mark.slow
 def test_a_run_that_ends_early_is_kept() -> None:
     weak = pt.replace(SplitPathCar(), {"transmission.cvu.ratio_max": 1.2})
     run = drive_cycle(weak, WLTC.part(0, 60))
@@ -234,6 +236,7 @@ def test_energy_flow_shows_every_loss_in_scale(town: CycleRun) -> None:
     assert max(widths) == pytest.approx(float(lost["engine"]) / supplied)
 
 
+@pytest.mark.slow
 def test_figures_and_pages_have_the_name_of_the_vehicle(town: CycleRun, tmp_path: Path) -> None:
     """It is that of its class unless the run has another."""
     named, title = replace(town, name="my car"), f"my car over {town.cycle.name}"

@@ -14,6 +14,7 @@ from powertrain.vehicles import FourWheelDriveCar
 SIDES = "left", "right"
 
 
+@pytest.mark.slow
 def test_the_axles_push_against_each_other_in_a_bend() -> None:
     """f = C slip with slip = radius w/v - 1 at each wheel; both axles turn at the same speed, and the front one runs k times as far."""
     axle = DrivenAxle(left=SlipWheel(C=6e4), right=SlipWheel(C=6e4))

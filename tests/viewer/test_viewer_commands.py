@@ -64,6 +64,7 @@ def test_a_saved_run_is_viewed(saved: Path, tmp_path: Path, monkeypatch: pytest.
     assert "has no model" in called("view", str(saved), "--set", "body.m=3", code=2)
 
 
+@pytest.mark.slow
 def test_one_vehicle_is_compared_with_itself_as_changed(tmp_path: Path) -> None:
     page = tmp_path / "c.html"
     text = called(
@@ -86,6 +87,7 @@ def test_saved_runs_are_compared_by_the_names_of_their_files(saved: Path, tmp_pa
     assert "there is no file" in called("compare", str(saved), "nothing.nc", code=2)
 
 
+@pytest.mark.slow
 def test_a_vehicle_drives_a_given_cycle_beside_a_saved_run(saved: Path) -> None:
     """It used to drive its own cycle, whatever the saved run drove, and none could be given."""
     assert "say with --cycle what the vehicle drives" in called("compare", str(saved), "ManualCar", code=2)
@@ -106,6 +108,7 @@ def test_a_parameter_file_is_not_converted(tmp_path: Path) -> None:
         pt.load(file)
 
 
+@pytest.mark.slow
 def test_a_saved_run_is_converted(saved: Path, tmp_path: Path) -> None:
     data = pt.load(saved)
     for ending in ("csv", "mat", "nc", "html"):
@@ -148,6 +151,7 @@ def test_a_vehicle_that_stands_ends_its_command() -> None:
         assert "the run ended" not in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("begin", [0.0, 10.0])
 def test_ctrl_c_ends_every_drive_with_130(begin: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pages and comparisons are those of whole runs; before the first step there is nothing to keep."""
@@ -167,6 +171,7 @@ def test_ctrl_c_ends_every_drive_with_130(begin: float, monkeypatch: pytest.Monk
         assert "interrupted" in called(*command, *SHORT, code=130)
 
 
+@pytest.mark.slow
 def test_a_vehicle_that_stands_has_no_performance() -> None:
     """Ten thousand tonnes: friction holds them, and a top speed of 1e-13 km/h is no result."""
     text = called("performance", "ManualCar", "--set", "body.m=1e7", code=1)

@@ -49,7 +49,7 @@ def test_a_constant_temperature() -> None:
     assert run["battery.lossPower"][-1] == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize("kind", [ElectricCar, ElectricFourWheelDriveCar])
+@pytest.mark.parametrize("kind", few([ElectricCar, ElectricFourWheelDriveCar]))
 def test_cars_on_a_cold_day(kind: type[pt.Component]) -> None:
     """The losses of the battery rise with its resistance, 2.18 times that at 20 degC, as all of it acts at once."""
     drive = DriveCycle.named("udds").part(0, 60)

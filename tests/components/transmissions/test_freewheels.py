@@ -113,6 +113,7 @@ def test_an_idle_freewheel_leaves_its_gear_determined(torque: float) -> None:
     assert np.isnan(table.loc["R", "efficiency"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("coast", [0.2, 0.3])
 def test_elements_for_overrun_hold_the_torque_for_which_they_are_pressed(coast: float) -> None:
     """The low brake is sized for 1.5 times the 400 N.m of reverse gear, in which it carries 1 + 1/rho of the input's torque."""

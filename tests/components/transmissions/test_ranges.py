@@ -76,6 +76,7 @@ def test_it_may_begin_in_any_range() -> None:
     assert result["output.w"][-1] / result["engine.w"][-1] == pytest.approx(1.2, abs=0.01)
 
 
+@pytest.mark.slow
 def test_it_begins_in_the_range_of_its_ratio() -> None:
     """Two shifts at the start lead from the first range, in which it begins by default, to the third."""
     structure, m, R_o, shifts = CASES[-1]

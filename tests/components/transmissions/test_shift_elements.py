@@ -87,6 +87,7 @@ def inertia_at_the_input(box: Automatic, lever: float) -> float:
     return float(50.0 * 0.2 / (late - early) - 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", [SIMPSON_THREE, CR_CR_FREEWHEELS, EIGHT_SPEED], ids=["Simpson", "CR-CR", "eight"])
 def test_a_gear_alone_has_the_inertia_of_the_gearset(scheme: GearScheme) -> None:
     """J at the input is the sum of J_k (w_k/w_in)^2 over the shafts, with speeds by Willis' equations; no losses."""
