@@ -7,6 +7,7 @@ import re
 from dataclasses import fields, replace
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -137,6 +138,79 @@ def test_cars_that_are_not_built_from_the_list(tmp_path: Path, rows: str, said: 
     (tmp_path / "mine.csv").write_text(HEAD + rows, encoding="utf-8")
     with pytest.raises(pt.ParameterError, match=said):
         TestCar.from_csv(tmp_path / "mine.csv")
+
+
+CELLS = HEAD.strip().split(",")
+
+
+def listed(**changes: str) -> str:
+    """A row of the list in which some cells are others."""
+    cells = dict(zip(CELLS, row("Automatic", GASOLINE).strip().split(","), strict=True)) | changes
+    return ",".join(cells[name] for name in CELLS) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"test_mass_kg": "4000"}, r"the road load is 371 N at 80 km/h, 0.95 % of the weight, and not 1.2 % to 6 %; check the units of"),
+        ({"coast_A_N": "30", "coast_B_N_per_mps": "0.2", "coast_C_N_per_mps2": "0.02"}, r"the road load is 44 N at 80 km/h"),
+        ({"coast_A_N": "-130"}, r"coast_A_N = -130 must not be negative"),
+        ({"displacement_l": "1998"}, r"displacement_l = 1998 l is not within 0.5 to 10 l; check the unit"),
+        ({"rated_power_kW": "180000"}, r"rated_power_kW = 180000 kW is not within 20 to 1500 kW; check the unit"),
+        ({"gears": "8.5"}, r"gears = 8.5 is not a whole number"),
+        ({"drive": "AWD"}, r"unknown drive 'AWD'; choose from F, R, A, 4, P"),
+        ({"drive": ""}, r"drive is empty"),
+        ({"vehicle": ""}, r"vehicle is empty"),
+        ({"fuel": ""}, r"fuel is empty"),
+        ({"fuel": "Vegetable oil"}, r"the fuel is Vegetable oil; only gasoline and electric cars"),
+        ({"vehicle": "OTHER HYBRID"}, r"a hybrid whose transmission is 'Automatic'"),
+        ({"bag4_mpg": "40,50"}, r"more cells than the file has columns"),
+    ],
+)  # fmt: skip
+def test_cells_that_no_car_has(tmp_path: Path, changes: dict[str, str], said: str) -> None:
+    """All of these were taken: an odd drive as four-wheel drive, an odd fuel as gasoline, half a gear as none, pounds as kilograms."""
+    (tmp_path / "mine.csv").write_text(HEAD + listed() + listed(test_vehicle="X2", **changes), encoding="utf-8")
+    with pytest.raises(pt.ParameterError, match=f"mine.csv, line 3:? {said}"):
+        TestCar.from_csv(tmp_path / "mine.csv")
+
+
+def test_cells_in_other_spellings(tmp_path: Path) -> None:
+    others = listed(transmission=" semi-automatic", drive="r ", fuel="TIER 2 CERT GASOLINE", test="ftp")
+    (tmp_path / "mine.csv").write_text(HEAD + listed(), encoding="utf-8")
+    known = TestCar.from_csv(tmp_path / "mine.csv")
+    (tmp_path / "mine.csv").write_text(HEAD + others, encoding="utf-8")
+    assert TestCar.from_csv(tmp_path / "mine.csv") == known
+    same = listed(test_mass_kg="1.8e3", transmission="AUTOMATIC")
+    (tmp_path / "mine.csv").write_text(HEAD + listed() + same, encoding="utf-8")
+    assert len(TestCar.from_csv(tmp_path / "mine.csv")) == 1
+
+
+def test_two_cars_are_not_one(tmp_path: Path) -> None:
+    """Rows with one test vehicle were one car, with the data of the first."""
+    (tmp_path / "mine.csv").write_text(HEAD + listed() + listed(transmission="Manual", gears="6"), encoding="utf-8")
+    said = "mine.csv, line 3: transmission = Manual, but Automatic in another row of OTHER CAR X1"
+    with pytest.raises(pt.ParameterError, match=said):
+        TestCar.from_csv(tmp_path / "mine.csv")
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"transmission": "planetary"}, "Mitsubishi Mirage: unknown transmission 'planetary'; choose from manual"),
+        ({"gears": 3}, "Mitsubishi Mirage: gears = 3; manual gearboxes have 4 to 10"),
+        ({"drive": "front"}, "Mitsubishi Mirage: unknown drive 'front'; choose from F, R, A, 4, P"),
+    ],
+)
+def test_changed_cars_that_cannot_be_built(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        replace(MIRAGE, **changes)
+
+
+@pytest.mark.slow
+def test_the_name_of_a_cycle_in_capitals_is_that_cycle() -> None:
+    """It was driven warm, and compared with nothing."""
+    one, other = predict(MIRAGE, "UDDS"), predict(MIRAGE, "udds")
+    assert (one.cycle, one.mpg, one.measured) == (other.cycle, other.mpg, other.measured)
 
 
 def test_a_car_with_two_fuels_is_that_with_gasoline(tmp_path: Path) -> None:
