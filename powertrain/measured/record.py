@@ -14,6 +14,7 @@ from typing import Literal, Self, get_args
 from powertrain import ParameterError
 from powertrain.components.body.body import G_N
 from powertrain.language.makers import arguments_checked
+from powertrain.measured.agency import COLUMNS, is_agency, of_agency
 
 RPM_PER_KMH = 0.37699111843077515
 """1 rpm/(km/h) in rad/m."""
@@ -60,6 +61,8 @@ RESISTANCE, V_RESISTANCE = (0.012, 0.06), 80 / 3.6
 """Road load over weight at 80 km/h [m/s]: 1.8 % (an electric saloon) to 3.2 % (a convertible) of the shipped cars."""
 RESULTS = "fuel_economy_mpg", "bag2_mpg", "bag3_mpg", "bag4_mpg"
 """Columns of results: positive, too, or empty."""
+OPTIONS = "start_stop", "turbocharged"
+"""Columns that a file may have, of Y, N or nothing: the agency's fuel economy guide knows what its test-car list does not."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,7 @@ class TestCar:
     """What the list says of a car: rated power [W], test mass [kg], road load F = A + B v + C v^2 [N, m/s], and what it burnt.
 
     ``displacement`` [m3], 0 without an engine; ``w_per_v`` [rad/m] engine speed over vehicle speed in top gear; ``axle_ratio``.
+    ``start_stop`` and ``turbocharged`` (or supercharged) are None where they are not known, and then taken from what is usual.
     ``udds`` and ``hwfet`` [miles per US gallon; of gasoline equivalent for an electric car] are measured warm, nan where they were not.
     """
 
@@ -83,6 +87,8 @@ class TestCar:
     road_load: tuple[float, float, float]
     udds: float = float("nan")
     hwfet: float = float("nan")
+    start_stop: bool | None = None
+    turbocharged: bool | None = None
 
     __test__ = False  # no class of tests
 
@@ -110,7 +116,7 @@ class TestCar:
     @classmethod
     @arguments_checked
     def from_csv(cls, path: str | Path) -> tuple[Self, ...]:
-        """The cars of a file with the columns of the shipped one, a row a test.
+        """The cars of a file with the columns of the shipped one, or with those of the agency, a row a test.
 
         Errors: ParameterError for a file that cannot be read or lacks a column, and for values that do not fit, which names the row.
         """
@@ -126,12 +132,18 @@ class TestCar:
     def from_rows(cls, rows: csv.DictReader[str], where: str) -> tuple[Self, ...]:
         """Cars of rows of tests; those of one test vehicle are one car, with the mean of its road loads and results."""
         known = rows.fieldnames or ()
-        if missing := [name for name in (*TEXTS, *RANGES, *COAST_DOWN, *RESULTS) if name not in known]:
+        published = is_agency(known)
+        columns = COLUMNS if published else (*TEXTS, *RANGES, *COAST_DOWN, *RESULTS)
+        if missing := [name for name in columns if name not in known]:
             raise ParameterError(f"{where} lacks columns (separated by commas): {', '.join(missing)}")
         groups: dict[str, list[dict[str, str]]] = {}
         for given in rows:
-            row = _checked(given, f"{where}, line {rows.line_num}")
-            groups.setdefault(f"{row['vehicle']} {row['test_vehicle']}", []).append(row)
+            line = f"{where}, line {rows.line_num}"
+            if None in given:
+                raise ParameterError(f"{line}: more cells than the file has columns")
+            if ours := of_agency(given, line) if published else given:
+                row = _checked(ours, line)
+                groups.setdefault(f"{row['vehicle']} {row['test_vehicle']}", []).append(row)
         if not groups:
             raise ParameterError(f"{where} has no rows")
         return tuple(cls._of(group) for group in groups.values())
@@ -164,6 +176,8 @@ class TestCar:
             ),
             udds=_mean(float(r["fuel_economy_mpg"]) if electric else _warm(r) for r in city),
             hwfet=_mean(float(r["fuel_economy_mpg"]) for r in road),
+            start_stop=_yes(row, "start_stop"),
+            turbocharged=_yes(row, "turbocharged"),
         )
         _check_road_load(car, row["where"])
         return car
@@ -204,6 +218,14 @@ def _plain(text: str) -> str:
     return "".join(text.lower().split())
 
 
+def _yes(row: Mapping[str, str], name: str) -> bool | None:
+    """What an optional column says."""
+    text = row.get(name, "")
+    if text.upper() not in ("Y", "N", ""):
+        raise ParameterError(f"{row['where']}: {name} = {text!r}; choose from Y, N, or leave it empty")
+    return text.upper() == "Y" if text else None
+
+
 def _cycle(row: Mapping[str, str]) -> str:
     """The cycle of a test, "" for one that is not predicted."""
     test, procedure = row["test"].lower(), row["procedure"].lower()
@@ -232,8 +254,6 @@ def _is_gasoline(fuel: str) -> bool:
 
 def _checked(given: Mapping[str, str | None], where: str) -> dict[str, str]:
     """A row without spaces around its cells, and ``where`` it is. ParameterError for a cell that is no number, or out of its range."""
-    if None in given:
-        raise ParameterError(f"{where}: more cells than the file has columns")
     row = {name: (text or "").strip() for name, text in given.items()} | {"where": where}
     row["drive"] = row["drive"].upper()
     if row["fuel"].lower() == ELECTRICITY.lower():
@@ -273,8 +293,8 @@ def _check_same(rows: list[dict[str, str]]) -> None:
     """ParameterError if the rows of a test vehicle are not of one car."""
     first = rows[0]
     for row in rows[1:]:
-        for name in ("transmission", "drive", *RANGES):
-            if _value(row[name]) != _value(first[name]):
+        for name in ("transmission", "drive", *RANGES, *OPTIONS):
+            if _value(row.get(name, "")) != _value(first.get(name, "")):
                 raise ParameterError(
                     f"{row['where']}: {name} = {row[name]}, but {first[name]} in another row of {row['vehicle']} {row['test_vehicle']}; "
                     "give every car, and every configuration of a car, a test_vehicle of its own"

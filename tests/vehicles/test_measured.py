@@ -19,7 +19,7 @@ from powertrain.measured.fitting import NOISE, Sensitivities
 from powertrain.measured.prediction import predict
 from powertrain.measured.published import published
 from powertrain.measured.record import SPREAD, TestCar, cased
-from powertrain.measured.technology import Technology, family, priors
+from powertrain.measured.technology import Technology, family, priors, stops
 from powertrain.trials import full_accelerator, time_between
 
 PAGE = (Path(__file__).parents[2] / "docs" / "vehicles" / "measured.md").read_text(encoding="utf-8")
@@ -191,6 +191,88 @@ def test_two_cars_are_not_one(tmp_path: Path) -> None:
     said = "mine.csv, line 3: transmission = Manual, but Automatic in another row of OTHER CAR X1"
     with pytest.raises(pt.ParameterError, match=said):
         TestCar.from_csv(tmp_path / "mine.csv")
+
+
+AGENCY = {
+    "Represented Test Veh Make": "MITSUBISHI",
+    "Represented Test Veh Model": "MIRAGE",
+    "Test Vehicle ID": "EB19-LD52",
+    "Test Veh Configuration #": "0",
+    "Test Veh Displacement (L)": "1.193",
+    "Rated Horsepower": "78",
+    "Tested Transmission Type": "Manual",
+    "# of Gears": "5",
+    "Drive System Code": "F",
+    "Equivalent Test Weight (lbs.)": "2375",
+    "Axle Ratio": "4.06",
+    "N/V Ratio": "50.6",
+    "Analytically Derived FE?": "No",
+    "Test Procedure Description": "Federal fuel 2-day exhaust (w/can load)",
+    "Test Fuel Type Description": "Tier 2 Cert Gasoline",
+    "Test Category": "FTP",
+    "RND_ADJ_FE": "44.9",
+    "FE_UNIT": "MPG",
+    "FE Bag 1": "44.1036",
+    "FE Bag 2": "43.6685",
+    "FE Bag 3": "47.6845",
+    "FE Bag 4": "",
+    "Target Coef A (lbf)": "15.716",
+    "Target Coef B (lbf/mph)": "0.20027",
+    "Target Coef C (lbf/mph**2)": "0.015038",
+}
+
+
+def published_list(tmp_path: Path, *changes: dict[str, str]) -> tuple[TestCar, ...]:
+    with (tmp_path / "list.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, [*AGENCY, "Averaging Method Cd"])
+        writer.writeheader()
+        writer.writerows(AGENCY | {"Averaging Method Cd": "N"} | change for change in changes)
+    return TestCar.from_csv(tmp_path / "list.csv")
+
+
+def test_the_list_as_the_agency_publishes_it(tmp_path: Path) -> None:
+    """In pounds, miles and horsepower it gives the shipped car, and not what was computed from another car's test."""
+    bags = {"FE Bag 2": "0", "FE Bag 3": "0"}
+    road = {"Test Category": "HWY", "Test Procedure Description": "HWFE", "RND_ADJ_FE": "60.8"} | bags
+    derived = {"Analytically Derived FE?": "Yes", "RND_ADJ_FE": "20"}
+    (car,) = published_list(tmp_path, {}, road, derived)
+    assert (car.name, car.hwfet) == (MIRAGE.name, MIRAGE.hwfet)
+    for name in ("udds", "power", "mass", "displacement", "w_per_v", "road_load"):
+        assert getattr(car, name) == pytest.approx(getattr(MIRAGE, name), rel=1e-3), name
+
+
+def test_configurations_of_one_test_vehicle_are_cars_of_their_own(tmp_path: Path) -> None:
+    heavy = {"Test Veh Configuration #": "1", "Equivalent Test Weight (lbs.)": "2500"}
+    assert [round(car.mass / 0.45359237) for car in published_list(tmp_path, {}, heavy)] == [2375, 2500]
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"N/V Ratio": "fifty"}, "line 2: N/V Ratio = 'fifty' is not a number"),
+        ({"Rated Horsepower": ""}, "line 2: rated_power_kW = '' is not a number"),
+        ({"FE_UNIT": "kWh/100mi"}, "line 2: FE_UNIT = 'kWh/100mi'; only results in MPG"),
+    ],
+)
+def test_published_cells_that_do_not_fit(tmp_path: Path, changes: dict[str, str], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        published_list(tmp_path, changes)
+
+
+def test_what_the_fuel_economy_guide_knows(tmp_path: Path) -> None:
+    """Start-stop and charging are facts where a file has them; otherwise they follow from the maker and the specific power."""
+    (usual,) = TestCar.from_csv(_written(tmp_path, HEAD + listed()))
+    assert (usual.start_stop, usual.turbocharged, stops(usual), family(usual)) == (None, None, False, "turbocharged")
+    head = HEAD.strip() + ",start_stop,turbocharged\n"
+    (known,) = TestCar.from_csv(_written(tmp_path, head + listed().strip() + ",y,N\n"))
+    assert (known.start_stop, known.turbocharged, stops(known), family(known)) == (True, False, True, "port injected")
+    with pytest.raises(pt.ParameterError, match="line 2: start_stop = 'maybe'; choose from Y, N, or leave it empty"):
+        TestCar.from_csv(_written(tmp_path, head + listed().strip() + ",maybe,\n"))
+
+
+def _written(tmp_path: Path, text: str) -> Path:
+    (tmp_path / "mine.csv").write_text(text, encoding="utf-8")
+    return tmp_path / "mine.csv"
 
 
 @pytest.mark.parametrize(
