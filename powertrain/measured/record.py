@@ -61,6 +61,8 @@ RESISTANCE, V_RESISTANCE = (0.012, 0.06), 80 / 3.6
 """Road load over weight at 80 km/h [m/s]: 1.8 % (an electric saloon) to 3.2 % (a convertible) of the shipped cars."""
 RESULTS = "fuel_economy_mpg", "bag2_mpg", "bag3_mpg", "bag4_mpg"
 """Columns of results: positive, too, or empty."""
+LEAST_ELECTRIC = 50.0
+"""Miles per gallon of gasoline equivalent [33.705 kWh] that every electric car does; the list has some results in kWh per 100 miles."""
 OPTIONS = "start_stop", "turbocharged"
 """Columns that a file may have, of Y, N or nothing: the agency's fuel economy guide knows what its test-car list does not."""
 
@@ -156,6 +158,8 @@ class TestCar:
         city, road = (
             [row for row in rows if _cycle(row) == cycle and row["fuel_economy_mpg"]] for cycle in ("udds", "hwfet")
         )
+        for result in (*city, *road) if electric else ():
+            _check_electric(result)
         row, kind = (city or rows)[0], _kind(rows)
         loads = [[float(r[name]) for name in COAST_DOWN] for r in city or rows]
         car = cls(
@@ -244,7 +248,22 @@ def _of_one_fuel(rows: list[dict[str, str]]) -> list[dict[str, str]]:
         )
     if ELECTRICITY in fuels and len(fuels) > 1:
         raise ParameterError(f"{where}: tests with {' and '.join(fuels)}; plug-in hybrids are not supported")
+    for row in known:
+        if row["fuel"] != ELECTRICITY and "depleting" in row["procedure"].lower():
+            raise ParameterError(
+                f"{row['where']}: procedure = {row['procedure']} with {row['fuel']}; plug-in hybrids are not supported"
+            )
     return known
+
+
+def _check_electric(row: Mapping[str, str]) -> None:
+    """ParameterError for a result in another unit."""
+    result = float(row["fuel_economy_mpg"])
+    if result < LEAST_ELECTRIC:
+        raise ParameterError(
+            f"{row['where']}: fuel_economy_mpg = {result:g} of an electric car; "
+            f"if these are kWh per 100 miles, write {3370.5 / result:.1f}"
+        )
 
 
 def _is_gasoline(fuel: str) -> bool:

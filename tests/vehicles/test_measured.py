@@ -164,6 +164,8 @@ def listed(**changes: str) -> str:
         ({"fuel": ""}, r"fuel is empty"),
         ({"fuel": "Vegetable oil"}, r"the fuel is Vegetable oil; only gasoline and electric cars"),
         ({"vehicle": "OTHER HYBRID"}, r"a hybrid whose transmission is 'Automatic'"),
+        ({"procedure": "Charge Depleting UDDS"}, r"procedure = Charge Depleting UDDS with Tier 2 Cert Gasoline; plug-in hybrids"),
+        ({"fuel": "Electricity", "fuel_economy_mpg": "16.3"}, r"fuel_economy_mpg = 16.3 of an electric car; .* write 206.8"),
         ({"bag4_mpg": "40,50"}, r"more cells than the file has columns"),
     ],
 )  # fmt: skip
