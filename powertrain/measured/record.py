@@ -112,8 +112,17 @@ class TestCar:
 
         Source: EPA, Data on Cars used for Testing Fuel Economy, model year 2022, a work of the US government in the public domain.
         """
-        path = files("powertrain.measured").joinpath("data", "epa_2022_test_cars.csv")
-        return cls.from_rows(csv.DictReader(path.read_text(encoding="utf-8").splitlines()), "epa_2022_test_cars.csv")
+        return cls._from_data("epa_2022_test_cars.csv")
+
+    @classmethod
+    def others(cls) -> tuple[Self, ...]:
+        """46 cars of model years 2016 and 2020, of the lists of these years, which had no part in the shared numbers."""
+        return cls._from_data("epa_other_test_cars.csv")
+
+    @classmethod
+    def _from_data(cls, name: str) -> tuple[Self, ...]:
+        text = files("powertrain.measured").joinpath("data", name).read_text(encoding="utf-8")
+        return cls.from_rows(csv.DictReader(text.splitlines()), name)
 
     @classmethod
     @arguments_checked
