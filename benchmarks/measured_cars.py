@@ -18,12 +18,12 @@ import pandas as pd
 
 from powertrain.components.cycles import DriveCycle
 from powertrain.measured.fitting import Sensitivities
-from powertrain.measured.prediction import predictions
-from powertrain.measured.published import PREDICTIONS
+from powertrain.measured.prediction import Prediction, predictions
+from powertrain.measured.published import OTHERS, PREDICTIONS
 from powertrain.measured.record import TestCar
 from powertrain.measured.technology import Technology
 
-PUBLISHED = Path(__file__).parents[1] / "powertrain" / "measured" / "data" / PREDICTIONS
+DATA = Path(__file__).parents[1] / "powertrain" / "measured" / "data"
 FUSION = "2012_Ford_Fusion.yaml"
 RHO, G = 1.2, 9.80665
 GALLON = 3.785411784 * 0.7435 * 43.0e6
@@ -75,32 +75,40 @@ def fastsim_errors(cars: Iterable[TestCar]) -> dict[tuple[str, str], float]:
     return {key: exp(error - means[key[0]]) - 1 for key, error in raw.items()}
 
 
+def row(one: Prediction) -> dict[str, object]:
+    """What is published of every car and cycle."""
+    return {
+        "car": one.car.name,
+        "test_vehicle": one.car.test_vehicle,
+        "transmission": one.car.transmission,
+        "cycle": one.cycle,
+        "measured": round(one.measured, 2),
+        "predicted": round(one.mpg, 2),
+        "error": round(100 * one.error, 2),
+    }
+
+
 def rows(technology: Technology) -> Iterator[dict[str, object]]:
-    """What is published: a row for every car and cycle."""
+    """What is published of the cars to which the shared numbers are fitted."""
     cars = TestCar.shipped()
     known = Sensitivities.shipped()
     left = dict(zip(zip(known.cars, known.cycles, strict=True), known.left_out(), strict=True))
     other = fastsim_errors(cars)
     for one in predictions(cars, technology):
         key = (one.car.test_vehicle, one.cycle)
-        yield {
-            "car": one.car.name,
-            "test_vehicle": one.car.test_vehicle,
-            "transmission": one.car.transmission,
-            "cycle": one.cycle,
-            "measured": round(one.measured, 2),
-            "predicted": round(one.mpg, 2),
-            "error": round(100 * one.error, 2),
+        yield row(one) | {
             "left_out": round(100 * (exp(left[key] / 100) - 1), 2) if key in left else None,
             "fastsim": round(100 * other[key], 2) if key in other else None,
         }
 
 
 def main() -> None:
-    """Writes the file that the documentation shows. It takes a few minutes."""
-    found = pd.DataFrame(rows(Technology()))
-    found.to_csv(PUBLISHED, index=False)
-    print(found.to_string(index=False))
+    """Writes the files that the documentation shows. It takes half an hour."""
+    others = map(row, predictions(TestCar.others(), Technology()))
+    for name, found in ((PREDICTIONS, rows(Technology())), (OTHERS, others)):
+        table = pd.DataFrame(found)
+        table.to_csv(DATA / name, index=False)
+        print(table.to_string(index=False))
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
+from powertrain.measured.published import OTHERS, PREDICTIONS
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -77,4 +78,5 @@ def test_table_and_command_line(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_what_is_published_of_measured_cars_is_written_where_it_is_read() -> None:
-    assert measured_cars.PUBLISHED.read_text(encoding="utf-8").startswith("car,test_vehicle,")
+    for name in (PREDICTIONS, OTHERS):
+        assert (measured_cars.DATA / name).read_text(encoding="utf-8").startswith("car,test_vehicle,")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from powertrain.language.makers import arguments_checked
 from powertrain.measured.building import build
 from powertrain.measured.record import TestCar
 from powertrain.measured.technology import Technology
@@ -40,11 +41,13 @@ class Prediction:
         return self.mpg / self.measured - 1
 
 
+@arguments_checked
 def predict(car: TestCar, cycle: str, technology: Technology | None = None) -> Prediction:
     """The fuel economy of a car on "udds" (as warm as in the bags of the FTP) or "hwfet" (warm).
 
     A hybrid's is corrected for the charge by ``charge_corrected``, an electric car's is of gasoline equivalent from the wall.
     """
+    cycle = cycle.lower() if cycle.lower() in CYCLES else cycle
     run = drive_cycle(build(car, technology or Technology(), cool=cycle == COOL), cycle)
     if car.transmission == "electric":
         mpg = run.mpg(CHARGER)

@@ -9,10 +9,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Literal, Self
+from typing import Literal, Self, get_args
 
 from powertrain import ParameterError
+from powertrain.components.body.body import G_N
 from powertrain.language.makers import arguments_checked
+from powertrain.measured.agency import COLUMNS, is_agency, of_agency
 
 RPM_PER_KMH = 0.37699111843077515
 """1 rpm/(km/h) in rad/m."""
@@ -37,16 +39,32 @@ SPREAD = {4: 4.0, 5: 4.5, 6: 5.3, 7: 6.5, 8: 7.7, 9: 9.0, 10: 7.4}
 ELECTRICITY = "Electricity"
 OTHER_FUELS = "diesel", "e85", "ethanol", "methanol", "cng", "natural gas", "lpg", "propane", "hydrogen"
 """Words in the names of fuels that are neither gasoline nor electricity."""
+GASOLINE = "gasoline", "cold co"
+"""Words in the names of gasolines: that of the test at -7 C is called "Cold CO Regular (Tier 2)"."""
+DRIVES = "F", "R", "A", "4", "P"
+"""Driven wheels: front, rear, all; four with a transfer case, and part-time four."""
 DIGIT = re.compile(r"\d")
 INITIALS = frozenset("AWD BMW EV FWD GLI GMC GTI PHEV RWD SUV TDI".split())
 """Words of names that are written in capitals."""
 COAST_DOWN = "coast_A_N", "coast_B_N_per_mps", "coast_C_N_per_mps2"
 TEXTS = "vehicle", "test_vehicle", "transmission", "drive", "test", "procedure", "fuel"
-POSITIVE = "gears", "displacement_l", "rated_power_kW", "test_mass_kg", "axle_ratio", "n_over_v_top_gear_rpm_per_kmh"
+RANGES = {
+    "gears": (1, 10, ""),
+    "displacement_l": (0.5, 10, " l"),
+    "rated_power_kW": (20, 1500, " kW"),
+    "test_mass_kg": (600, 5500, " kg"),
+    "axle_ratio": (0.8, 20, ""),
+    "n_over_v_top_gear_rpm_per_kmh": (8, 150, " rpm/(km/h)"),
+}
+"""Columns of positive numbers, and the range that cars of the list leave with room to spare: beyond it a value has another unit."""
+RESISTANCE, V_RESISTANCE = (0.012, 0.06), 80 / 3.6
+"""Road load over weight at 80 km/h [m/s]: 1.8 % (an electric saloon) to 3.2 % (a convertible) of the shipped cars."""
 RESULTS = "fuel_economy_mpg", "bag2_mpg", "bag3_mpg", "bag4_mpg"
-"""Columns: results are positive, too, or empty."""
-CITY, HIGHWAY = ("Charge Depleting UDDS",), ("HWFE", "Charge Depleting Highway")
-"""Procedures; the FTP has several."""
+"""Columns of results: positive, too, or empty."""
+LEAST_ELECTRIC = 50.0
+"""Miles per gallon of gasoline equivalent [33.705 kWh] that every electric car does; the list has some results in kWh per 100 miles."""
+OPTIONS = "start_stop", "turbocharged"
+"""Columns that a file may have, of Y, N or nothing: the agency's fuel economy guide knows what its test-car list does not."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +72,7 @@ class TestCar:
     """What the list says of a car: rated power [W], test mass [kg], road load F = A + B v + C v^2 [N, m/s], and what it burnt.
 
     ``displacement`` [m3], 0 without an engine; ``w_per_v`` [rad/m] engine speed over vehicle speed in top gear; ``axle_ratio``.
+    ``start_stop`` and ``turbocharged`` (or supercharged) are None where they are not known, and then taken from what is usual.
     ``udds`` and ``hwfet`` [miles per US gallon; of gasoline equivalent for an electric car] are measured warm, nan where they were not.
     """
 
@@ -70,8 +89,22 @@ class TestCar:
     road_load: tuple[float, float, float]
     udds: float = float("nan")
     hwfet: float = float("nan")
+    start_stop: bool | None = None
+    turbocharged: bool | None = None
 
     __test__ = False  # no class of tests
+
+    def __post_init__(self) -> None:
+        if self.transmission not in get_args(Kind):
+            raise ParameterError(
+                f"{self.name}: unknown transmission {self.transmission!r}; choose from {', '.join(get_args(Kind))}"
+            )
+        if self.drive not in DRIVES:
+            raise ParameterError(f"{self.name}: unknown drive {self.drive!r}; choose from {', '.join(DRIVES)}")
+        if self.transmission in STEPPED and self.gears not in SPREAD:
+            raise ParameterError(
+                f"{self.name}: gears = {self.gears}; {self.transmission} gearboxes have {min(SPREAD)} to {max(SPREAD)}"
+            )
 
     @classmethod
     def shipped(cls) -> tuple[Self, ...]:
@@ -79,13 +112,22 @@ class TestCar:
 
         Source: EPA, Data on Cars used for Testing Fuel Economy, model year 2022, a work of the US government in the public domain.
         """
-        path = files("powertrain.measured").joinpath("data", "epa_2022_test_cars.csv")
-        return cls.from_rows(csv.DictReader(path.read_text(encoding="utf-8").splitlines()), "epa_2022_test_cars.csv")
+        return cls._from_data("epa_2022_test_cars.csv")
+
+    @classmethod
+    def others(cls) -> tuple[Self, ...]:
+        """46 cars of model years 2016 and 2020, of the lists of these years, which had no part in the shared numbers."""
+        return cls._from_data("epa_other_test_cars.csv")
+
+    @classmethod
+    def _from_data(cls, name: str) -> tuple[Self, ...]:
+        text = files("powertrain.measured").joinpath("data", name).read_text(encoding="utf-8")
+        return cls.from_rows(csv.DictReader(text.splitlines()), name)
 
     @classmethod
     @arguments_checked
     def from_csv(cls, path: str | Path) -> tuple[Self, ...]:
-        """The cars of a file with the columns of the shipped one, a row a test.
+        """The cars of a file with the columns of the shipped one, or with those of the agency, a row a test.
 
         Errors: ParameterError for a file that cannot be read or lacks a column, and for values that do not fit, which names the row.
         """
@@ -101,41 +143,35 @@ class TestCar:
     def from_rows(cls, rows: csv.DictReader[str], where: str) -> tuple[Self, ...]:
         """Cars of rows of tests; those of one test vehicle are one car, with the mean of its road loads and results."""
         known = rows.fieldnames or ()
-        if missing := [name for name in (*TEXTS, *POSITIVE, *COAST_DOWN, *RESULTS) if name not in known]:
+        published = is_agency(known)
+        columns = COLUMNS if published else (*TEXTS, *RANGES, *COAST_DOWN, *RESULTS)
+        if missing := [name for name in columns if name not in known]:
             raise ParameterError(f"{where} lacks columns (separated by commas): {', '.join(missing)}")
         groups: dict[str, list[dict[str, str]]] = {}
-        for row in rows:
-            _check(row, f"{where}, line {rows.line_num}")
-            groups.setdefault(f"{row['vehicle']} {row['test_vehicle']}", []).append(row)
+        for given in rows:
+            line = f"{where}, line {rows.line_num}"
+            if None in given:
+                raise ParameterError(f"{line}: more cells than the file has columns")
+            if ours := of_agency(given, line) if published else given:
+                row = _checked(ours, line)
+                groups.setdefault(f"{row['vehicle']} {row['test_vehicle']}", []).append(row)
         if not groups:
             raise ParameterError(f"{where} has no rows")
-        return tuple(cls._of(group, f"{where}, {key}") for key, group in groups.items())
+        return tuple(cls._of(group) for group in groups.values())
 
     @classmethod
-    def _of(cls, rows: list[dict[str, str]], where: str) -> Self:
-        rows = _of_one_fuel(rows, where)
+    def _of(cls, rows: list[dict[str, str]]) -> Self:
+        rows = _of_one_fuel(rows)
+        _check_same(rows)
         electric = rows[0]["fuel"] == ELECTRICITY
-        city = [row for row in rows if row["procedure"] in CITY or row["test"] == "FTP"]
-        city = [row for row in city if row["procedure"] != "Cold CO" and row["fuel_economy_mpg"]]
-        road = [row for row in rows if row["procedure"] in HIGHWAY and row["fuel_economy_mpg"]]
-        row, hybrid = (city or rows)[0], any(row["bag4_mpg"] for row in city)
-        listed = KINDS.get(row["transmission"].partition(" (")[0])  # the EPA adds "(e.g., CVT with paddles)"
-        kind: Kind | None = "electric" if electric else "power split" if hybrid else listed
-        if kind is None:
-            raise ParameterError(
-                f"{where}: unknown transmission {row['transmission']!r}; choose from {', '.join(KINDS)}"
-            )
-        if kind == "power split" and listed != "belt":
-            raise ParameterError(
-                f"{where}: a hybrid whose transmission is {row['transmission']!r}; only hybrids with a power split are supported, "
-                "whose transmissions the list calls continuously variable"
-            )
-        if kind in STEPPED and int(float(row["gears"])) not in SPREAD:
-            raise ParameterError(
-                f"{where}: gears = {row['gears']}; {kind} gearboxes have {min(SPREAD)} to {max(SPREAD)}"
-            )
+        city, road = (
+            [row for row in rows if _cycle(row) == cycle and row["fuel_economy_mpg"]] for cycle in ("udds", "hwfet")
+        )
+        for result in (*city, *road) if electric else ():
+            _check_electric(result)
+        row, kind = (city or rows)[0], _kind(rows)
         loads = [[float(r[name]) for name in COAST_DOWN] for r in city or rows]
-        return cls(
+        car = cls(
             name=cased(row["vehicle"]),
             test_vehicle=row["test_vehicle"],
             transmission=kind,
@@ -153,7 +189,11 @@ class TestCar:
             ),
             udds=_mean(float(r["fuel_economy_mpg"]) if electric else _warm(r) for r in city),
             hwfet=_mean(float(r["fuel_economy_mpg"]) for r in road),
+            start_stop=_yes(row, "start_stop"),
+            turbocharged=_yes(row, "turbocharged"),
         )
+        _check_road_load(car, row["where"])
+        return car
 
 
 def cased(name: str) -> str:
@@ -166,33 +206,146 @@ def cased(name: str) -> str:
     return " ".join([maker if maker in INITIALS else maker.title(), *words])
 
 
-def _of_one_fuel(rows: list[dict[str, str]], where: str) -> list[dict[str, str]]:
+def _kind(rows: list[dict[str, str]]) -> Kind:
+    """The kind of transmission. A fourth bag of the FTP, or the name, says that a car is a hybrid."""
+    row, where = rows[0], rows[0]["where"]
+    written = _plain(row["transmission"].partition(" (")[0])  # the EPA adds "(e.g., CVT with paddles)"
+    listed = {_plain(name): kind for name, kind in KINDS.items()}.get(written)
+    if row["fuel"] == ELECTRICITY:
+        return "electric"
+    if listed is None:
+        raise ParameterError(f"{where}: unknown transmission {row['transmission']!r}; choose from {', '.join(KINDS)}")
+    if "hybrid" in row["vehicle"].lower() or any(row["bag4_mpg"] for row in rows):
+        if listed != "belt":
+            raise ParameterError(
+                f"{where}: a hybrid whose transmission is {row['transmission']!r}; only hybrids with a power split are supported, "
+                "whose transmissions the list calls continuously variable"
+            )
+        return "power split"
+    if listed in STEPPED and float(row["gears"]) not in SPREAD:
+        raise ParameterError(f"{where}: gears = {row['gears']}; {listed} gearboxes have {min(SPREAD)} to {max(SPREAD)}")
+    return listed
+
+
+def _plain(text: str) -> str:
+    return "".join(text.lower().split())
+
+
+def _yes(row: Mapping[str, str], name: str) -> bool | None:
+    """What an optional column says."""
+    text = row.get(name, "")
+    if text.upper() not in ("Y", "N", ""):
+        raise ParameterError(f"{row['where']}: {name} = {text!r}; choose from Y, N, or leave it empty")
+    return text.upper() == "Y" if text else None
+
+
+def _cycle(row: Mapping[str, str]) -> str:
+    """The cycle of a test, "" for one that is not predicted."""
+    test, procedure = row["test"].lower(), row["procedure"].lower()
+    if (test == "ftp" and procedure != "cold co") or procedure == "charge depleting udds":
+        return "udds"
+    return "hwfet" if test == "hwy" or procedure in ("hwfe", "charge depleting highway") else ""
+
+
+def _of_one_fuel(rows: list[dict[str, str]]) -> list[dict[str, str]]:
     """The tests of a car on gasoline, or on electricity. Errors: ParameterError for plug-in hybrids and other fuels."""
-    known = [row for row in rows if not any(word in row["fuel"].lower() for word in OTHER_FUELS)]
-    fuels = sorted({row["fuel"] for row in known or rows})
+    known = [row for row in rows if row["fuel"] == ELECTRICITY or _is_gasoline(row["fuel"])]
+    fuels, where = sorted({row["fuel"] for row in known or rows}), rows[0]["where"]
     if not known:
         raise ParameterError(
             f"{where}: the fuel is {' and '.join(fuels)}; only gasoline and electric cars are supported"
         )
     if ELECTRICITY in fuels and len(fuels) > 1:
         raise ParameterError(f"{where}: tests with {' and '.join(fuels)}; plug-in hybrids are not supported")
+    for row in known:
+        if row["fuel"] != ELECTRICITY and "depleting" in row["procedure"].lower():
+            raise ParameterError(
+                f"{row['where']}: procedure = {row['procedure']} with {row['fuel']}; plug-in hybrids are not supported"
+            )
     return known
 
 
-def _check(row: Mapping[str, str | None], where: str) -> None:
-    """ParameterError for a value that is no number, or is not positive."""
-    for name in (*POSITIVE, *COAST_DOWN, *RESULTS):
+def _check_electric(row: Mapping[str, str]) -> None:
+    """ParameterError for a result in another unit."""
+    result = float(row["fuel_economy_mpg"])
+    if result < LEAST_ELECTRIC:
+        raise ParameterError(
+            f"{row['where']}: fuel_economy_mpg = {result:g} of an electric car; "
+            f"if these are kWh per 100 miles, write {3370.5 / result:.1f}"
+        )
+
+
+def _is_gasoline(fuel: str) -> bool:
+    name = fuel.lower()
+    return any(word in name for word in GASOLINE) and not any(word in name for word in OTHER_FUELS)
+
+
+def _checked(given: Mapping[str, str | None], where: str) -> dict[str, str]:
+    """A row without spaces around its cells, and ``where`` it is. ParameterError for a cell that is no number, or out of its range."""
+    row = {name: (text or "").strip() for name, text in given.items()} | {"where": where}
+    row["drive"] = row["drive"].upper()
+    if row["fuel"].lower() == ELECTRICITY.lower():
+        row["fuel"] = ELECTRICITY
+    if empty := [name for name in TEXTS if not row[name] and name not in ("test_vehicle", "procedure")]:
+        raise ParameterError(f"{where}: {empty[0]} is empty")
+    if row["drive"] not in DRIVES:
+        raise ParameterError(f"{where}: unknown drive {row['drive']!r}; choose from {', '.join(DRIVES)}")
+    for name in (*RANGES, *COAST_DOWN, *RESULTS):
         text = row[name]
-        if (text == "" and name in RESULTS) or (name == "displacement_l" and row["fuel"] == "Electricity"):
+        if (text == "" and name in RESULTS) or (name == "displacement_l" and row["fuel"] == ELECTRICITY):
             continue
-        try:
-            number = float(text or "")
-        except ValueError:
-            number = math.nan
-        if not math.isfinite(number):
-            raise ParameterError(f"{where}: {name} = {text or ''!r} is not a number")
-        if number <= 0 and name not in COAST_DOWN:
-            raise ParameterError(f"{where}: {name} = {number:g} must be positive")
+        _check_number(name, text, where)
+    return row
+
+
+def _check_number(name: str, text: str, where: str) -> None:
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise ParameterError(f"{where}: {name} = {text!r} is not a number")
+    if number < 0 and name in ("coast_A_N", "coast_C_N_per_mps2"):
+        raise ParameterError(f"{where}: {name} = {number:g} must not be negative")
+    if number <= 0 and name not in COAST_DOWN:
+        raise ParameterError(f"{where}: {name} = {number:g} must be positive")
+    if name == "gears" and number % 1:
+        raise ParameterError(f"{where}: {name} = {number:g} is not a whole number")
+    least, most, unit = RANGES.get(name, (-math.inf, math.inf, ""))
+    if not least <= number <= most:
+        advice = "; check the unit" if unit else ""
+        raise ParameterError(f"{where}: {name} = {number:g}{unit} is not within {least:g} to {most:g}{unit}{advice}")
+
+
+def _check_same(rows: list[dict[str, str]]) -> None:
+    """ParameterError if the rows of a test vehicle are not of one car."""
+    first = rows[0]
+    for row in rows[1:]:
+        for name in ("transmission", "drive", *RANGES, *OPTIONS):
+            if _value(row.get(name, "")) != _value(first.get(name, "")):
+                raise ParameterError(
+                    f"{row['where']}: {name} = {row[name]}, but {first[name]} in another row of {row['vehicle']} {row['test_vehicle']}; "
+                    "give every car, and every configuration of a car, a test_vehicle of its own"
+                )
+
+
+def _value(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return _plain(text)
+
+
+def _check_road_load(car: TestCar, where: str) -> None:
+    """ParameterError for a road load that rises nowhere near as cars' do with their weight: one of the two has another unit."""
+    F_0, F_1, F_2 = car.road_load
+    v, (least, most) = V_RESISTANCE, RESISTANCE
+    force = F_0 + F_1 * v + F_2 * v**2
+    if not least <= force / (car.mass * G_N) <= most:
+        raise ParameterError(
+            f"{where}: the road load is {force:.0f} N at {3.6 * v:g} km/h, {100 * force / (car.mass * G_N):.2g} % of the weight, and not "
+            f"{100 * least:g} % to {100 * most:g} %; check the units of {', '.join(COAST_DOWN)} and test_mass_kg"
+        )
 
 
 def _warm(row: Mapping[str, str]) -> float:

@@ -151,8 +151,8 @@ def priors() -> dict[str, tuple[float, float]]:
 
 
 def is_charged(car: TestCar) -> bool:
-    """Whether the engine is taken to be turbocharged."""
-    return car.power > CHARGED_FROM * car.displacement
+    """Whether the engine is turbocharged; taken from its specific power where that is not known."""
+    return car.power > CHARGED_FROM * car.displacement if car.turbocharged is None else car.turbocharged
 
 
 def rated_speed(car: TestCar) -> float:
@@ -176,5 +176,6 @@ def _maker(car: TestCar) -> str:
 
 
 def stops(car: TestCar) -> bool:
-    """Whether the engine is taken to stop at rest."""
-    return car.transmission in ("automatic", "dual clutch", "belt") and _maker(car) in STOPPING
+    """Whether the engine stops at rest; taken from the maker where that is not known."""
+    usual = car.transmission in ("automatic", "dual clutch", "belt") and _maker(car) in STOPPING
+    return usual if car.start_stop is None else car.start_stop

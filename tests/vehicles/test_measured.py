@@ -7,6 +7,7 @@ import re
 from dataclasses import fields, replace
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +17,9 @@ import powertrain as pt
 from powertrain.measured.building import RADIUS, build, progression, ratios
 from powertrain.measured.fitting import NOISE, Sensitivities
 from powertrain.measured.prediction import predict
-from powertrain.measured.published import published
+from powertrain.measured.published import published, published_others
 from powertrain.measured.record import SPREAD, TestCar, cased
-from powertrain.measured.technology import Technology, family, priors
+from powertrain.measured.technology import Technology, family, priors, stops
 from powertrain.trials import full_accelerator, time_between
 
 PAGE = (Path(__file__).parents[2] / "docs" / "vehicles" / "measured.md").read_text(encoding="utf-8")
@@ -139,6 +140,163 @@ def test_cars_that_are_not_built_from_the_list(tmp_path: Path, rows: str, said: 
         TestCar.from_csv(tmp_path / "mine.csv")
 
 
+CELLS = HEAD.strip().split(",")
+
+
+def listed(**changes: str) -> str:
+    """A row of the list in which some cells are others."""
+    cells = dict(zip(CELLS, row("Automatic", GASOLINE).strip().split(","), strict=True)) | changes
+    return ",".join(cells[name] for name in CELLS) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"test_mass_kg": "4000"}, r"the road load is 371 N at 80 km/h, 0.95 % of the weight, and not 1.2 % to 6 %; check the units of"),
+        ({"coast_A_N": "30", "coast_B_N_per_mps": "0.2", "coast_C_N_per_mps2": "0.02"}, r"the road load is 44 N at 80 km/h"),
+        ({"coast_A_N": "-130"}, r"coast_A_N = -130 must not be negative"),
+        ({"displacement_l": "1998"}, r"displacement_l = 1998 l is not within 0.5 to 10 l; check the unit"),
+        ({"rated_power_kW": "180000"}, r"rated_power_kW = 180000 kW is not within 20 to 1500 kW; check the unit"),
+        ({"gears": "8.5"}, r"gears = 8.5 is not a whole number"),
+        ({"drive": "AWD"}, r"unknown drive 'AWD'; choose from F, R, A, 4, P"),
+        ({"drive": ""}, r"drive is empty"),
+        ({"vehicle": ""}, r"vehicle is empty"),
+        ({"fuel": ""}, r"fuel is empty"),
+        ({"fuel": "Vegetable oil"}, r"the fuel is Vegetable oil; only gasoline and electric cars"),
+        ({"vehicle": "OTHER HYBRID"}, r"a hybrid whose transmission is 'Automatic'"),
+        ({"procedure": "Charge Depleting UDDS"}, r"procedure = Charge Depleting UDDS with Tier 2 Cert Gasoline; plug-in hybrids"),
+        ({"fuel": "Electricity", "fuel_economy_mpg": "16.3"}, r"fuel_economy_mpg = 16.3 of an electric car; .* write 206.8"),
+        ({"bag4_mpg": "40,50"}, r"more cells than the file has columns"),
+    ],
+)  # fmt: skip
+def test_cells_that_no_car_has(tmp_path: Path, changes: dict[str, str], said: str) -> None:
+    """All of these were taken: an odd drive as four-wheel drive, an odd fuel as gasoline, half a gear as none, pounds as kilograms."""
+    (tmp_path / "mine.csv").write_text(HEAD + listed() + listed(test_vehicle="X2", **changes), encoding="utf-8")
+    with pytest.raises(pt.ParameterError, match=f"mine.csv, line 3:? {said}"):
+        TestCar.from_csv(tmp_path / "mine.csv")
+
+
+def test_cells_in_other_spellings(tmp_path: Path) -> None:
+    others = listed(transmission=" semi-automatic", drive="r ", fuel="TIER 2 CERT GASOLINE", test="ftp")
+    (tmp_path / "mine.csv").write_text(HEAD + listed(), encoding="utf-8")
+    known = TestCar.from_csv(tmp_path / "mine.csv")
+    (tmp_path / "mine.csv").write_text(HEAD + others, encoding="utf-8")
+    assert TestCar.from_csv(tmp_path / "mine.csv") == known
+    same = listed(test_mass_kg="1.8e3", transmission="AUTOMATIC")
+    (tmp_path / "mine.csv").write_text(HEAD + listed() + same, encoding="utf-8")
+    assert len(TestCar.from_csv(tmp_path / "mine.csv")) == 1
+
+
+def test_two_cars_are_not_one(tmp_path: Path) -> None:
+    """Rows with one test vehicle were one car, with the data of the first."""
+    (tmp_path / "mine.csv").write_text(HEAD + listed() + listed(transmission="Manual", gears="6"), encoding="utf-8")
+    said = "mine.csv, line 3: transmission = Manual, but Automatic in another row of OTHER CAR X1"
+    with pytest.raises(pt.ParameterError, match=said):
+        TestCar.from_csv(tmp_path / "mine.csv")
+
+
+AGENCY = {
+    "Represented Test Veh Make": "MITSUBISHI",
+    "Represented Test Veh Model": "MIRAGE",
+    "Test Vehicle ID": "EB19-LD52",
+    "Test Veh Configuration #": "0",
+    "Test Veh Displacement (L)": "1.193",
+    "Rated Horsepower": "78",
+    "Tested Transmission Type": "Manual",
+    "# of Gears": "5",
+    "Drive System Code": "F",
+    "Equivalent Test Weight (lbs.)": "2375",
+    "Axle Ratio": "4.06",
+    "N/V Ratio": "50.6",
+    "Analytically Derived FE?": "No",
+    "Test Procedure Description": "Federal fuel 2-day exhaust (w/can load)",
+    "Test Fuel Type Description": "Tier 2 Cert Gasoline",
+    "Test Category": "FTP",
+    "RND_ADJ_FE": "44.9",
+    "FE_UNIT": "MPG",
+    "FE Bag 1": "44.1036",
+    "FE Bag 2": "43.6685",
+    "FE Bag 3": "47.6845",
+    "FE Bag 4": "",
+    "Target Coef A (lbf)": "15.716",
+    "Target Coef B (lbf/mph)": "0.20027",
+    "Target Coef C (lbf/mph**2)": "0.015038",
+}
+
+
+def published_list(tmp_path: Path, *changes: dict[str, str]) -> tuple[TestCar, ...]:
+    with (tmp_path / "list.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, [*AGENCY, "Averaging Method Cd"])
+        writer.writeheader()
+        writer.writerows(AGENCY | {"Averaging Method Cd": "N"} | change for change in changes)
+    return TestCar.from_csv(tmp_path / "list.csv")
+
+
+def test_the_list_as_the_agency_publishes_it(tmp_path: Path) -> None:
+    """In pounds, miles and horsepower it gives the shipped car, and not what was computed from another car's test."""
+    bags = {"FE Bag 2": "0", "FE Bag 3": "0"}
+    road = {"Test Category": "HWY", "Test Procedure Description": "HWFE", "RND_ADJ_FE": "60.8"} | bags
+    derived = {"Analytically Derived FE?": "Yes", "RND_ADJ_FE": "20"}
+    (car,) = published_list(tmp_path, {}, road, derived)
+    assert (car.name, car.hwfet) == (MIRAGE.name, MIRAGE.hwfet)
+    for name in ("udds", "power", "mass", "displacement", "w_per_v", "road_load"):
+        assert getattr(car, name) == pytest.approx(getattr(MIRAGE, name), rel=1e-3), name
+
+
+def test_configurations_of_one_test_vehicle_are_cars_of_their_own(tmp_path: Path) -> None:
+    heavy = {"Test Veh Configuration #": "1", "Equivalent Test Weight (lbs.)": "2500"}
+    assert [round(car.mass / 0.45359237) for car in published_list(tmp_path, {}, heavy)] == [2375, 2500]
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"N/V Ratio": "fifty"}, "line 2: N/V Ratio = 'fifty' is not a number"),
+        ({"Rated Horsepower": ""}, "line 2: rated_power_kW = '' is not a number"),
+        ({"FE_UNIT": "kWh/100mi"}, "line 2: FE_UNIT = 'kWh/100mi'; only results in MPG"),
+    ],
+)
+def test_published_cells_that_do_not_fit(tmp_path: Path, changes: dict[str, str], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        published_list(tmp_path, changes)
+
+
+def test_what_the_fuel_economy_guide_knows(tmp_path: Path) -> None:
+    """Start-stop and charging are facts where a file has them; otherwise they follow from the maker and the specific power."""
+    (usual,) = TestCar.from_csv(_written(tmp_path, HEAD + listed()))
+    assert (usual.start_stop, usual.turbocharged, stops(usual), family(usual)) == (None, None, False, "turbocharged")
+    head = HEAD.strip() + ",start_stop,turbocharged\n"
+    (known,) = TestCar.from_csv(_written(tmp_path, head + listed().strip() + ",y,N\n"))
+    assert (known.start_stop, known.turbocharged, stops(known), family(known)) == (True, False, True, "port injected")
+    with pytest.raises(pt.ParameterError, match="line 2: start_stop = 'maybe'; choose from Y, N, or leave it empty"):
+        TestCar.from_csv(_written(tmp_path, head + listed().strip() + ",maybe,\n"))
+
+
+def _written(tmp_path: Path, text: str) -> Path:
+    (tmp_path / "mine.csv").write_text(text, encoding="utf-8")
+    return tmp_path / "mine.csv"
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"transmission": "planetary"}, "Mitsubishi Mirage: unknown transmission 'planetary'; choose from manual"),
+        ({"gears": 3}, "Mitsubishi Mirage: gears = 3; manual gearboxes have 4 to 10"),
+        ({"drive": "front"}, "Mitsubishi Mirage: unknown drive 'front'; choose from F, R, A, 4, P"),
+    ],
+)
+def test_changed_cars_that_cannot_be_built(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(pt.ParameterError, match=said):
+        replace(MIRAGE, **changes)
+
+
+@pytest.mark.slow
+def test_the_name_of_a_cycle_in_capitals_is_that_cycle() -> None:
+    """It was driven warm, and compared with nothing."""
+    one, other = predict(MIRAGE, "UDDS"), predict(MIRAGE, "udds")
+    assert (one.cycle, one.mpg, one.measured) == (other.cycle, other.mpg, other.measured)
+
+
 def test_a_car_with_two_fuels_is_that_with_gasoline(tmp_path: Path) -> None:
     (tmp_path / "mine.csv").write_text(
         HEAD + row("Automatic", E85, mpg=20.0) + row("Automatic", GASOLINE), encoding="utf-8"
@@ -205,6 +363,36 @@ def test_published_errors() -> None:
     np.testing.assert_allclose(found.error, 100 * (found.predicted / found.measured - 1), atol=0.06)
 
 
+OTHERS = {car.test_vehicle: car for car in TestCar.others()}
+
+
+def test_published_errors_of_cars_that_had_no_part_in_the_numbers() -> None:
+    """The page says what the model does not know of them."""
+    found = published_others()
+    assert len(OTHERS) == 46
+    assert list(found.test_vehicle) == [name for name in OTHERS for _ in range(2)]
+    for name, cycle, measured in zip(found.test_vehicle, found.cycle, found.measured, strict=True):
+        assert getattr(OTHERS[name], cycle) == pytest.approx(measured, abs=0.01)
+    np.testing.assert_allclose(found.error, 100 * (found.predicted / found.measured - 1), atol=0.06)
+    size = found.error.abs()
+    assert size.mean() == pytest.approx(4.9, abs=0.05)
+    assert size.median() == pytest.approx(3.7, abs=0.05)
+    assert (size < 8).mean() > 5 / 6 - 0.01
+    assert abs(found.error[found.cycle == "hwfet"].mean()) < 1
+    assert (size > 10).groupby(found.cycle).sum().to_dict() == {"udds": 7, "hwfet": 1}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", published_others().groupby("transmission").test_vehicle.first())
+def test_what_is_published_of_other_cars_is_what_is_simulated(name: str) -> None:
+    """One of each transmission."""
+    found = published_others()
+    row = found[(found.test_vehicle == name) & (found.cycle == "hwfet")].iloc[0]
+    one = predict(OTHERS[name], "hwfet")
+    assert (one.message, one.time_outside) == ("", 0)
+    assert one.mpg == pytest.approx(row.predicted, rel=3e-3)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("cycle", ["udds", "hwfet"])
 @pytest.mark.parametrize("name", CARS)
@@ -216,6 +404,14 @@ def test_what_is_published_is_what_is_simulated(name: str, cycle: str) -> None:
     assert one.time_outside == 0
     assert one.mpg == pytest.approx(row.predicted, rel=3e-3)
     assert one.measured == pytest.approx(row.measured, abs=0.01)
+
+
+@pytest.mark.slow
+def test_a_car_that_is_known_to_have_no_start_stop() -> None:
+    """The 4Runner: of its maker's cars most have it, and with it the UDDS is predicted 10 % too good."""
+    (car,) = (car for car in OTHERS.values() if "4RUNNER" in car.name.upper())
+    assert stops(car)
+    assert abs(predict(replace(car, start_stop=False), "udds").error) < 0.035
 
 
 SPRINTS = {
