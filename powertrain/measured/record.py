@@ -15,6 +15,19 @@ from powertrain import ParameterError
 from powertrain.components.body.body import G_N
 from powertrain.language.makers import arguments_checked
 from powertrain.measured.agency import COLUMNS, is_agency, of_agency
+from powertrain.measured.cells import (
+    COAST_DOWN,
+    DRIVES,
+    ELECTRICITY,
+    OPTIONS,
+    RANGES,
+    RESULTS,
+    TEXTS,
+    cell_value,
+    checked,
+    option,
+    plain,
+)
 
 RPM_PER_KMH = 0.37699111843077515
 """1 rpm/(km/h) in rad/m."""
@@ -36,35 +49,17 @@ KINDS: dict[str, Kind] = {
 STEPPED = "manual", "automatic", "dual clutch"
 SPREAD = {4: 4.0, 5: 4.5, 6: 5.3, 7: 6.5, 8: 7.7, 9: 9.0, 10: 7.4}
 """Ratio spread, first over top gear, by the number of gears: H. Naunheimer et al., Automotive Transmissions, ch. 4."""
-ELECTRICITY = "Electricity"
 OTHER_FUELS = "diesel", "e85", "ethanol", "methanol", "cng", "natural gas", "lpg", "propane", "hydrogen"
 """Words in the names of fuels that are neither gasoline nor electricity."""
 GASOLINE = "gasoline", "cold co"
 """Words in the names of gasolines: that of the test at -7 C is called "Cold CO Regular (Tier 2)"."""
-DRIVES = "F", "R", "A", "4", "P"
-"""Driven wheels: front, rear, all; four with a transfer case, and part-time four."""
 DIGIT = re.compile(r"\d")
 INITIALS = frozenset("AWD BMW EV FWD GLI GMC GTI PHEV RWD SUV TDI".split())
 """Words of names that are written in capitals."""
-COAST_DOWN = "coast_A_N", "coast_B_N_per_mps", "coast_C_N_per_mps2"
-TEXTS = "vehicle", "test_vehicle", "transmission", "drive", "test", "procedure", "fuel"
-RANGES = {
-    "gears": (1, 10, ""),
-    "displacement_l": (0.5, 10, " l"),
-    "rated_power_kW": (20, 1500, " kW"),
-    "test_mass_kg": (600, 5500, " kg"),
-    "axle_ratio": (0.8, 20, ""),
-    "n_over_v_top_gear_rpm_per_kmh": (8, 150, " rpm/(km/h)"),
-}
-"""Columns of positive numbers, and the range that cars of the list leave with room to spare: beyond it a value has another unit."""
 RESISTANCE, V_RESISTANCE = (0.012, 0.06), 80 / 3.6
 """Road load over weight at 80 km/h [m/s]: 1.8 % (an electric saloon) to 3.2 % (a convertible) of the shipped cars."""
-RESULTS = "fuel_economy_mpg", "bag2_mpg", "bag3_mpg", "bag4_mpg"
-"""Columns of results: positive, too, or empty."""
 LEAST_ELECTRIC = 50.0
 """Miles per gallon of gasoline equivalent [33.705 kWh] that every electric car does; the list has some results in kWh per 100 miles."""
-OPTIONS = "start_stop", "turbocharged"
-"""Columns that a file may have, of Y, N or nothing: the agency's fuel economy guide knows what its test-car list does not."""
 
 
 @dataclass(frozen=True)
@@ -153,7 +148,7 @@ class TestCar:
             if None in given:
                 raise ParameterError(f"{line}: more cells than the file has columns")
             if ours := of_agency(given, line) if published else given:
-                row = _checked(ours, line)
+                row = checked(ours, line)
                 groups.setdefault(f"{row['vehicle']} {row['test_vehicle']}", []).append(row)
         if not groups:
             raise ParameterError(f"{where} has no rows")
@@ -189,8 +184,8 @@ class TestCar:
             ),
             udds=_mean(float(r["fuel_economy_mpg"]) if electric else _warm(r) for r in city),
             hwfet=_mean(float(r["fuel_economy_mpg"]) for r in road),
-            start_stop=_yes(row, "start_stop"),
-            turbocharged=_yes(row, "turbocharged"),
+            start_stop=option(row, "start_stop"),
+            turbocharged=option(row, "turbocharged"),
         )
         _check_road_load(car, row["where"])
         return car
@@ -209,8 +204,8 @@ def cased(name: str) -> str:
 def _kind(rows: list[dict[str, str]]) -> Kind:
     """The kind of transmission. A fourth bag of the FTP, or the name, says that a car is a hybrid."""
     row, where = rows[0], rows[0]["where"]
-    written = _plain(row["transmission"].partition(" (")[0])  # the EPA adds "(e.g., CVT with paddles)"
-    listed = {_plain(name): kind for name, kind in KINDS.items()}.get(written)
+    written = plain(row["transmission"].partition(" (")[0])  # the EPA adds "(e.g., CVT with paddles)"
+    listed = {plain(name): kind for name, kind in KINDS.items()}.get(written)
     if row["fuel"] == ELECTRICITY:
         return "electric"
     if listed is None:
@@ -225,18 +220,6 @@ def _kind(rows: list[dict[str, str]]) -> Kind:
     if listed in STEPPED and float(row["gears"]) not in SPREAD:
         raise ParameterError(f"{where}: gears = {row['gears']}; {listed} gearboxes have {min(SPREAD)} to {max(SPREAD)}")
     return listed
-
-
-def _plain(text: str) -> str:
-    return "".join(text.lower().split())
-
-
-def _yes(row: Mapping[str, str], name: str) -> bool | None:
-    """What an optional column says."""
-    text = row.get(name, "")
-    if text.upper() not in ("Y", "N", ""):
-        raise ParameterError(f"{row['where']}: {name} = {text!r}; choose from Y, N, or leave it empty")
-    return text.upper() == "Y" if text else None
 
 
 def _cycle(row: Mapping[str, str]) -> str:
@@ -280,60 +263,16 @@ def _is_gasoline(fuel: str) -> bool:
     return any(word in name for word in GASOLINE) and not any(word in name for word in OTHER_FUELS)
 
 
-def _checked(given: Mapping[str, str | None], where: str) -> dict[str, str]:
-    """A row without spaces around its cells, and ``where`` it is. ParameterError for a cell that is no number, or out of its range."""
-    row = {name: (text or "").strip() for name, text in given.items()} | {"where": where}
-    row["drive"] = row["drive"].upper()
-    if row["fuel"].lower() == ELECTRICITY.lower():
-        row["fuel"] = ELECTRICITY
-    if empty := [name for name in TEXTS if not row[name] and name not in ("test_vehicle", "procedure")]:
-        raise ParameterError(f"{where}: {empty[0]} is empty")
-    if row["drive"] not in DRIVES:
-        raise ParameterError(f"{where}: unknown drive {row['drive']!r}; choose from {', '.join(DRIVES)}")
-    for name in (*RANGES, *COAST_DOWN, *RESULTS):
-        text = row[name]
-        if (text == "" and name in RESULTS) or (name == "displacement_l" and row["fuel"] == ELECTRICITY):
-            continue
-        _check_number(name, text, where)
-    return row
-
-
-def _check_number(name: str, text: str, where: str) -> None:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise ParameterError(f"{where}: {name} = {text!r} is not a number")
-    if number < 0 and name in ("coast_A_N", "coast_C_N_per_mps2"):
-        raise ParameterError(f"{where}: {name} = {number:g} must not be negative")
-    if number <= 0 and name not in COAST_DOWN:
-        raise ParameterError(f"{where}: {name} = {number:g} must be positive")
-    if name == "gears" and number % 1:
-        raise ParameterError(f"{where}: {name} = {number:g} is not a whole number")
-    least, most, unit = RANGES.get(name, (-math.inf, math.inf, ""))
-    if not least <= number <= most:
-        advice = "; check the unit" if unit else ""
-        raise ParameterError(f"{where}: {name} = {number:g}{unit} is not within {least:g} to {most:g}{unit}{advice}")
-
-
 def _check_same(rows: list[dict[str, str]]) -> None:
     """ParameterError if the rows of a test vehicle are not of one car."""
     first = rows[0]
     for row in rows[1:]:
         for name in ("transmission", "drive", *RANGES, *OPTIONS):
-            if _value(row.get(name, "")) != _value(first.get(name, "")):
+            if cell_value(row.get(name, "")) != cell_value(first.get(name, "")):
                 raise ParameterError(
                     f"{row['where']}: {name} = {row[name]}, but {first[name]} in another row of {row['vehicle']} {row['test_vehicle']}; "
                     "give every car, and every configuration of a car, a test_vehicle of its own"
                 )
-
-
-def _value(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return _plain(text)
 
 
 def _check_road_load(car: TestCar, where: str) -> None:
