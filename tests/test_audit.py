@@ -66,6 +66,39 @@ def test_balance_of_an_oscillator() -> None:
     assert whole["lost"] == pytest.approx(np.trapezoid(0.5 * fine["shaft.damper.w_rel"] ** 2, dx=5.0 / 20000), rel=1e-5)
 
 
+class DrivenInside(pt.Component):
+    """A torque and a brake on parts inside an oscillator."""
+
+    inside: Oscillator = Oscillator()
+    motor: rot.ConstantTorque = rot.ConstantTorque(tau_constant=3.0)
+    brake: rot.Damper = rot.Damper(d=0.7)
+    ground: rot.Fixed = rot.Fixed()
+
+    def equations(self) -> Equations:
+        yield connect(self.motor.flange, self.inside.shaft.spring.flange_a)
+        yield connect(self.brake.flange_a, self.inside.J2.flange_b)
+        yield connect(self.brake.flange_b, self.ground.flange)
+
+
+def test_connections_that_reach_into_a_part() -> None:
+    """The part receives power at them, without a port of its own."""
+    run = pt.simulate(DrivenInside(), 5.0, rtol=1e-9, starts={"inside.J1.w": 0.0, "inside.J2.w": 0.0})
+    audit = energy_audit(run)
+    assert audit.closure < 1e-7
+    assert not audit.hidden
+    table = audit.components
+    for name in ("inside", "inside.shaft", "inside.J2"):
+        row = table.loc[name]
+        assert row["supplied"] + row["sources"] == pytest.approx(row["lost"] + row["stored"], abs=1e-6)
+    assert table["supplied"]["inside"] == pytest.approx(table["sources"]["motor"] - table["lost"]["brake"])
+    flow = pt.power_flow(run, at=2.0)
+    assert flow.input == pytest.approx(3.0 * run.at([2.0], ["inside.J1.w"])["inside.J1.w"][0])
+    with pytest.raises(
+        pt.ParameterError, match=r"inside\.shaft cannot be treated as one, because .*inside\.shaft\.spring"
+    ):
+        pt.power_flow(run, at=2.0, whole="inside.shaft")
+
+
 def test_tables_over_time() -> None:
     result = pt.simulate(Oscillator(), 2.0)
     audit = energy_audit(result)

@@ -104,7 +104,7 @@ class Driven(pt.Component):
 def test_models_and_signals_without_vibrations_are_refused() -> None:
     with pytest.raises(pt.ParameterError, match=r"Driven has no vibration modes: none of its 2 eigenvalues"):
         pt.eigenmodes(Driven())
-    with pytest.raises(pt.ParameterError, match="none of the signals in shapes moves"):
+    with pytest.raises(pt.ParameterError, match=r"moves in the vibrations of [0-9., ]+ Hz"):
         pt.eigenmodes(Swing(), ["second.w"], at={"press": 0.0, "first.w": 0.0, "clutch.w_rel": 0.0})
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import powertrain as pt
 from powertrain.components.blocks import Ramp
-from powertrain.components.cvu import CVU
+from powertrain.components.cvu import CVU, HydrostaticUnit, TractionDrive, VariableUnit
 from powertrain.components.differentials import FundamentalDifferential, Mesh, PlanetaryGear
 from powertrain.components.rotational import (
     ConstantSpeed,
@@ -597,6 +597,40 @@ def test_share_where_the_ratio_is_implicit() -> None:
     z = np.array([np.roots([0.2, 0.0, 1.0, -V])[2].real for V in (0.7, 1.9)])
     exact = (z + 0.2 * z**3) / (z * (1 + 0.6 * z**2))
     np.testing.assert_allclose(flow.variator("wheels")["share"], exact, rtol=1e-9)
+
+
+class Tractor(pt.Component):
+    """A planetary gear whose sun a variable unit turns from the engine; the ring drives."""
+
+    V: pt.Input = pt.signal_input("1", "Ratio of the unit")
+    unit: VariableUnit
+    drive: ConstantSpeed = ConstantSpeed(w_fixed=180.0)
+    gears: PlanetaryGear = PlanetaryGear(ratio=2.31)
+    gear: IdealGear = IdealGear(ratio=-1.7)
+    rotor: Inertia = Inertia(J=0.1)
+    drag: Damper = Damper(d=1.0)
+    ground: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.V, self.unit.ratio)
+        yield pt.connect(self.drive.flange, self.gears.carrier, self.unit.flange_a)
+        yield pt.connect(self.unit.flange_b, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.gears.sun, self.rotor.flange_a)
+        yield pt.connect(self.gears.ring, self.drag.flange_a)
+        yield pt.connect(self.drag.flange_b, self.ground.flange)
+
+
+def test_a_unit_that_slips_has_no_kinematic_share() -> None:
+    """Its ratio does not set the speeds, so that their derivative would be zero; a rigid unit has V/tau d tau/d V."""
+    V, shafts = np.array([0.35, 1.15]), ("drive.flange", "gears.ring")
+    rigid = pt.power_flow(Tractor(unit=CVU()), {"V": V}, variator="unit", shafts=shafts).variator("unit")
+    tau = (1 + 2.31 + V / 1.7) / 2.31
+    np.testing.assert_allclose(rigid["share"], V / (1.7 * 2.31 * tau), rtol=1e-9)
+    for unit in (HydrostaticUnit(leakage=1e-14), TractionDrive(creep_max=1e-7)):
+        found = pt.power_flow(Tractor(unit=unit), {"V": V}, variator="unit", shafts=shafts).variator("unit")
+        assert "share" not in found
+        assert "K_o" not in found
+        np.testing.assert_allclose(found["K"], rigid["K_o"], rtol=2e-2)
 
 
 def test_wrong_names_are_refused(example: pt.PowerFlow) -> None:

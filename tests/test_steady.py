@@ -22,6 +22,7 @@ from powertrain.components.rotational import (
     Damper,
     Fixed,
     Gear,
+    IdealGear,
     Inertia,
     QuadraticSpeedDependentTorque,
     SpringDamper,
@@ -474,6 +475,37 @@ def test_end_of_a_simulation(V: float) -> None:
     result = plant.simulate(60.0, inputs={"tau": 5.0, "V": V}, starts={"J1.w": 1.0}, rtol=1e-8)
     for name in names:
         np.testing.assert_allclose(point[name], result[name][-1], rtol=1e-6)
+
+
+class ShaftLine(pt.Component):
+    """An engine, a reversing reduction gear, a stiff shaft and a propeller."""
+
+    engine: ConstantTorque = ConstantTorque(tau_constant=21e3)
+    J1: Inertia = Inertia(J=160.0)
+    gear: IdealGear = IdealGear(ratio=-3.71)
+    shaft: SpringDamper = SpringDamper(c=1e8, d=1e3)
+    J2: Inertia = Inertia(J=8800.0)
+    propeller: QuadraticSpeedDependentTorque = QuadraticSpeedDependentTorque(
+        tau_nominal=-1e5, w_nominal=14.0, TorqueDirection=False
+    )
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.engine.flange, self.J1.flange_a)
+        yield pt.connect(self.J1.flange_b, self.gear.flange_a)
+        yield pt.connect(self.gear.flange_b, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.J2.flange_a)
+        yield pt.connect(self.J2.flange_b, self.propeller.flange)
+
+
+def test_the_twist_of_a_stiff_shaft_is_steady() -> None:
+    """Angles turn together at the ratio of the gear: their slopes of 1e8 N.m/rad cancel except for round-off."""
+    tau = np.array([5e3, 21e3])
+    found = pt.steady(ShaftLine(), {"engine.tau_constant": tau}, outputs=["shaft.tau", "shaft.phi_rel", "J2.w"])
+    assert found["shaft.tau"].values == pytest.approx(3.71 * tau, rel=1e-9)
+    assert found["shaft.phi_rel"].values == pytest.approx(3.71e-8 * tau, rel=1e-9)
+    assert found["J2.w"].values == pytest.approx(-14.0 * np.sqrt(3.71 * tau / 1e5), rel=1e-9)
+    with pytest.raises(pt.ParameterError, match=r"J2\.phi depends on an angle that only rotates"):
+        pt.steady(ShaftLine(), {"engine.tau_constant": tau}, outputs=["J2.phi"])
 
 
 class Twisted(pt.Component):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
@@ -353,6 +354,55 @@ def test_no_amplitude_where_an_undamped_vibration_is_excited(mode: int) -> None:
     found = pt.order_response(CHAIN, {"inertias[0].w": [beside]}, excited, ["inertias[3].phi"], parameters=FREE).item()
     exact = np.linalg.solve(stiffness() - beside**2 * np.diag(J), [3.0, 0.0, 0.0, 0.0])[3]
     assert found == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_loss_factor_is_a_complex_stiffness(side: float) -> None:
+    """Viscous damping that falls with the frequency of each order; a vibration that turns backward has the other phase."""
+    eta, orders, speeds = (0.17, 0.05, 0.3), (0.5, 2.0), np.array([17.0, 60.0])
+
+    def damping(k: int) -> Callable[[float], float]:
+        return lambda f: eta[k] * C[k] / f
+
+    lossy = {f"springs[{k}].d": damping(k) for k in range(3)}
+    complex_stiffness = stiffness() + 1j * stiffness(tuple(e * c for e, c in zip(eta, C, strict=True)))
+    found = pt.order_response(
+        CHAIN,
+        {"inertias[0].w": side * speeds},
+        {"inertias[0].flange_a.tau": dict.fromkeys(orders, 3.0)},
+        ["inertias[3].phi"],
+        parameters=lossy,
+    )
+    for k, order in enumerate(orders):
+        for i, speed in enumerate(speeds):
+            dynamic = complex_stiffness - (order * speed) ** 2 * np.diag(J)
+            exact = np.linalg.solve(dynamic, [3.0, 0.0, 0.0, 0.0])[3]
+            assert found.values[i, k, 0] == pytest.approx(exact if side > 0 else exact.conj(), rel=1e-9)
+
+
+def test_modal_damping_from_loss_factors() -> None:
+    """The sum of loss factors times shares of the energy, to first order: that of viscous damping eta c/w at the mode's frequency."""
+    eta = (0.002, 0.0005, 0.003)
+    modes = pt.eigenmodes(CHAIN, parameters=FREE)
+    for k in range(3):
+        w = 2 * np.pi * float(modes["frequency"][k])
+        viscous = {f"springs[{i}].d": eta[i] * C[i] / w for i in range(3)}
+        damping = float(pt.eigenmodes(CHAIN, parameters=viscous)["damping"][k])
+        shares = modes["energy"][k].sel(component=[f"springs[{i}]" for i in range(3)])
+        assert float(shares.values @ eta) == pytest.approx(damping, rel=1e-4)
+
+
+def test_functions_of_the_frequency_are_checked() -> None:
+    torque = {"inertias[0].flange_a.tau": {2.0: 5.0}}
+    for wrong in (lambda f: -f, lambda f: math.nan):
+        with pytest.raises(pt.ParameterError, match=r"springs\[0\]\.d"):
+            pt.order_response(
+                CHAIN, {"inertias[0].w": [10.0]}, torque, ["inertias[3].phi"], parameters={"springs[0].d": wrong}
+            )
+    with pytest.raises(pt.ParameterError, match="must be a speed in rad/s, and not 0"):
+        pt.order_response(
+            CHAIN, {"inertias[0].w": [0.0]}, torque, ["inertias[3].phi"], parameters={"springs[0].d": lambda f: 1 / f}
+        )
 
 
 def test_parameters_do_not_vibrate() -> None:

@@ -110,13 +110,14 @@ class EnergyAudit:
     def components(self) -> pd.DataFrame:
         """Energies of every component over the run in joules, with supplied + sources + impulses = lost + stored + residual.
 
-        supplied: received through its ports; sources: from boundaries inside it; impulses: received at instants (impacts, resets);
+        supplied: received through connections; sources: from boundaries inside it; impulses: received at instants (impacts, resets);
         lost: over time and at instants; stored: change of the stored energy; residual: the difference.
         """
         import pandas as pd
 
         whole = {name: with_parts(self._parts, values) for name, values in self._balance().items()}
-        rows = {"type": [part.kind for part in self._parts], "supplied": self._through(self._sums.power), **whole}
+        supplied = with_parts(self._parts, self._own @ self._sums.power)
+        rows = {"type": [part.kind for part in self._parts], "supplied": supplied, **whole}
         table = pd.DataFrame(rows, index=pd.Index([part.path for part in self._parts], name="component"))
         table.attrs["units"] = dict.fromkeys(list(table.columns)[1:], "J")
         return table
@@ -264,9 +265,6 @@ class EnergyAudit:
         sources = np.where(boundary, sums.supply, 0.0) + supplied
         residual = self._own @ sums.power + sources + impulses - lost - self._stored
         return {"sources": sources, "impulses": impulses, "lost": lost, "stored": self._stored, "residual": residual}
-
-    def _through(self, power: Array) -> Array:
-        return np.array([power[list(part.ports)].sum() for part in self._parts])
 
     def _frame(self, values: Matrix, names: list[str], unit: str) -> pd.DataFrame:
         import pandas as pd

@@ -1,11 +1,13 @@
 """The energy terms of a model as expressions: power through ports, losses, stored energies and their rates of change.
 
-Every component has its own balance: power that enters through its ports and is not passed on to the ports of its parts is lost in it,
-stored in it or, in a boundary (source, ground), taken out of the model.
+Every component has its own balance: power that enters through its ports is lost in it, stored in it or, in a boundary (source, ground),
+taken out of the model. A port that is connected to parts inside its component passes its power on to them; connections keep nothing,
+also where they reach a part inside another component.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.flat import Face
 from powertrain.compiler.operations import COMPARISONS, EQUALITIES, operation
 from powertrain.compiler.source import Source
 from powertrain.compiler.texts import guarded
@@ -35,12 +38,13 @@ _DEPTH = 100
 
 @dataclass(frozen=True)
 class Part:
-    """A component in the balance: the indices of its ports and of its direct parts."""
+    """A component in the balance: the indices of its ports, of those that are not connected to parts inside it, and of its direct parts."""
 
     path: str
     kind: str
     boundary: bool
     ports: tuple[int, ...]
+    own: tuple[int, ...]
     parts: tuple[int, ...]
 
 
@@ -71,7 +75,7 @@ class WrittenTerms:
 
 def written_terms(compiled: Compiled) -> WrittenTerms:
     """The terms of a compiled model. ModelError if one cannot be computed."""
-    parts, ports, texts = _without_idle(_texts(compiled.source))
+    parts, ports, texts = _without_idle(_texts(compiled.source), compiled.source.connections)
     power = [p for t in texts for p in t.power.values()]
     written = _resolved(signals_of(compiled), [*power, *(t.loss for t in texts), *(t.energy for t in texts)], texts)
     n, k = len(power), len(power) + len(texts)
@@ -175,12 +179,10 @@ def _zero(g: Symbol, time: Symbol) -> list[float]:
 
 
 def own_power(parts: list[Part], ports: int) -> Matrix:
-    """The matrix that gives each part's own share of power: through its ports, minus the power passed on to the ports of its parts."""
+    """The matrix that gives the power that each part takes itself, which is not passed on to its parts."""
     own = np.zeros((len(parts), ports))
     for i, part in enumerate(parts):
-        own[i, list(part.ports)] += 1.0
-        for j in part.parts:
-            own[i, list(parts[j].ports)] -= 1.0
+        own[i, list(part.own)] = 1.0
     return own
 
 
@@ -254,7 +256,7 @@ def _said(component: Component, name: str) -> Symbol:
     return Symbol(said)
 
 
-def _without_idle(texts: list[_Text]) -> tuple[list[Part], list[str], list[_Text]]:
+def _without_idle(texts: list[_Text], nodes: Sequence[Sequence[Face]]) -> tuple[list[Part], list[str], list[_Text]]:
     """The parts with their ports, without parts that have no energy (signal sources, sensors of signals)."""
     busy = {""}
     for text in texts:
@@ -270,8 +272,16 @@ def _without_idle(texts: list[_Text]) -> tuple[list[Part], list[str], list[_Text
     for i, t in enumerate(texts):
         if t.path:
             inside.setdefault(t.path.rpartition(".")[0], []).append(i)
+    passed_on = {name for node in nodes for name, from_inside in node if from_inside}
     parts = [
-        Part(t.path, t.kind, t.boundary, tuple(place[name] for name in t.power), tuple(inside.get(t.path, ())))
+        Part(
+            t.path,
+            t.kind,
+            t.boundary,
+            tuple(place[name] for name in t.power),
+            tuple(place[name] for name in t.power if name not in passed_on),
+            tuple(inside.get(t.path, ())),
+        )
         for t in texts
     ]
     return parts, ports, texts

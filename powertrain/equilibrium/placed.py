@@ -191,11 +191,11 @@ def lost_outputs(placed: Placed, cyclic: Sequence[int], turning: Turning) -> lis
     wanted, x = placed.put(placed.asked.wanted), placed.dae.x
     lost: NDArray[np.bool_] = np.asarray(dependence(wanted, [x[i] for i in cyclic if i not in turning]).any(axis=1))
     values = {key(s): float(v) for s, v in zip(scalars(placed.dae.p), placed.parameters, strict=True)}
+    slopes = generic_values(ca.jacobian(column(wanted), x), values).full() if turning else np.zeros((len(wanted), 0))
     for i, shares in turning.items():
-        direction = ca.DM.zeros(x.numel())
+        direction = np.zeros(x.numel())
         for j, share in (shares | {i: 1.0}).items():
             direction[j] = share
-        change = ca.jtimes(column(wanted), x, direction)
-        number = generic_values(change, values).full().ravel()  # angles turn together at ratios of the parameters
-        lost = np.asarray(lost | (np.abs(number) > _NOTHING))
+        # Angles turn together at ratios of the parameters: their slopes cancel except for round-off of the largest.
+        lost = np.asarray(lost | (np.abs(slopes @ direction) > _NOTHING * (np.abs(slopes) @ np.abs(direction))))
     return [bool(lost[i]) for i in range(len(wanted))]

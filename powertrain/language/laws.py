@@ -174,9 +174,11 @@ def when(condition: Symbol, *resets: Reinit, name: str = "when", initially: bool
 
     Every comparison that ``condition`` combines by ``ca.logic_and``, ``ca.logic_or`` and ``ca.logic_not`` is an event of its own, so that
     they may hold together for any short time; so is each side of |a| < b and of the smaller or larger of two. Conditions are judged once
-    all laws and switches have the modes of the instant. ``name`` is the name of the events. A condition that holds at the start of a run
-    becomes true only after it was false, but with ``initially`` it becomes true at the start. A run ends with an error where two laws
-    become true together and reset one variable to different values.
+    all laws and switches have the modes of the instant. ``name`` is the name of the events: the condition becomes true or false, or a
+    state is reset. Where a reset of discrete variables ends its own condition, as in a latch or a sampled controller, there is none; the
+    change is in the discrete variable. A condition that holds at the start of a run becomes true only after it was false, but with
+    ``initially`` it becomes true at the start. A run ends with an error where two laws become true together and reset one variable to
+    different values.
     A reset happens once and holds nothing: one that puts a variable back to the limit in ``condition`` is named in ``result.notes``.
     """
     if not resets or not all(isinstance(r, Reinit) for r in resets):

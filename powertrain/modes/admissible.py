@@ -14,7 +14,7 @@ from powertrain.dae.friction import gives_way, rest_margin, undetermined
 from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.dae.tolerances import INTEGRATED, NO_WIDTH, ZONE
 from powertrain.errors import SimulationError
-from powertrain.modes.jam import resting_note
+from powertrain.modes.jam import SPEEDS, resting_note
 from powertrain.modes.selflocking import SelfLocking
 from powertrain.numerics.buffers import Evaluated, Memory
 
@@ -44,9 +44,9 @@ class Admissible:
         """Reject inadmissible modes; note torques that are not unique."""
         self._self_locking.check(side)
         held = self.memory.m
-        for _, law, mode in self._one_way:
+        for k, law, mode in self._one_way:
             if held[law.index] == mode:
-                self._refuse(law, mode)
+                self._refuse(law, mode, self.memory.frictions(side).w[k])
         for k, law, refused in self._prescribed:
             if held[law.index] == 0:
                 self._rests(k, law, refused, side)
@@ -58,7 +58,7 @@ class Admissible:
         (found,) = self._rest(*self.memory.instant(side))
         for law, (margin, speed) in zip(self.yielding, found.tolist(), strict=True):
             if margin <= 0 and law.limitless:
-                self._refuse(law, speed)
+                self._refuse(law, speed, speed)
             if margin <= 0:
                 raise SimulationError(
                     f"at t = {self.memory.time[0]:.9g} s the torque of {law.name} ({law.where}) is not accurate: a part on which it "
@@ -76,18 +76,19 @@ class Admissible:
         speeds = self.memory.frictions(side).w if self._one_way else ()
         for k, law, mode in self._one_way:
             if mode * speeds[k] > ZONE:
-                self._refuse(law, mode)
+                self._refuse(law, mode, speeds[k])
 
     def barely_beyond(self, side: int) -> list[int]:
         """The places of the modes of one-way laws that move against their unlimited torque by no more than an integration leaves."""
         speeds = self.memory.frictions(side).w if self._one_way else ()
         return [law.index for k, law, mode in self._one_way if ZONE < mode * speeds[k] <= INTEGRATED]
 
-    def _refuse(self, law: Friction, mode: float) -> NoReturn:
+    def _refuse(self, law: Friction, mode: float, speed: float) -> NoReturn:
         way = "forward" if mode > 0 else "backward"
         raise SimulationError(
             f"{law.name} ({law.where}) moves {way} at t = {self.memory.time[0]:.9g} s, where its torque has no limit: it cannot "
-            "slide that way. Choose initial values, a reset or a prescribed motion with which it is at rest or moves the other way."
+            f"slide that way (speed {speed:.3g} {SPEEDS.get(law.unit, '')}".rstrip()
+            + "). Choose initial values, a reset or a prescribed motion with which it is at rest or moves the other way."
         )
 
     def _rests(self, k: int, law: Friction, refused: bool, side: int) -> None:

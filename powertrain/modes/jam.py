@@ -10,7 +10,7 @@ from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.numerics.buffers import Array, Memory
 
 _MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
-_SPEEDS = {"N.m": "rad/s", "N": "m/s"}
+SPEEDS = {"N.m": "rad/s", "N": "m/s"}
 """Units of speeds by those of the torques or forces that act on them."""
 
 
@@ -61,7 +61,7 @@ def _quoted(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> l
         return []
     return [
         f"  {law.name} ({law.where}): torque {torque:.6g} {law.unit}, bounds {lower:.6g} to {upper:.6g} {law.unit}, "
-        f"speed {w:.3g} {_SPEEDS.get(law.unit, '')}".rstrip()
+        f"speed {w:.3g} {SPEEDS.get(law.unit, '')}".rstrip()
         for law, w, torque, lower, upper, _ in zip(dae.frictions, *memory.frictions(side), strict=True)
         if law.index in laws or any(ca.depends_on(ca.vertcat(law.lower, law.upper), dae.m[i]) for i in laws)
     ]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.analysis.energy_terms import written_terms
 from powertrain.compiler.assemble import Compiled
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name, names, text
@@ -64,7 +65,8 @@ def power_flow(
     outputs : mapping, optional
         Other signals requested besides the powers, under new names, in ``.data``.
     variator : str, optional
-        A component whose lossless share of the power is added, by differentiation of the kinematics (see ``PowerFlow.variator``).
+        A component whose lossless share of the power is added, by differentiation of the kinematics (see ``PowerFlow.variator``). There
+        is none where the ratio does not set the speeds, as with hydrostatic units and belts that creep between inertias.
     shafts : tuple of two str, optional
         Ports of the vehicle's or transmission's input and output, for ``variator``.
     ratio : str, optional
@@ -111,8 +113,9 @@ def _share(
     ends = names("shafts", shafts)
     if len(ends) != 2:
         raise ParameterError(f"shafts = {shafts!r}: give two ports, at the input and at the output")
-    share = kinematic_share(compiled, text("ratio", ratio or f"{variator}.ratio"), (ends[0], ends[1]))
-    return {f"share({variator})": lambda _: share}
+    own = [name for name in written_terms(compiled).ports if name.rpartition(".")[0] == variator]
+    share = kinematic_share(compiled, text("ratio", ratio or f"{variator}.ratio"), (ends[0], ends[1]), own)
+    return {} if share is None else {f"share({variator})": lambda _: share}
 
 
 class PowerFlow:
@@ -206,8 +209,9 @@ class PowerFlow:
         ``K``: power into it over the input power of the model (or of the component ``source``), negative in negative recirculation.
         ``case``: "split", power flows forward through it and in parallel to it; "series", all power flows through it; "positive
         recirculation", it lies on a loop that returns in parallel to it, so it carries more than the transmitted power; "negative
-        recirculation", it lies on a loop and carries power back; "idle". ``share``, if shafts were given: d ln tau/d ln V, the power
-        from flange_a to flange_b over the input power without losses; ``K_o``: the same with the sign of K.
+        recirculation", it lies on a loop and carries power back; "idle". ``share``, if shafts were given and V sets the speeds of the
+        unit: d ln tau/d ln V, the power from flange_a to flange_b over the input power without losses; ``K_o``: the same with the sign of
+        K.
 
         The cases follow from the directions of power in any topology. For the input-coupled transmission with its
         output at 3, K is Yu & Beachley's eq. (29): positive if power flows from the unit to the differential.

@@ -106,7 +106,10 @@ def _shown(path: str, patterns: Sequence[str]) -> str:
 
 
 def _joined(nodes: Sequence[Sequence[Face]], closed: set[str]) -> tuple[dict[Face, Face], set[Face]]:
-    """For every face the representative of its node, and the inner faces; both faces of a resolved composite's port are in one node."""
+    """For every face the representative of its node, and the inner faces; both faces of a resolved composite's port are in one node.
+
+    ParameterError if a connection reaches into a ``closed`` composite.
+    """
     parent: dict[Face, Face] = {}
 
     def find(face: Face) -> Face:
@@ -116,8 +119,14 @@ def _joined(nodes: Sequence[Sequence[Face]], closed: set[str]) -> tuple[dict[Fac
 
     inward: set[Face] = set()
     for faces in nodes:
-        hidden = [any(owner == c or owner.startswith(f"{c}.") for c in closed) for owner in map(_inside_of, faces)]
-        seen = [face for face, gone in zip(faces, hidden, strict=True) if not gone]
+        inside = [next((c for c in closed if f"{owner}.".startswith(f"{c}.")), "") for owner in map(_inside_of, faces)]
+        seen = [face for face, c in zip(faces, inside, strict=True) if not c]
+        for (name, _), c in zip(faces, inside, strict=True):
+            if c and seen:
+                raise ParameterError(
+                    f"whole: {c} cannot be treated as one, because {seen[0][0]} is connected to {name} inside it; "
+                    f"connect {seen[0][0]} to a port of {c}"
+                )
         for face in seen:
             parent[find(face)] = find(seen[0])
             if face[1]:

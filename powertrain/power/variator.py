@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import casadi as ca
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.dae.hybrid import HybridDae
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.component import Component
 from powertrain.language.connectors import Connector
@@ -27,11 +28,12 @@ def goes_beside(v: int, edges: Sequence[Edge]) -> bool:
     return way(edges, beside, {-1}, {-2}) is not None or way(edges, range(len(edges)), {-1}, {-2}) is None
 
 
-def kinematic_share(compiled: Compiled, ratio: str, shafts: tuple[str, str]) -> Symbol:
+def kinematic_share(compiled: Compiled, ratio: str, shafts: tuple[str, str], ends: Sequence[str]) -> Symbol | None:
     """The lossless share d ln tau/d ln V, by differentiation of the model; tau is the second shaft's speed over the first's, V the ratio.
 
     By virtual work this is the power through the variator from its input to its output (V = output speed over input speed), divided by the
-    power at the first shaft, without losses. The speeds may depend only on V and on a common factor.
+    power at the first shaft, without losses. The speeds may depend only on V and on a common factor. None if V does not move the ports
+    ``ends`` of the variator: a unit that slips or gives way.
     """
     signals = signals_of(compiled)
     V = signals.pick(ratio).expression
@@ -42,6 +44,8 @@ def kinematic_share(compiled: Compiled, ratio: str, shafts: tuple[str, str]) -> 
     if not symbols:
         raise ParameterError(f"the ratio {ratio} cannot change: it is not an input, state or parameter of the model")
     s = column(symbols)
+    if not any(_moves(dae, s, motion) for motion in signals.resolve([port_motion(compiled, name) for name in ends])):
+        return None
     change = ca.jacobian(tau, s)
     if ca.jacobian_sparsity(tau, dae.z).nnz():
         if dae.z.numel() > _MOST_IMPLICIT:
@@ -54,6 +58,12 @@ def kinematic_share(compiled: Compiled, ratio: str, shafts: tuple[str, str]) -> 
     slope = ca.jacobian(V, s)
     share: Symbol = ca.dot(ca.densify(change), ca.densify(slope)) / ca.sumsqr(ca.densify(slope)) * V / tau
     return share
+
+
+def _moves(dae: HybridDae, s: Symbol, motion: Symbol) -> bool:
+    """Whether a speed depends on ``s``, also through implicit unknowns."""
+    implicit = ca.jacobian_sparsity(motion, dae.z).nnz() and ca.jacobian_sparsity(dae.residual, s).nnz()
+    return bool(ca.jacobian_sparsity(motion, s).nnz() or implicit)
 
 
 def port_motion(compiled: Compiled, name: str) -> Symbol:

@@ -144,8 +144,9 @@ def vibrations(plant: Plant[Any], wanted: Sequence[Selector], point: OperatingPo
     moving = c @ found.right[:, order]
     shape = moving[: len(wanted)].T
     largest = shape[np.arange(len(order)), np.abs(shape).argmax(axis=1)]
-    if (np.abs(largest) < _STILL).any():
-        raise ParameterError("in some vibration modes none of the signals in shapes moves; name other signals")
+    if (still := np.abs(largest) < _STILL).any():
+        there = ", ".join(f"{w / (2 * np.pi):.4g}" for w in np.abs(found.values[order[still]]))
+        raise ParameterError(f"none of the signals in shapes moves in the vibrations of {there} Hz; name other signals")
     rows = [labels.index(name) for name in plant.compiled.states]
     left = np.zeros((len(rows), len(order)), complex)
     left[linear.kept] = found.left[:, order]

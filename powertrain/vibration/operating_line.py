@@ -17,6 +17,8 @@ from powertrain.plant import Plant
 from powertrain.signals import signals_of
 
 Line: TypeAlias = "Point | Callable[[float], Point]"
+Along: TypeAlias = Callable[[float], Mapping[str, float]]
+"""The parameters at a value of the line."""
 
 
 @dataclass(frozen=True)
@@ -36,11 +38,12 @@ class OperatingLine:
 
 
 def operating_line(
-    plant: Plant[Any], over: Mapping[str, ArrayLike], at: Line | None, parameters: Mapping[str, float] | None
+    plant: Plant[Any], over: Mapping[str, ArrayLike], at: Line | None, parameters: Along | Mapping[str, float] | None
 ) -> OperatingLine:
     """The operating points over a range: ``over`` = {name: values}; a parameter, or a value as in ``at`` (a start value, an input).
 
     If ``at`` is a function, it gives the operating point at each value, and ``over`` only names the axis, unless it is a parameter.
+    ``parameters`` may be a function of the value, too.
     """
     given = by_name("over", over)
     if len(given) != 1:
@@ -57,7 +60,8 @@ def operating_line(
     unit, doc = (picked.unit, picked.doc) if picked else (inputs[name].unit, name) if name in inputs else ("1", name)
     points = []
     for value in values.tolist():
-        here, set_here = at(value) if callable(at) else at, dict(parameters or {})
+        here = at(value) if callable(at) else at
+        set_here = dict((parameters(value) if callable(parameters) else parameters) or {})
         if name in plant.compiled.parameters:
             set_here[name] = value
         elif not callable(at):

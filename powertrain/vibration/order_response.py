@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from powertrain.language.component import Component
 from powertrain.plant import Plant, plant_of
 from powertrain.signals import signals_of
 from powertrain.vibration.eigenvectors import eigenvectors
-from powertrain.vibration.operating_line import Line, OperatingLine, operating_line
+from powertrain.vibration.operating_line import Along, Line, OperatingLine, operating_line
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +32,7 @@ def order_response(
     outputs: Sequence[Selector],
     *,
     at: Line | None = None,
-    parameters: Mapping[str, float] | None = None,
+    parameters: Mapping[str, float | Callable[[float], float]] | None = None,
 ) -> xr.DataArray:
     """The steady vibration under excitations at multiples (orders) of a speed of rotation.
 
@@ -50,7 +50,8 @@ def order_response(
     outputs
         Signals by name or selector.
     at, parameters
-        The operating points; see ``pt.campbell``.
+        The operating points; see ``pt.campbell``. A parameter may be a function of the frequency |n w| of the excitation in rad/s, such
+        as the dynamic stiffness of rubber. ``{"spring.d": lambda f: eta * c / f}`` is a loss factor eta: c + j f d = c (1 + j eta).
 
     Returns
     -------
@@ -84,20 +85,23 @@ def order_response(
     import xarray as xr
 
     plant = plant_of(plant)
-    line = operating_line(plant, over, at, parameters)
+    orders, inputs, shown = _orders(plant, excitation), list(excitation), listed("outputs", outputs)
+    lines = _lines(plant, over, orders, at, by_name("parameters", parameters))
+    line = lines[0]
     if line.unit != "rad/s" or (line.values == 0.0).any():
-        raise ParameterError(f"over: {line.name} must be a speed in rad/s, and not 0")
-    inputs = list(by_name("excitation", excitation))
-    for name in inputs:
-        if name in plant.compiled.parameters:
-            raise ParameterError(
-                f"excitation: {name} is a parameter, which is constant; excite an input, a signal port or the flow of a port"
-            )
-    orders, amplitudes = _amplitudes(excitation, line)
-    shown = listed("outputs", outputs)
-    response = np.array(
-        [_response(plant, inputs, shown, line, k, orders, amplitudes[k]) for k in range(len(line.values))]
-    )
+        raise _no_speed(line.name)
+    amplitudes = _amplitudes(excitation, orders, line)
+    models = {id(one): [linear_at(plant, inputs, shown, point).matrices for point in one.points] for one in lines}
+    natural = {key: [eigenvectors(m.a).values for m in matrices] for key, matrices in models.items()}
+    response = np.empty((len(line.values), len(orders), len(shown)), complex)
+    for i, (order, one) in enumerate(zip(orders, lines, strict=True)):
+        for k, m in enumerate(models[id(one)]):
+            s = 1j * order * line.values[k]
+            if np.abs(natural[id(one)][k] - s).min(initial=np.inf) < _RESONANCE * abs(s):
+                where = f"{line.name} = {line.values[k]:g} rad/s"
+                raise ModelError(f"at {where} the order {order:g} excites an undamped vibration")
+            u = amplitudes[k, :, i]
+            response[k, i] = m.c @ np.linalg.solve(s * np.eye(len(m.a)) - m.a, m.b[0] @ u) + m.d[0] @ u
     picked = [signals_of(plant.compiled).pick(s) for s in shown]
     coordinates = {
         line.name: line.coordinate,
@@ -108,18 +112,59 @@ def order_response(
     return xr.DataArray(response, coordinates, (line.name, "order", "signal"), "response")
 
 
-def _amplitudes(excitation: Mapping[str, Any], line: OperatingLine) -> tuple[NDArray[np.float64], Matrix]:
-    """All orders, and the amplitudes (speed, input, order)."""
-    if not excitation:
-        raise ParameterError('excitation: give at least one input with its orders, e.g. {"torque.tau": {2: 100.0}}')
-    table: list[dict[float, Matrix]] = []
-    for name, given in excitation.items():
+def _no_speed(name: str) -> ParameterError:
+    return ParameterError(f"over: {name} must be a speed in rad/s, and not 0")
+
+
+def _orders(plant: Plant[Any], excitation: Mapping[str, Any]) -> list[float]:
+    """All orders of all inputs."""
+    orders: set[float] = set()
+    for name, given in by_name("excitation", excitation).items():
+        if name in plant.compiled.parameters:
+            raise ParameterError(
+                f"excitation: {name} is a parameter, which is constant; excite an input, a signal port or the flow of a port"
+            )
         if not isinstance(given, Mapping) or not given:
             raise ParameterError(f"excitation: {name}: give {{order: amplitude}}")
-        found: dict[float, Matrix] = {}
-        for order, amplitude in given.items():
+        for order in given:
             if number(f"excitation: {name}: order", order) <= 0.0:
                 raise ParameterError(f"excitation: {name}: the order {order:g} is not positive")
+            orders.add(float(order))
+    if not orders:
+        raise ParameterError('excitation: give at least one input with its orders, e.g. {"torque.tau": {2: 100.0}}')
+    return sorted(orders)
+
+
+def _lines(
+    plant: Plant[Any],
+    over: Mapping[str, ArrayLike],
+    orders: list[float],
+    at: Line | None,
+    parameters: Mapping[str, Any],
+) -> list[OperatingLine]:
+    """The operating points for each order: the same for all of them, unless parameters depend on the frequency."""
+    if not any(map(callable, parameters.values())):
+        return [operating_line(plant, over, at, parameters or None)] * len(orders)
+
+    def along(order: float) -> Along:
+        def set_at(speed: float) -> dict[str, Any]:
+            frequency = abs(order * speed)
+            if frequency == 0.0:
+                raise _no_speed(next(iter(over)))
+            return {name: given(frequency) if callable(given) else given for name, given in parameters.items()}
+
+        return set_at
+
+    return [operating_line(plant, over, at, along(order)) for order in orders]
+
+
+def _amplitudes(
+    excitation: Mapping[str, Mapping[float, ArrayLike]], orders: list[float], line: OperatingLine
+) -> Matrix:
+    """The amplitudes (speed, input, order)."""
+    table = np.zeros((len(line.values), len(excitation), len(orders)), complex)
+    for j, (name, given) in enumerate(excitation.items()):
+        for order, amplitude in given.items():
             values = np.asarray(amplitude)
             if (
                 values.dtype.kind not in "iufc"
@@ -129,28 +174,5 @@ def _amplitudes(excitation: Mapping[str, Any], line: OperatingLine) -> tuple[NDA
                 raise ParameterError(
                     f"excitation: {name}: the amplitude of order {order:g} is not a finite number or one for each speed"
                 )
-            found[float(order)] = np.broadcast_to(values, line.values.shape).astype(complex)
-        table.append(found)
-    orders = sorted({order for found in table for order in found})
-    silent = np.zeros(line.values.shape, complex)
-    rows = [[found.get(order, silent) for order in orders] for found in table]
-    return np.array(orders), np.moveaxis(np.array(rows), 2, 0)
-
-
-def _response(
-    plant: Plant[Any], inputs: list[str], outputs: list[Any], line: OperatingLine, k: int,
-    orders: NDArray[np.float64], amplitudes: Matrix,
-) -> Matrix:  # fmt: skip
-    """The amplitudes (order, output) at one speed."""
-    m = linear_at(plant, inputs, outputs, line.points[k]).matrices
-    natural = eigenvectors(m.a).values
-    found = np.empty((len(orders), len(outputs)), complex)
-    for i, order in enumerate(orders):
-        s = 1j * order * line.values[k]
-        u = amplitudes[:, i]
-        if np.abs(natural - s).min(initial=np.inf) < _RESONANCE * abs(s):
-            raise ModelError(
-                f"at {line.name} = {line.values[k]:g} rad/s the order {order:g} excites an undamped vibration"
-            )
-        found[i] = m.c @ np.linalg.solve(s * np.eye(len(m.a)) - m.a, m.b[0] @ u) + m.d[0] @ u
-    return found
+            table[:, j, orders.index(float(order))] = values
+    return table

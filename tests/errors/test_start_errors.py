@@ -102,6 +102,7 @@ def test_freewheel_that_starts_backward() -> None:
         pt.InitializationError,
         "wheel.mode (wheel: yield friction(",
         "moves backward at t = 0 s",
+        "(speed -5 rad/s)",
         "Choose initial values",
         do=lambda: pt.simulate(OneWay(), 1.0, starts={"J1.w": 5.0}),
     )
