@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain.errors import ParameterError, suggestion
 from powertrain.events import MODES
+from powertrain.language.arguments import array
 from powertrain.signals import fits_pattern
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ class Saved:
 
     def at(self, t: ArrayLike, what: Sequence[str]) -> dict[str, Any]:
         """Values at times within the run; at an event its right limit."""
-        times = np.asarray(t, float)
+        times = array("t", t)
         left = np.maximum(np.searchsorted(self.time, times, side="right") - 1, 0)
         right = np.minimum(left + 1, len(self.time) - 1)
         duration = self.time[right] - self.time[left]

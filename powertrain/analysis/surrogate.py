@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain.errors import ParameterError, PowertrainError, suggestion
-from powertrain.language.arguments import by_name, count, names, text
+from powertrain.language.arguments import array, by_name, count, names, text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,7 +49,7 @@ class Surrogate:
         for name in self.wrt:
             if name not in given:
                 raise ParameterError(f"values: there is no {name}{suggestion(name, list(given))}")
-        columns = np.broadcast_arrays(*(np.asarray(given[name], float) for name in self.wrt))
+        columns = np.broadcast_arrays(*(array(f"values: {name}", given[name]) for name in self.wrt))
         for name, column in zip(self.wrt, columns, strict=True):
             low, high = self.ranges[name]
             if not ((column >= low) & (column <= high)).all():

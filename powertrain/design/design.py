@@ -22,6 +22,7 @@ from powertrain.design.duty import Duty, Unit, Vector, check_unit
 from powertrain.design.evaluation import REGIMES, Demands, EvaluatedLayout, row
 from powertrain.design.extrema import check_limits
 from powertrain.design.refinement import SIGN, Rank, Refined, refine_ratio
+from powertrain.language.arguments import array
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,7 +85,7 @@ def split_path_designs(
     from tqdm.auto import tqdm
 
     given = transmission or SplitPathTransmission()
-    values = np.array([float(x if isinstance(x, (int, float)) else x.ratio) for x in ratios])
+    values = array("ratios", [getattr(x, "ratio", x) for x in ratios])
     if not values.size:
         raise pt.ParameterError("no basic ratio is given")
     check_unit(unit)

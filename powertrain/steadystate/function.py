@@ -118,7 +118,7 @@ def steady_function(
     for w, lost in zip(q.wanted, problem.turning, strict=True):
         if lost:
             raise ParameterError(f"outputs: {w.name} depends on an angle that only rotates, so it has no steady value")
-    v = np.array([float(point[name]) for name in q.asked.axes])
+    v = np.array([axis.values.item() for axis in q.grid.axes])
     solved = map_.solver.solve(v[:, None])
     if solved.status[0] != OK or solved.rest.any():
         problems = dataset(plant, q.grid, q.common, map_, *map_.run(q.grid, Look(), None)).attrs["problems"]
