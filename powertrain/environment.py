@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError, PowertrainError, SimulationError
 from powertrain.language.arguments import array, by_name, positive
+from powertrain.language.reals import Array
 from powertrain.plant import Plant
 from powertrain.running import Running
 
@@ -19,7 +19,6 @@ try:
 except ImportError as error:
     raise PowertrainError("learning environments need Gymnasium: pip install 'powertrain[learning]'") from error
 
-Array = NDArray[np.float64]
 Range = tuple[float, float]
 _ROUNDING = 1e-9
 """Part of a period by which a duration may exceed whole periods through round-off."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.dae.hybrid import TimeSignal
@@ -35,6 +35,7 @@ from powertrain.language.arguments import (
 from powertrain.language.arguments import path as argument_path
 from powertrain.language.component import Component
 from powertrain.language.packing import packed_model
+from powertrain.language.reals import Array
 from powertrain.nonfinite import explain
 from powertrain.present import Watch, told, watcher
 from powertrain.result import Result
@@ -46,7 +47,6 @@ if TYPE_CHECKING:
     from powertrain.running import Running
 
 M = TypeVar("M", bound=Component)
-Array = NDArray[np.float64]
 _USUAL = 10.0
 """The span [s] for which the method of an export is chosen."""
 

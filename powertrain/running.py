@@ -20,7 +20,7 @@ from powertrain.errors import ParameterError, SimulationError, suggestion
 from powertrain.language import htmltext
 from powertrain.language.arguments import number
 from powertrain.language.component import Component
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.present import Present
 from powertrain.result import Result
 from powertrain.signals import signals_of

@@ -7,17 +7,16 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from powertrain.errors import ParameterError, suggestion
 from powertrain.events import MODES
 from powertrain.language.arguments import array
+from powertrain.language.reals import Array
 from powertrain.signals import fits_pattern
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = NDArray[np.float64]
 
 
 class Saved:

@@ -8,15 +8,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.language.arguments import array, by_name, count, names, text
+from powertrain.language.reals import Array
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
 _FEWEST = 3
 """Minimum number of cases per fold: every fold is fitted to most cases."""
 

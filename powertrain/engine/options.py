@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from powertrain.dae.hybrid import TimeSignal
 from powertrain.dae.tolerances import NOW
@@ -15,8 +15,8 @@ from powertrain.engine.prepared import Compile
 from powertrain.engine.trajectory import within_span
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import count, flag, number, positive, row
+from powertrain.language.reals import Array
 
-Array = NDArray[np.float64]
 InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
 """The value of an input: a number, or (times in s, values); linear between, constant outside, a jump at a repeated time."""
 

@@ -12,12 +12,15 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
+"""Real numbers, of any shape."""
+
 
 class NotReal(TypeError):
     """Says which value is not a real number, or what to give instead."""
 
 
-def reals(values: Any) -> NDArray[np.float64]:
+def reals(values: Any) -> Array:
     """Real numbers as an array, of the shape that they have.
 
     NotReal for truth values, texts, complex numbers, dates and durations, and where values are masked: NumPy has a number for each

@@ -22,7 +22,7 @@ from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import PowertrainError, SimulationError
 from powertrain.language.arguments import positive, tolerances
 from powertrain.language.component import Component
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.numerics.compiled import FLAGS as OPTIMISED
 from powertrain.numerics.compiled import compiler
 from powertrain.result import Result

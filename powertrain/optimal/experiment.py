@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name, number, row
 from powertrain.language.arguments import path as argument_path
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.optimal.dynamics import Dynamics
 from powertrain.result import Result
 

@@ -16,7 +16,7 @@ from powertrain.initialization.outdated import constant_in_tables
 from powertrain.language.arguments import by_name, count, listed, number, single
 from powertrain.language.arguments import limits as bounded
 from powertrain.language.component import Component
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.optimal.dynamics import Dynamics, Selector, dynamics
 from powertrain.optimal.phases import Collocated, Guess, Phase, guess
 from powertrain.optimal.plan import Plan

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import array, row
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 
 NEVER = 1e30
 """Represents an infinite cost: interpolation would turn infinity into nan."""

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import array
+from powertrain.language.reals import Array
 from powertrain.numerics.batch import Rows
-from powertrain.numerics.buffers import Array
 
 PAD = 4096
 """Points beyond the end of a piece that may be overwritten."""

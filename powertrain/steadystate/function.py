@@ -8,7 +8,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import OK
@@ -16,13 +15,13 @@ from powertrain.equilibrium.system import held_rows, with_modes
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name, single
 from powertrain.language.component import Component
+from powertrain.language.reals import Array
 from powertrain.language.symbols import column
 from powertrain.plant import Plant, plant_of
 from powertrain.steadystate.dataset import dataset
 from powertrain.steadystate.results import Look
 from powertrain.steadystate.steady import What, question, steady_map
 
-Array = NDArray[np.float64]
 _ACCURACY = 1e-10
 """Accuracy of the unknowns, relative to their size at the given point plus one."""
 _INDEPENDENT = 1e-9

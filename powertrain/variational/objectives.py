@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import number, row
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 
 Signal = str | Callable[[Any], Any]
 
