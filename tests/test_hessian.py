@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 import pytest
 from cases import few
+from drivelines import random_plant
 from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
-from test_gradients_of_runs import random_plant
 
 import powertrain as pt
 from powertrain.components.blocks import Constant
