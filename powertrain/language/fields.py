@@ -155,7 +155,7 @@ class Variable(Quantity):
         self.guess = self._declared("guess", guess)
         self.nominal = None if nominal is None else self._declared("nominal", nominal)
         if self.nominal is not None and not self.nominal > 0.0:
-            raise ParameterError(f"nominal = {nominal!r} must be positive and finite ({doc}, {unit})")
+            raise ParameterError(f"nominal = {nominal!r} must be positive ({doc}, {unit})")
         self.prefer, self.flow = prefer, flow
 
 
