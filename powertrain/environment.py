@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError, PowertrainError, SimulationError
-from powertrain.language.arguments import by_name, positive
+from powertrain.language.arguments import array, by_name, positive
+from powertrain.language.reals import Array
 from powertrain.plant import Plant
 from powertrain.running import Running
 
@@ -19,7 +19,6 @@ try:
 except ImportError as error:
     raise PowertrainError("learning environments need Gymnasium: pip install 'powertrain[learning]'") from error
 
-Array = NDArray[np.float64]
 Range = tuple[float, float]
 _ROUNDING = 1e-9
 """Part of a period by which a duration may exceed whole periods through round-off."""
@@ -130,7 +129,7 @@ class Environment(gymnasium.Env[Array, Array]):
         """One period with these inputs: observation, reward, terminated, truncated, info."""
         if self._run is None:
             raise ParameterError("the episode has not begun: call reset() first")
-        run, values = self._run, np.asarray(action, np.float64)
+        run, values = self._run, array("action", action)
         if not self.action_space.contains(values):
             raise ParameterError(f"action {values} is not within the ranges of {', '.join(self._actions)}")
         before = dict(zip(self._observed, self._observe(run).tolist(), strict=True))

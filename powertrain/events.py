@@ -11,7 +11,7 @@ import numpy as np
 from powertrain.engine.trajectory import Event
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language import htmltext
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.signals import fits_pattern
 
 if TYPE_CHECKING:

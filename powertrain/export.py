@@ -15,7 +15,7 @@ import numpy as np
 from powertrain.errors import ParameterError, PowertrainError
 from powertrain.events import MODES, EventTable, change
 from powertrain.language.arguments import path as argument_path
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 
 if TYPE_CHECKING:
     import pandas as pd

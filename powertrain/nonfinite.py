@@ -6,14 +6,13 @@ from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.tape import again, graph_of
 from powertrain.signals import signals_of
 
-Array = NDArray[np.float64]
 _MOST = 3
 _AHEAD = (0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3)
 _NAMES = {

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from powertrain.compiler.assemble import Compiled, compile_model
 from powertrain.dae.hybrid import TimeSignal
 from powertrain.engine.failure import OUTSIDE
-from powertrain.engine.options import InputValue, compile_option, run_span, run_times, scheduled
+from powertrain.engine.options import InputValue, compile_option, longest_step, run_span, run_times, scheduled
 from powertrain.engine.prepared import Compile, Method
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.simulator import Simulator
@@ -30,12 +30,12 @@ from powertrain.language.arguments import (
     numbers_by_name,
     one_of,
     options_checked,
-    positive,
     tolerances,
 )
 from powertrain.language.arguments import path as argument_path
 from powertrain.language.component import Component
 from powertrain.language.packing import packed_model
+from powertrain.language.reals import Array
 from powertrain.nonfinite import explain
 from powertrain.present import Watch, told, watcher
 from powertrain.result import Result
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from powertrain.running import Running
 
 M = TypeVar("M", bound=Component)
-Array = NDArray[np.float64]
 _USUAL = 10.0
 """The span [s] for which the method of an export is chosen."""
 
@@ -185,8 +184,7 @@ class Plant(Generic[M]):
         """
         start, stop = run_span(start, stop)
         grid = run_times(start, stop, times, points)
-        positive("max_step", max_step)
-        rtol, atol = tolerances(rtol, atol)
+        max_step, (rtol, atol) = longest_step(max_step, stop), tolerances(rtol, atol)
         p = self.parameter_vector(parameters)
         if record is not None:
             signals_of(self.compiled).matching(record)
@@ -308,10 +306,8 @@ class Plant(Generic[M]):
         """
         from powertrain.running import Running, State
 
-        rtol, atol = tolerances(rtol, atol)
-        positive("max_step", max_step)
-        given = by_name("inputs", inputs)
-        t = number("t", t, "s")
+        t, given = number("t", t, "s"), by_name("inputs", inputs)
+        max_step, (rtol, atol) = longest_step(max_step, t), tolerances(rtol, atol)
         x, z, m, report = self.initialize(t, parameters, starts, guesses, given)
         signals = tuple(s for s in self._schedules(given) if s.name in given or s.name not in self.compiled.inputs)
         options = {"rtol": rtol, "atol": atol, "max_step": max_step, "record": record}

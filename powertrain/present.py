@@ -14,8 +14,8 @@ from powertrain.engine.loop import Progress
 from powertrain.engine.trajectory import Samples
 from powertrain.errors import ParameterError
 from powertrain.language.component import Component
+from powertrain.language.reals import Array
 from powertrain.numerics.background import progress as building
-from powertrain.numerics.buffers import Array
 from powertrain.signals import Signals, signals_of
 
 M = TypeVar("M", bound=Component)

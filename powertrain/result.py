@@ -22,8 +22,8 @@ from powertrain.language.arguments import array, writing
 from powertrain.language.component import Component
 from powertrain.language.connectors import Signal
 from powertrain.language.quantities import converted
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.buffers import Array
 from powertrain.signals import Picked, signals_of
 
 if TYPE_CHECKING:

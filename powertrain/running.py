@@ -20,7 +20,7 @@ from powertrain.errors import ParameterError, SimulationError, suggestion
 from powertrain.language import htmltext
 from powertrain.language.arguments import number
 from powertrain.language.component import Component
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.present import Present
 from powertrain.result import Result
 from powertrain.signals import signals_of
@@ -103,10 +103,11 @@ class Running(Generic[M]):
             raise ParameterError(f"dt = {dt:g} s is not positive")
         state = self._state
         m = state.m.copy()
-        for name, value in inputs.items():
+        given = {name: number(f"input {name}", value) for name, value in inputs.items()}
+        for name, value in given.items():
             if name not in self._places:
                 raise ParameterError(f"the model has no input {name}{suggestion(name, self._places)}")
-            m[self._places[name] : self._places[name] + 3] = state.t, number(f"input {name}", value), 0.0
+            m[self._places[name] : self._places[name] + 3] = state.t, value, 0.0
         signals = tuple(s for s in state.signals if s.name not in inputs)
         schedules = self._schedules if len(signals) == len(state.signals) else Schedules(signals)
         engine = self._engine()
@@ -132,8 +133,8 @@ class Running(Generic[M]):
         held = found.final_held[: state.m.size]
         self._state = State(state.t + dt, found.final[:n].copy(), found.final[n:].copy(), held.copy(), signals)
         self._schedules = schedules
-        for name, value in inputs.items():
-            self._set.setdefault(name, {})[state.t] = float(value)
+        for name, value in given.items():
+            self._set.setdefault(name, {})[state.t] = value
         if self._options["record"]:
             self._pieces.append(found)
         return self

@@ -7,16 +7,16 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from powertrain.errors import ParameterError, suggestion
 from powertrain.events import MODES
+from powertrain.language.arguments import array
+from powertrain.language.reals import Array
 from powertrain.signals import fits_pattern
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = NDArray[np.float64]
 
 
 class Saved:
@@ -70,7 +70,7 @@ class Saved:
 
     def at(self, t: ArrayLike, what: Sequence[str]) -> dict[str, Any]:
         """Values at times within the run; at an event its right limit."""
-        times = np.asarray(t, float)
+        times = array("t", t)
         left = np.maximum(np.searchsorted(self.time, times, side="right") - 1, 0)
         right = np.minimum(left + 1, len(self.time) - 1)
         duration = self.time[right] - self.time[left]

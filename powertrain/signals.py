@@ -22,10 +22,10 @@ from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.language.arguments import names as argument_names
 from powertrain.language.component import Component
 from powertrain.language.connectors import Signal, of_a_signal
+from powertrain.language.reals import Array
 from powertrain.language.replacing import replace as changed
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
 from powertrain.numerics.batch import Lanes, building
-from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
 from powertrain.numerics.newton import newton
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -218,3 +219,12 @@ def _terms(compiled: Any) -> tuple[list[pt.Symbol], list[pt.Symbol], list[pt.Sym
             losses.append(loss)
             gaps.append(power - loss - pt.der(energy))
     return energies, inflow, losses, gaps
+
+
+def random_plant(seed: int) -> tuple[pt.Plant[Any], random.Random]:
+    rng = random.Random(seed)
+
+    def pick(several: Sequence[Any]) -> Any:
+        return rng.choice(list(several))
+
+    return pt.compile(driveline(pick, rng.randint(4, 10), False)), rng

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 import pickle
-import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
-from drivelines import driveline
+from drivelines import random_plant
 from joined import joined
 from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
 
@@ -490,15 +489,6 @@ def test_coupled_clutches() -> None:
         slopes = [difference(plant, lambda r: float(r["J1.w"][-1]), 1.5, name, h) for h in (1e-3, 1e-5)]
         assert min(abs(found[name] - slope) for slope in slopes) < 3e-7 + 1e-6 * abs(found[name]), name
         assert loose[name] == pytest.approx(found[name], rel=1e-5, abs=1e-6), name
-
-
-def random_plant(seed: int) -> tuple[pt.Plant[Any], random.Random]:
-    rng = random.Random(seed)
-
-    def pick(several: Sequence[Any]) -> Any:
-        return rng.choice(list(several))
-
-    return pt.compile(driveline(pick, rng.randint(4, 10), False)), rng
 
 
 def checked(seed: int, monkeypatch: pytest.MonkeyPatch) -> int:

@@ -7,8 +7,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from drivelines import random_plant
 from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
-from test_gradients_of_runs import random_plant
 
 import powertrain as pt
 from powertrain.components.blocks import Constant

@@ -21,7 +21,7 @@ PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "
 # A core module imports modules of its own row and of rows above it. A new module gets its place here.
 ORDER = [
     "errors",
-    "language: units symbols htmltext tables",
+    "language: units symbols htmltext tables reals",
     "language: dimensions",
     "language: quantities",
     "language: arguments",
@@ -258,3 +258,9 @@ def test_checkout_without_links(tmp_path: Path) -> None:
     program = "import powertrain.components as parts, powertrain.vehicles; print(parts.__name__, parts.__file__)"
     done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.stdout.split() == ["powertrain.components", str(tmp_path / "components" / "__init__.py")], done.stderr
+
+
+def test_tests_share_what_is_in_helper_modules() -> None:
+    """A test file imported by another one would drag its own parametrisation and its marks along."""
+    tests = (ROOT / "tests").rglob("test_*.py")
+    assert not [place for path in tests for name, place in imports(path) if name.startswith("test_")]

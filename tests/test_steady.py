@@ -760,7 +760,7 @@ def test_everything_by_default(bench: pt.Plant[SplitPathBench]) -> None:
         ({"rr": 1.0}, {}, "no input, parameter or variable rr; did you mean"),
         ({"r": [0.1], "V": 0.3, "load": 1.0}, {}, r"prescribes 1 variable \(r\), and no input or parameter to be found"),
         ({"r": [0.1]}, {}, "Name as many as are prescribed"),
-        ({"r": [float("nan")], "load": 1.0}, {}, "not a number"),
+        ({"r": [float("nan")], "load": 1.0}, {}, r"grid: r: nan at \[0\] is not a finite number"),
         ({"r": [[0.1]], "load": 1.0}, {}, "2 dimensions"),
         ({"r": 0.1, "load": 1.0}, {"free": ["load"]}, "already has a value"),
         ({"r": 0.1, "load": 1.0}, {"free": ["vv"]}, "no input or parameter vv"),

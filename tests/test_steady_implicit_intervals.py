@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 import numpy as np
-from test_steady_intervals import FORMULAS, LIMIT, Rubbing
+from rubbing import FORMULAS, LIMIT, Rubbing
 
 import powertrain as pt
 from powertrain.components import rotational as rot

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from powertrain.errors import ParameterError, PowertrainError
 from powertrain.language.arguments import path, row
+from powertrain.language.reals import Array
 from powertrain.result import Result
 from powertrain.saved import Saved
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-Array = NDArray[np.float64]
 _VALUES = 2_000_000
 """Approximate number of values of one signal written at once."""
 

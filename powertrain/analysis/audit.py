@@ -15,7 +15,7 @@ from powertrain.analysis.quadrature import NODES, Pieces
 from powertrain.engine.trajectory import Trajectory
 from powertrain.language import htmltext
 from powertrain.language.arguments import of_kind
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.result import Result
 
 if TYPE_CHECKING:

@@ -26,6 +26,7 @@ from powertrain.errors import (
     SimulationError,
 )
 from powertrain.export import classic
+from powertrain.language.arguments import array
 from powertrain.plant import Plant
 from powertrain.result import Result
 
@@ -148,11 +149,12 @@ def _write(path: Path, content: bytes) -> None:
 
 def _number(name: str, function: Callable[[Any], float], run: Result[Any]) -> float:
     try:
-        value = np.asarray(function(run), float)
+        found = function(run)
     except PowertrainError as error:
         raise ParameterError(f"scalars: {name!r} failed: {error}") from error
     except Exception as error:
         raise _unexpected(error, f"scalars: {name!r} failed") from error
+    value = array(f"scalars: {name!r}", found, finite=False)
     if value.size != 1:
         raise ParameterError(f"scalars: {name!r} returns {value.size} numbers; it must return one")
     return float(value.item())

@@ -24,9 +24,9 @@ from powertrain.engine.trajectory import Samples
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.component import Component
 from powertrain.language.connectors import Connector, Signal
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, free_symbols, scalars
 from powertrain.numerics.batch import Lanes
-from powertrain.numerics.buffers import Array
 from powertrain.numerics.tape import graph_of
 from powertrain.signals import Signals, signals_of
 

@@ -16,8 +16,8 @@ import numpy as np
 from powertrain.analysis.energy_terms import EnergyTerms
 from powertrain.dae.hybrid import Contact, Friction, HybridDae
 from powertrain.engine.trajectory import Instant, Samples, Trajectory
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column
-from powertrain.numerics.buffers import Array
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.analysis.operating_point import Array, Point, operating_point
+from powertrain.analysis.operating_point import Point, operating_point
 from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, spots, transfer
 from powertrain.analysis.reduction import Matrices, Quotient, free_motion, substitute_inputs, without_unseen
 from powertrain.compiler.assemble import Compiled
@@ -22,6 +22,7 @@ from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language.arguments import flag, listed
 from powertrain.language.component import Component
 from powertrain.language.connectors import Output
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, scalars
 from powertrain.plant import Plant, plant_of
 from powertrain.signals import Picked, signals_of

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.dae.friction import FORWARD, STUCK
 from powertrain.dae.hybrid import FrictionValues, OperatingPoint
@@ -18,7 +17,6 @@ from powertrain.language.arguments import by_name, number
 from powertrain.plant import Plant
 from powertrain.result import Result
 
-Array = NDArray[np.float64]
 Point: TypeAlias = "Mapping[str, float] | tuple[Result[Any], float]"
 
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
-from powertrain.analysis.operating_point import Array
 from powertrain.compiler.assemble import Compiled, compile_flat
 from powertrain.compiler.flat import Equation, Flat
 from powertrain.compiler.flatten import flatten
@@ -23,6 +22,7 @@ from powertrain.language.connectors import Connector, Output, Signal
 from powertrain.language.fields import Variable
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw
+from powertrain.language.reals import Array
 from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time, total_derivative
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.engine.trajectory import Samples, Trajectory
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
 _OUTER = [0, 1, 3, 4]

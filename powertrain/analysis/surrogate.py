@@ -8,15 +8,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from powertrain.errors import ParameterError, PowertrainError, suggestion
-from powertrain.language.arguments import by_name, count, names, text
+from powertrain.language.arguments import array, by_name, count, names, text
+from powertrain.language.reals import Array
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
 _FEWEST = 3
 """Minimum number of cases per fold: every fold is fitted to most cases."""
 
@@ -49,7 +49,7 @@ class Surrogate:
         for name in self.wrt:
             if name not in given:
                 raise ParameterError(f"values: there is no {name}{suggestion(name, list(given))}")
-        columns = np.broadcast_arrays(*(np.asarray(given[name], float) for name in self.wrt))
+        columns = np.broadcast_arrays(*(array(f"values: {name}", given[name]) for name in self.wrt))
         for name, column in zip(self.wrt, columns, strict=True):
             low, high = self.ranges[name]
             if not ((column >= low) & (column <= high)).all():

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.operations import Ways, may_jump, opened, operation
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.batch import Lanes
 from powertrain.numerics.tape import graph_of, operands_of
 
-Array = NDArray[np.float64]
 LINES = 48
 _FAR = np.logspace(-6, 9, 24)
 _PLACES = np.concatenate([-_FAR[::-1], [0.0], _FAR])

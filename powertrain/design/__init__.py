@@ -6,7 +6,7 @@ from powertrain.design.bench import SplitPathBench
 from powertrain.design.design import SplitPathDesigns, split_path_designs
 from powertrain.design.duty import Duty
 from powertrain.design.rating import Efficiencies
-from powertrain.design.refinement import Refined, refine_ratio
+from powertrain.design.refinement import Refined
 from powertrain.design.space import SplitPathSpace, split_path_space
 from powertrain.design.structure import COMMON, Designs, Structure
 from powertrain.design.teeth import sets_near
@@ -23,7 +23,6 @@ __all__ = [
     "SplitPathSpace",
     "Structure",
     "Variator",
-    "refine_ratio",
     "sets_near",
     "split_path_designs",
     "split_path_space",

@@ -22,6 +22,7 @@ from powertrain.design.duty import Duty, Unit, Vector, check_unit
 from powertrain.design.evaluation import REGIMES, Demands, EvaluatedLayout, row
 from powertrain.design.extrema import check_limits
 from powertrain.design.refinement import SIGN, Rank, Refined, refine_ratio
+from powertrain.language.arguments import array
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,7 +85,7 @@ def split_path_designs(
     from tqdm.auto import tqdm
 
     given = transmission or SplitPathTransmission()
-    values = np.array([float(x if isinstance(x, (int, float)) else x.ratio) for x in ratios])
+    values = array("ratios", [getattr(x, "ratio", x) for x in ratios])
     if not values.size:
         raise pt.ParameterError("no basic ratio is given")
     check_unit(unit)
@@ -195,9 +196,9 @@ class SplitPathDesigns:
     def refine(self, line: int = 0, *, bounds: tuple[float, float] | None = None, max_K: float = math.inf) -> Refined:
         """The best R_o for the layouts of a row of ``table``, by the table's criterion; see ``refine_ratio``.
 
-        ``bounds``: by default the compared basic ratios on the same side of 0 and 1.
+        ``bounds``: by default the compared basic ratios on the same side of 0 and 1; ``max_K``: the largest share of the power in the unit.
         """
         chosen = self.table.iloc[line]
         start, plants = float(chosen.R_o), [self.plants[str(chosen.coupling), n] for n in self.types(line)]
         demands = replace(self.demands, max_K=max_K)
-        return refine_ratio(plants, self.duty, start, bounds or self._bounds(start), demands=demands, by=self.by)
+        return refine_ratio(plants, self.duty, start, bounds or self._bounds(start), demands, self.by)

@@ -93,13 +93,13 @@ class Duty:
     @arguments_checked
     def together(cls, duties: Sequence[tuple[Duty, float]]) -> Duty:
         """Several duties combined, each with its share of the delivered energy. Errors: ParameterError for negative or all-zero shares."""
-        shares = [share for _, share in duties]
-        if not duties or min(shares) < 0 or not sum(shares) > 0:
+        shares = row("shares", [share for _, share in duties])
+        if not (shares >= 0).all() or not shares.sum() > 0:
             raise pt.ParameterError(
-                f"duties have the shares {shares}: none may be negative, and at least one must be positive"
+                f"duties have the shares {shares.tolist()}: none may be negative, and at least one must be positive"
             )
         columns = {n: np.concatenate([getattr(d, n) for d, _ in duties]) for n in ("r", "torque", "speed")}
-        weight = np.concatenate([d.weight * share for d, share in duties]) / sum(shares)
+        weight = np.concatenate([d.weight * share for (d, _), share in zip(duties, shares / shares.sum(), strict=True)])
         order = np.argsort(columns["r"], kind="stable")
         low, high = min(d.low for d, _ in duties), max(d.high for d, _ in duties)
         return cls(weight=weight[order], **{n: v[order] for n, v in columns.items()}, low=low, high=high, sampled=True)

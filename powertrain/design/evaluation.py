@@ -74,7 +74,7 @@ class EvaluatedLayout:
 
 @dataclass(frozen=True)
 class Demands:
-    """Requirements of a design: the range of V of the unit, and limits of its torque [N.m], speed [rad/s] and power [W]."""
+    """Requirements of a design: range of V, torque [N.m], speed [rad/s] and power [W] of the unit, and its share of the power."""
 
     unit: Unit
     limits: Mapping[str, float]

@@ -11,7 +11,7 @@ import numpy as np
 
 import powertrain as pt
 from powertrain.design.bench import SplitPathBench
-from powertrain.design.duty import Duty, Unit
+from powertrain.design.duty import Duty
 from powertrain.design.evaluation import Demands, EvaluatedLayout, row
 
 Rank = Literal["mean_efficiency", "min_efficiency", "max_K", "unit_range"]
@@ -50,11 +50,8 @@ def refine_ratio(
     duty: Duty,
     start: float,
     bounds: tuple[float, float],
-    *,
-    unit: Unit = None,
-    max_K: float = math.inf,
-    demands: Demands | None = None,
-    by: Rank = "mean_efficiency",
+    demands: Demands,
+    by: Rank,
 ) -> Refined:
     """The R_o within bounds that is best by one column of ``SplitPathDesigns.table`` and meets the demands on the unit.
 
@@ -72,12 +69,8 @@ def refine_ratio(
         Basic ratio to be improved.
     bounds : (float, float)
         Lowest and highest basic ratio.
-    unit : (float, float), float, optional
-        Range or span of V, as for ``split_path_designs``.
-    max_K : float
-        Largest share of the power in the unit [1].
-    demands : Demands, optional
-        Replaces ``unit`` and ``max_K``.
+    demands : Demands
+        What the unit must meet.
     by : str
         The criterion, a column of the table.
 
@@ -90,14 +83,13 @@ def refine_ratio(
     ParameterError
         If the start does not satisfy the duty, or if nothing is found.
     """
-    wanted = demands or Demands(unit, {}, max_K)
     known: dict[float, dict[str, float]] = {}
 
     def look(ratios: list[float]) -> None:
         new = [x for x in dict.fromkeys(map(float, ratios)) if x not in known]
         if new:
             layouts = [EvaluatedLayout.of(plant, duty, np.array(new)) for plant in plants]
-            known.update({x: row(layouts, k, duty, wanted) for k, x in enumerate(new)})
+            known.update({x: row(layouts, k, duty, demands) for k, x in enumerate(new)})
 
     low, high = min(bounds), max(bounds)
     look([start, *np.linspace(low, high, _FIRST)])

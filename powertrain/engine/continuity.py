@@ -11,9 +11,10 @@ import numpy as np
 from powertrain.dae.hybrid import HybridDae
 from powertrain.dae.tolerances import JUMP
 from powertrain.errors import SimulationError
+from powertrain.language.reals import Array
 from powertrain.language.symbols import key
 from powertrain.language.units import with_unit
-from powertrain.numerics.buffers import Array, Bound, Memory, zeros
+from powertrain.numerics.buffers import Bound, Memory, zeros
 
 
 class Continuity:

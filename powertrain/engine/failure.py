@@ -7,7 +7,8 @@ import numpy as np
 
 from powertrain.dae.hybrid import HybridDae
 from powertrain.dae.tolerances import LEAST_TORQUE
-from powertrain.numerics.buffers import Array, Memory
+from powertrain.language.reals import Array
+from powertrain.numerics.buffers import Memory
 
 OUTSIDE = "A function of the model is evaluated outside its range there."
 

@@ -20,8 +20,9 @@ from powertrain.engine.limits import limits
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.trajectory import Instant
+from powertrain.language.reals import Array
 from powertrain.modes.resolve import PASSES
-from powertrain.numerics.buffers import Array, zeros
+from powertrain.numerics.buffers import zeros
 from powertrain.numerics.compiled import Library, compiler, library
 
 SOURCES = Path(__file__).parents[1] / "native"

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.dae.tolerances import EPS
-from powertrain.numerics.buffers import CHECKS, INFO, Array, Bound, Memory, view
+from powertrain.language.reals import Array
+from powertrain.numerics.buffers import CHECKS, INFO, Bound, Memory, view
 
 AIM = 0.1 * EPS
 """A located indicator is below zero by this much, a tenth of the hysteresis, or at most twice as much."""

@@ -19,9 +19,10 @@ from powertrain.engine.trajectory import Instant, Trajectory, TrajectoryRecorder
 from powertrain.errors import SimulationError
 from powertrain.integration.specialized import Calls
 from powertrain.integration.step_control import FINEST, HALVINGS, STIFF, STIFF_STEPS, reduction
+from powertrain.language.reals import Array
 from powertrain.modes.algebra import NotConsistent
 from powertrain.modes.guards import first_violation, guard_message
-from powertrain.numerics.buffers import Array, view
+from powertrain.numerics.buffers import view
 
 Progress = Callable[[float, Array, Array], None]
 """Receives the time, the unknowns and the held values that a run has reached; these are the run's own arrays."""

@@ -7,15 +7,16 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from powertrain.dae.hybrid import TimeSignal
+from powertrain.dae.tolerances import NOW
 from powertrain.engine.prepared import Compile
 from powertrain.engine.trajectory import within_span
 from powertrain.errors import ParameterError
-from powertrain.language.arguments import count, flag, number, row
+from powertrain.language.arguments import count, flag, number, positive, row
+from powertrain.language.reals import Array
 
-Array = NDArray[np.float64]
 InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
 """The value of an input: a number, or (times in s, values); linear between, constant outside, a jump at a repeated time."""
 
@@ -38,6 +39,16 @@ def run_times(first: float, last: float, times: ArrayLike | None, points: int) -
     if not (grid[1:] >= grid[:-1]).all():
         raise ParameterError("times must not decrease")
     return within_span("times: ", grid, first, last)
+
+
+def longest_step(given: Any, time: float) -> float:
+    """The largest step [s]. ParameterError for one that would not advance ``time`` [s]."""
+    step, shortest = positive("max_step", given), NOW * max(1.0, abs(time))
+    if step < shortest:
+        raise ParameterError(
+            f"max_step = {step:g} s is shorter than {shortest:g} s, within which instants are the same"
+        )
+    return step
 
 
 def scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue]) -> TimeSignal:

@@ -23,6 +23,7 @@ from powertrain.integration import fused as steps
 from powertrain.integration.parts import Parts, in_parts
 from powertrain.integration.specialized import Calls, SpecialSteps, for_modes
 from powertrain.language.arguments import one_of
+from powertrain.language.reals import Array
 from powertrain.modes import resting
 from powertrain.modes.admissible import Admissible
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
@@ -30,7 +31,7 @@ from powertrain.modes.discontinuities import reset_values
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.modes.resolve import ModeResolver
 from powertrain.numerics.background import Builds, Install
-from powertrain.numerics.buffers import Array, Bound, Memory
+from powertrain.numerics.buffers import Bound, Memory
 from powertrain.numerics.compiled import Compilable, Library, compile_functions
 from powertrain.numerics.pivots import match_rows
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from powertrain.dae.hybrid import TimeSignal
 from powertrain.dae.tolerances import NOW
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 
 
 def just_after(t: float) -> float:

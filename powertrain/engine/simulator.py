@@ -13,8 +13,8 @@ from powertrain.engine.loop import Progress, Run
 from powertrain.engine.prepared import Compile, Method, Prepared, vector
 from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import InitializationError, SimulationError
+from powertrain.language.reals import Array
 from powertrain.modes.algebra import NotConsistent
-from powertrain.numerics.buffers import Array
 from powertrain.numerics.compiled import warn_of_cache
 
 TOLERANCE = 1e-6

@@ -13,8 +13,9 @@ from powertrain.dae.friction import FREE
 from powertrain.dae.tolerances import BEGINNING, NOW
 from powertrain.engine.catalogue import Catalogue
 from powertrain.errors import ParameterError
+from powertrain.language.reals import Array
 from powertrain.language.units import told_apart
-from powertrain.numerics.buffers import Array, Memory, view
+from powertrain.numerics.buffers import Memory, view
 
 
 def within_span(what: str, times: Array, first: float, last: float) -> Array:

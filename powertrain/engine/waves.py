@@ -11,9 +11,10 @@ import casadi as ca
 import numpy as np
 
 from powertrain.dae.hybrid import Contact, Friction, HybridDae
+from powertrain.language.reals import Array
 from powertrain.language.symbols import column, free_symbols, key, scalars
 from powertrain.modes.indicators import Indicator
-from powertrain.numerics.buffers import Array, Evaluated
+from powertrain.numerics.buffers import Evaluated
 from powertrain.numerics.tape import applied, replayed
 
 PART = 1 / 8

@@ -17,7 +17,8 @@ from powertrain.dae.tolerances import EPS
 from powertrain.engine.chatter import STOP
 from powertrain.engine.trajectory import Instant
 from powertrain.errors import SimulationError
-from powertrain.numerics.buffers import Array, Evaluated, Memory
+from powertrain.language.reals import Array
+from powertrain.numerics.buffers import Evaluated, Memory
 
 _RESOLVED = 10 * EPS
 """A condition must swing this far below zero for its next event to be found."""

@@ -10,7 +10,7 @@ from powertrain.compiler.torques import COMPLIANCE
 from powertrain.dae.tolerances import GIVEN
 from powertrain.equilibrium.laws import Motion, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, taken
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.numerics.newton import solved
 
 SHORT_STEP = 0.1

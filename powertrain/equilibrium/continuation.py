@@ -28,8 +28,8 @@ from powertrain.equilibrium.beginnings import beginnings, euler_matrix, euler_st
 from powertrain.equilibrium.corrector import corrected
 from powertrain.equilibrium.laws import LAST_STEP, Linearized, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Iterates, Mask, SolvedPoints
+from powertrain.language.reals import Array
 from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws
-from powertrain.numerics.buffers import Array
 from powertrain.numerics.newton import relative, solved
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0

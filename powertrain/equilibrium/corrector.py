@@ -11,7 +11,7 @@ from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
 from powertrain.dae.tolerances import LOCKED, NEUTRAL, STILL
 from powertrain.equilibrium.laws import NextModes, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, taken
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.numerics.newton import HALVINGS, newton, relative
 
 CORRECTIONS, PROXIMAL = 20, 3

@@ -25,9 +25,9 @@ from powertrain.dae.hybrid import Contact, Friction
 from powertrain.dae.tolerances import BALANCED, NO_WIDTH, REST, balance_tolerance
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, OfPoints
 from powertrain.equilibrium.system import Balance
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, scalars
 from powertrain.numerics.batch import Columns, dependence, picked
-from powertrain.numerics.buffers import Array
 from powertrain.numerics.elimination import Pattern
 from powertrain.numerics.newton_abreast import NewtonAbreast
 from powertrain.numerics.vectorised import NotWritten

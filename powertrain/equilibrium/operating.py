@@ -20,10 +20,10 @@ from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL
 from powertrain.equilibrium.search import Combinations, choices, order
 from powertrain.equilibrium.solutions import Between, Solutions
 from powertrain.equilibrium.system import Equilibrium
+from powertrain.language.reals import Array
 from powertrain.language.symbols import scalars
 from powertrain.modes.guards import guard_margin
 from powertrain.numerics.batch import Columns, Rows
-from powertrain.numerics.buffers import Array
 
 COMBINATIONS = 4096
 """Combinations of modes that are tried at a point."""

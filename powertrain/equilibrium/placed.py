@@ -17,9 +17,9 @@ from powertrain.compiler.generic import generic_values
 from powertrain.dae.friction import held_at_rest
 from powertrain.dae.hybrid import Contact, Friction, Law, TimeSignal
 from powertrain.errors import ParameterError
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, key, scalars
 from powertrain.numerics.batch import dependence
-from powertrain.numerics.buffers import Array
 
 Turning = dict[int, dict[int, float]]
 """States of which only differences matter: {omitted state: {other state: ratio at which they turn together}}."""

@@ -21,9 +21,9 @@ from powertrain.dae.hybrid import Contact, Friction, Law, Switch
 from powertrain.dae.tolerances import INFINITE, SAME
 from powertrain.equilibrium.points import NONE, OK, SEVERAL, Index, Mask, Points
 from powertrain.equilibrium.system import Equilibrium, moved_by_unknowns
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.batch import Columns, Rows, dependence
-from powertrain.numerics.buffers import Array
 
 _COLUMNS = 1 << 15
 

@@ -24,7 +24,7 @@ from powertrain.equilibrium.corrector import corrected, folded, undetermined
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Mask, SolvedPoints, taken
 from powertrain.equilibrium.system import Balance
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 
 SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
 """Sliding speeds of laws at the starts, in rad/s or m/s."""

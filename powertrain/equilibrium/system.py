@@ -32,9 +32,9 @@ from powertrain.equilibrium.placed import (
     turning_together,
 )
 from powertrain.equilibrium.starts import starts
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, key, scalars
 from powertrain.numerics.batch import dependence
-from powertrain.numerics.buffers import Array
 
 
 @dataclass(frozen=True)

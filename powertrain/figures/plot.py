@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from powertrain.errors import ParameterError
 from powertrain.events import MODES
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.language.reals import Array
 from powertrain.numerics.newton import Solver, dense
 from powertrain.numerics.pivots import difference
 
-Array = NDArray[np.float64]
 _SLIGHT = 1e-9
 """A row is dependent if elimination leaves less than this share of it."""
 _DENSE = 200

@@ -8,16 +8,15 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.dae.hybrid import HybridDae
 from powertrain.errors import InitializationError, ParameterError, suggestion
 from powertrain.language.arguments import by_name, number
 from powertrain.language.quantities import has_unit, quantity
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 
-Array = NDArray[np.float64]
 DECLARED = "start of the variable"
 _DEPTH = 10
 """Depth to which expressions are compared."""

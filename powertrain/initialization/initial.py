@@ -32,6 +32,7 @@ from powertrain.initialization.outdated import outdated
 from powertrain.initialization.report import InitialReport
 from powertrain.initialization.resolution import coarse_time
 from powertrain.initialization.uniqueness import is_default, not_unique
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars
 from powertrain.language.units import with_unit
 from powertrain.modes.complementarity import Laws
@@ -39,7 +40,6 @@ from powertrain.modes.tied import tied_notes
 from powertrain.numerics.buffers import Bound, zeros
 from powertrain.numerics.newton import HALVINGS, newton
 
-Array = NDArray[np.float64]
 _ROUNDS = 20
 _ITERATIONS = 60
 _KEPT = 16

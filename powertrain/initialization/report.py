@@ -6,14 +6,10 @@ from collections.abc import Callable, Sequence, Set
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from powertrain.errors import InitializationError
 from powertrain.initialization.conditions import StartCondition, StartEquation
+from powertrain.language.reals import Array
 from powertrain.language.units import with_unit
-
-Array = NDArray[np.float64]
 
 
 class InitialReport:

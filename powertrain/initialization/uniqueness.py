@@ -11,12 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.initialization.conditions import DECLARED, StartEquation
+from powertrain.language.reals import Array
 from powertrain.language.units import with_unit
 
-Array = NDArray[np.float64]
 Changes = Callable[[Array], tuple[Array, Array]]
 """How the variables that follow and the rates of all states change with the starts that are kept: one column per set of changes."""
 _SHOWN = 3

@@ -10,7 +10,8 @@ from scipy.sparse.linalg import splu
 from powertrain.integration import rodas5p
 from powertrain.integration.fused import Common, closing
 from powertrain.integration.step_control import allowances, verdict
-from powertrain.numerics.buffers import CHECKS, PREFIX, Array, Bound, Memory, zeros
+from powertrain.language.reals import Array
+from powertrain.numerics.buffers import CHECKS, PREFIX, Bound, Memory, zeros
 
 _A = np.array([[*row, *[0.0] * (8 - len(row))] for row in rodas5p.A])
 _C = np.array([[*row, *[0.0] * (8 - len(row))] for row in rodas5p.C])

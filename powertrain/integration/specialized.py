@@ -8,7 +8,7 @@ from typing import TypeAlias
 import casadi as ca
 import numpy as np
 
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.numerics.folding import folded
 
 Calls: TypeAlias = list[Callable[[], None]]

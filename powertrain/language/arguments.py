@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import inspect
+import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import wraps
-from numbers import Integral, Number
+from numbers import Integral
 from pathlib import Path
 from reprlib import repr as short
 from typing import Any, TypeVar
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.quantities import quantity
+from powertrain.language.reals import NotReal, real, reals
 from powertrain.language.units import with_unit
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -29,10 +31,13 @@ def number(what: str, value: Any, unit: str = "1") -> float:
     """A finite number in ``unit``, or a text such as "2 min" where there is a unit; not true or false."""
     if isinstance(value, str) and unit != "1":
         return quantity(value, unit, what)
-    found = np.asarray(value) if isinstance(value, np.ndarray | Number) else None
-    if found is None or found.ndim or found.dtype.kind not in "iuf" or not np.isfinite(found):
+    try:
+        found = real(value)
+    except (TypeError, ValueError):
+        found = math.nan
+    if not math.isfinite(found):
         raise ParameterError(f"{what} = {with_unit(short(value), unit)} is not a finite number")
-    return float(found)
+    return found
 
 
 def positive(what: str, value: Any) -> float:
@@ -54,14 +59,14 @@ def tolerances(rtol: Any, atol: Any) -> tuple[float, float]:
 
 def single(value: Any) -> bool:
     """Whether a value is one, and no list or array of values; the lists in it may have unequal lengths, which np.ndim refuses."""
-    return not isinstance(value, list | tuple) and getattr(value, "ndim", 0) == 0
+    return (isinstance(value, str) or not isinstance(value, Sequence)) and getattr(value, "ndim", 0) == 0
 
 
 def limits(what: str, given: Any, *, closed: bool = False) -> tuple[float, float]:
     """(low, high), which may be infinite, and equal where ``closed``."""
     try:
-        low, high = (float(v) for v in given)
-    except (TypeError, ValueError, OverflowError):
+        low, high = reals(given).ravel().tolist()
+    except (TypeError, ValueError):
         raise ParameterError(f"{what} = {short(given)}: give (low, high)") from None
     if not (low < high or (closed and low == high)):
         raise ParameterError(f"{what}: the range {low:g} to {high:g} is empty")
@@ -120,35 +125,25 @@ def numbers_by_name(what: str, given: Any) -> dict[str, float]:
     return {name: number(f"{what}: {name}", value) for name, value in by_name(what, given).items()}
 
 
-class _OtherKind(TypeError):
-    """Says what to give instead of values that NumPy would convert to other numbers than meant."""
-
-
-def floats(values: Any) -> NDArray[np.float64]:
-    """Numbers as an array. TypeError for dates, durations and complex numbers, which NumPy takes for counts of a unit and real parts."""
-    given = np.asarray(values)
-    if given.dtype.kind in "mM":
-        raise _OtherKind("give times in seconds: (t - t[0]) / numpy.timedelta64(1, 's')")
-    if given.dtype.kind == "c":
-        raise _OtherKind("it is complex")
-    return np.asarray(given, float)
-
-
-def array(what: str, values: Any) -> NDArray[np.float64]:
-    """Finite numbers of any shape."""
+def array(what: str, values: Any, *, finite: bool = True) -> NDArray[np.float64]:
+    """Real numbers of any shape; without ``finite`` they may be infinite, or nan where there is none."""
     try:
-        found = floats(values)
-    except (TypeError, ValueError, OverflowError) as error:
-        hint = f"; {error}" if isinstance(error, _OtherKind) else ""
+        found = reals(values)
+    except (TypeError, ValueError) as error:
+        hint = f"; {error}" if isinstance(error, NotReal) else ""
         raise ParameterError(f"{what} = {short(values)} is not a sequence of numbers{hint}") from None
-    if not np.isfinite(found).all():
-        raise ParameterError(f"{what} must be finite; one of them is {found[~np.isfinite(found)][0]:g}")
+    if finite and not np.isfinite(found).all():
+        place = tuple(np.argwhere(~np.isfinite(found))[0].tolist())
+        raise ParameterError(f"{what}: {found[place]:g} at {list(place)} is not a finite number")
     return found
 
 
-def row(what: str, values: Any) -> NDArray[np.float64]:
-    """Finite numbers in a row."""
-    return array(what, values).ravel()
+def row(what: str, values: Any, *, finite: bool = True) -> NDArray[np.float64]:
+    """Real numbers in a row, as ``array``."""
+    found = array(what, values, finite=finite)
+    if max(found.shape, default=1) < found.size:
+        raise ParameterError(f"{what} has the shape {found.shape}; give a row of numbers")
+    return found.ravel()
 
 
 def listed(what: str, given: Any) -> list[Any]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language.quantities import has_unit, quantity
+from powertrain.language.reals import real
 from powertrain.language.recorder import Place, lines
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.language.units import told_apart, with_unit
@@ -72,9 +73,12 @@ def scalar(where: str, kind: Any, value: Any) -> float:
     unit = bare(kind)[1]
     if isinstance(value, str) and has_unit(value):
         value = quantity(value, unit, where)
-    if not _is_a(value, float):
-        raise ParameterError(f"{where} = {value!r} is not a number like {0.85 if unit == '1' else f'1.5 {unit}'}")
-    return float(value)
+    try:
+        return real(value)
+    except (TypeError, ValueError):
+        raise ParameterError(
+            f"{where} = {value!r} is not a number like {0.85 if unit == '1' else f'1.5 {unit}'}"
+        ) from None
 
 
 def is_scalar(kind: Any) -> bool:

@@ -10,10 +10,9 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Literal, Protocol, Self, TypeVar, overload
 
-import numpy as np
-
 from powertrain.errors import ModelError, ParameterError
-from powertrain.language.quantities import has_unit, quantity
+from powertrain.language.quantities import has_unit, is_number, quantity
+from powertrain.language.reals import real
 from powertrain.language.symbols import Symbol
 from powertrain.language.units import checked_unit, told_apart, with_unit
 
@@ -44,6 +43,16 @@ class Quantity:
             self.unit, self.doc = checked_unit(unit), doc
         except ModelError as error:
             raise ModelError(f"{doc}: {error}") from None
+
+    def _declared(self, what: str, value: Any, finite: bool = True) -> float:
+        """A number of the declaration; ParameterError for anything else."""
+        try:
+            found = real(value)
+        except (TypeError, ValueError):
+            found = math.nan
+        if math.isnan(found) or (finite and math.isinf(found)):
+            raise ParameterError(f"{what} = {value!r} is not a {'finite ' * finite}number ({self.doc}, {self.unit})")
+        return found
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
@@ -81,8 +90,11 @@ class Parameter(Quantity):
         reads: Callable[[str, str], float | None] | None = None,
     ) -> None:
         super().__init__(unit, doc)
-        self.default, self.min, self.max, self.above, self.exclude = default, min, max, above, exclude
-        self.reads = reads
+        self.default, self.reads = default, reads
+        self.min, self.max, self.above = (
+            self._declared(what, value, finite=False) for what, value in (("min", min), ("max", max), ("above", above))
+        )
+        self.exclude = tuple(self._declared("exclude", value) for value in exclude)
 
     @property
     def range(self) -> str:
@@ -103,15 +115,13 @@ class Parameter(Quantity):
             value = read
         if isinstance(value, str) and has_unit(value):
             value = quantity(value, self.unit, where)
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            number = None
-        if number is not None and isinstance(value, str):
+        if isinstance(value, str) and is_number(value):
             other = "" if self.unit == "1" else f", or '{value} {self.unit}'"
             raise ParameterError(f"{where} = {value!r} is a text without a unit; write {value}{other} ({self.doc})")
-        if number is None or isinstance(value, bool | np.bool_):
-            raise ParameterError(f"{where} = {value!r} is not a number ({self.doc}, {self.unit})")
+        try:
+            number = real(value)
+        except (TypeError, ValueError):
+            raise ParameterError(f"{where} = {value!r} is not a number ({self.doc}, {self.unit})") from None
         inside = self.min <= number <= self.max and number > self.above and number not in self.exclude
         if not (inside and math.isfinite(number)):
             shown = told_apart(number, (self.min, self.max, self.above, *self.exclude))
@@ -141,9 +151,12 @@ class Variable(Quantity):
         nominal: float | None = None,
     ) -> None:
         super().__init__(unit, doc)
-        if nominal is not None and not 0.0 < nominal < math.inf:
-            raise ParameterError(f"nominal = {nominal!r} must be positive and finite ({doc}, {unit})")
-        self.start, self.guess, self.prefer, self.flow, self.nominal = start, guess, prefer, flow, nominal
+        self.start = None if start is None else self._declared("start", start)
+        self.guess = self._declared("guess", guess)
+        self.nominal = None if nominal is None else self._declared("nominal", nominal)
+        if self.nominal is not None and not self.nominal > 0.0:
+            raise ParameterError(f"nominal = {nominal!r} must be positive ({doc}, {unit})")
+        self.prefer, self.flow = prefer, flow
 
 
 class Discrete(Quantity):
@@ -151,7 +164,7 @@ class Discrete(Quantity):
 
     def __init__(self, unit: str, doc: str, start: float) -> None:
         super().__init__(unit, doc)
-        self.start = start
+        self.start = self._declared("start", start)
 
 
 class Port:

@@ -14,12 +14,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.errors import ModelError
-from powertrain.language.arguments import floats
+from powertrain.errors import ModelError, ParameterError
+from powertrain.language.arguments import row
 from powertrain.language.component import Component, children
 from powertrain.language.conditions import combined, crossing, is_held
 from powertrain.language.connectors import Connector
 from powertrain.language.law import Law
+from powertrain.language.reals import real
 from powertrain.language.recorder import GuardEntry, ScheduleEntry, SwitchEntry, recorder, to_be_yielded
 from powertrain.language.symbols import Symbol, key, time, total_derivative
 
@@ -91,9 +92,10 @@ class WhenLaw(Law):
 
 def _expression(word: str, value: Any) -> Symbol:
     """A number or one expression, as a symbol; ``word`` is the name of the law, for the message."""
-    found = value if isinstance(value, Symbol) else None
-    if isinstance(value, int | float | np.number) and not isinstance(value, bool):
-        found = Symbol(float(value))
+    try:
+        found = value if isinstance(value, Symbol) else Symbol(real(value))
+    except (TypeError, ValueError):
+        found = None
     if found is None or not found.is_scalar():
         raise ModelError(f"{recorder().place}: {word} requires expressions of variables and numbers, not {value!r}")
     return found
@@ -228,10 +230,10 @@ def schedule(times: ArrayLike, values: ArrayLike) -> Symbol:
     """A piecewise linear signal of time, constant before the first and after the last time. A time that appears twice is a jump."""
     active = recorder()
     try:
-        t, y = floats(times).ravel(), floats(values).ravel()
-    except (TypeError, ValueError):
-        raise ModelError(f"{active.place}: schedule requires sequences of numbers, not {times!r}, {values!r}") from None
-    if t.size != y.size or t.size < 1 or np.any(np.diff(t) < 0) or not (np.isfinite(t).all() and np.isfinite(y).all()):
+        t, y = row("times", times), row("values", values)
+    except ParameterError as error:
+        raise ModelError(f"{active.place}: schedule requires sequences of numbers: {error}") from None
+    if t.size != y.size or t.size < 1 or np.any(np.diff(t) < 0):
         raise ModelError(
             f"{active.place}: a schedule needs as many finite values as times, and times that do not decrease"
         )

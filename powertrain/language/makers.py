@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.errors import ParameterError
+from powertrain.language.reals import reals
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -67,9 +68,10 @@ def _is_sequence(value: Any) -> bool:
 
 def _is_numeric(value: Any) -> bool:
     try:
-        return bool(np.asarray(value, float).dtype == float)
-    except (TypeError, ValueError, OverflowError):
+        reals(value)
+    except (TypeError, ValueError):
         return False
+    return True
 
 
 def _of_type(kind: Any, one: str, many: str) -> _Kind:

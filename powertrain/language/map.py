@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language import htmltext, tables
-from powertrain.language.arguments import floats, one_of, text
+from powertrain.language.arguments import array, one_of, row, text
 from powertrain.language.dimensions import measure, unit_of
 from powertrain.language.gridtable import read_grid
 from powertrain.language.laws import within
@@ -44,7 +44,7 @@ class Axis:
     outside: Outside = "error"
 
     def __init__(self, name: str, unit: str, points: ArrayLike, outside: Outside = "error") -> None:
-        grid = _numbers(points, f"axis {text('name', name)}").ravel()
+        grid = row(f"axis {text('name', name)}", points)
         if grid.size == 0:
             raise ParameterError(f"axis {name} has no points")
         one_of(f"axis {name}: outside", outside, get_args(Outside))
@@ -102,7 +102,7 @@ class Map:
     ) -> None:
         if not isinstance(axes, Sequence) or not all(isinstance(axis, Axis) for axis in axes):
             raise ParameterError(f"map {name}: axes = {axes!r}: give a list of Axis(name, unit, points)")
-        grid = _numbers(values, f"map {name}").copy()
+        grid = array(f"map {name}", values).copy()
         grid.flags.writeable = False
         object.__setattr__(self, "axes", tuple(axes))
         object.__setattr__(self, "values", grid)
@@ -175,7 +175,7 @@ class Map:
         >>> float(pt.Map.curve([0, 100], [0, 50], x="w", x_unit="rad/s", unit="N.m")(40.0))
         20.0
         """
-        return cls((Axis(x, x_unit, points, outside),), _numbers(values, f"map {name}").ravel(), unit, name, method)
+        return cls((Axis(x, x_unit, points, outside),), row(f"map {name}", values), unit, name, method)
 
     @classmethod
     def constant(cls, value: float, *, x: str = "x", x_unit: str = "1", unit: str = "1", name: str = "map") -> Map:
@@ -232,7 +232,7 @@ class Map:
             raise ParameterError(f"map {self.name} takes {len(self.axes)} arguments ({said}), got {len(arguments)}")
         if any(isinstance(a, ca.SX) for a in arguments):
             symbols = [Symbol(a) for a in arguments]
-            if not all(s.is_constant() for s in symbols):
+            if not all(s.is_constant() and s.is_scalar() for s in symbols):
                 return self._symbolic(symbols)
             return Symbol(self._numeric([float(s) for s in symbols]).item())
         result = self._numeric(arguments)
@@ -299,7 +299,7 @@ class Map:
         return ca.Function("powertrain_map", [ca.vertcat(*arguments)], [self._expression(arguments)])
 
     def _numeric(self, arguments: Sequence[ArrayLike]) -> NDArray[np.float64]:
-        given = [_numbers(a, f"map {self.name}: {axis.name}") for axis, a in zip(self.axes, arguments, strict=True)]
+        given = [array(f"map {self.name}: {axis.name}", a) for axis, a in zip(self.axes, arguments, strict=True)]
         for axis, numbers in zip(self.axes, given, strict=True):
             bad = (numbers < axis.low - axis.slack) | (numbers > axis.high + axis.slack)
             if axis.outside == "error" and len(axis.points) > 1 and bad.any():
@@ -365,14 +365,3 @@ def _ramps(points: Sequence[float], values: NDArray[np.float64], argument: Symbo
 def _uniform(points: Sequence[float]) -> bool:
     steps = np.diff(points)
     return bool(np.allclose(steps, steps[0], rtol=1e-12, atol=0.0))
-
-
-def _numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
-    try:
-        numbers = floats(values)
-    except (TypeError, ValueError):
-        raise ParameterError(f"{what}: {values!r} is not an array of numbers") from None
-    if not np.isfinite(numbers).all():
-        where = np.argwhere(~np.isfinite(numbers))[0].tolist()
-        raise ParameterError(f"{what}: {numbers[tuple(where)]} at {where} is not a finite number")
-    return numbers

@@ -62,13 +62,18 @@ _DEGREES = {"C": "degC", "F": "degF"}
 """What is a coulomb or a farad elsewhere is a degree where a temperature is asked for."""
 
 
-def has_unit(text: str) -> bool:
-    """Whether a text is a number followed by something, with or without a space between them: "100 kW", "100kW", but not "1e5"."""
+def is_number(text: str) -> bool:
+    """Whether a text is a number without a unit."""
     try:
         float(text)
     except ValueError:
-        return _QUANTITY.match(text) is not None
-    return False
+        return False
+    return True
+
+
+def has_unit(text: str) -> bool:
+    """Whether a text is a number followed by something, with or without a space between them: "100 kW", "100kW", but not "1e5"."""
+    return not is_number(text) and _QUANTITY.match(text) is not None
 
 
 def quantity(text: str, unit: str, where: str) -> float:

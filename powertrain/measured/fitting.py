@@ -10,15 +10,14 @@ from math import log
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.language.makers import arguments_checked
+from powertrain.language.reals import Array
 from powertrain.measured.building import build
 from powertrain.measured.prediction import COOL, CYCLES, predict
 from powertrain.measured.record import TestCar
 from powertrain.measured.technology import Technology, priors
 
-Array = NDArray[np.float64]
 NOISE = 2.5
 """Error [%] that a prediction has from what is not the technology's: schedules, gear sets, build, the test itself."""
 STEP = 0.7

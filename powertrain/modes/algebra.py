@@ -7,8 +7,9 @@ import numpy as np
 
 from powertrain.dae.hybrid import HybridDae
 from powertrain.dae.tolerances import BALANCED, FOUND, KINK, ROUND_OFF
+from powertrain.language.reals import Array
 from powertrain.modes.selflocking import SelfLocking
-from powertrain.numerics.buffers import Array, Bound, Evaluated, Memory, zeros
+from powertrain.numerics.buffers import Bound, Evaluated, Memory, zeros
 from powertrain.numerics.newton import Index, newton
 
 _ITERATIONS = 60

@@ -27,10 +27,10 @@ from powertrain.dae.contact import CLOSED, OPEN
 from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.dae.hybrid import HybridDae, OperatingPoint
 from powertrain.dae.tolerances import ALONE, LEAST_TORQUE, NO_WIDTH
+from powertrain.language.reals import Array
 from powertrain.modes.lemke import Long, lemke
 from powertrain.numerics.buffers import Evaluated
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 

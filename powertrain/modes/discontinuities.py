@@ -11,9 +11,10 @@ import numpy as np
 from powertrain.dae.hybrid import Barrier, HybridDae, Reset, When
 from powertrain.dae.tolerances import INTEGRATED, JUMP, REST_SPEED, STRUCK, ZONE
 from powertrain.errors import SimulationError
+from powertrain.language.reals import Array
 from powertrain.language.units import with_unit
 from powertrain.modes.lemke import lemke
-from powertrain.numerics.buffers import Array, Evaluated, Memory
+from powertrain.numerics.buffers import Evaluated, Memory
 
 _SLACK = 1e-5
 """Barriers may close by this share of the speed that counts as zero: round-off. Otherwise dependent ones (two walls, and bodies that touch

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import casadi as ca
 
 from powertrain.dae.hybrid import Friction, HybridDae
-from powertrain.numerics.buffers import Array, Memory
+from powertrain.language.reals import Array
+from powertrain.numerics.buffers import Memory
 
 _MODES = {1.0: "forward", 0.0: "stuck", -1.0: "backward", 2.0: "free"}
 SPEEDS = {"N.m": "rad/s", "N": "m/s"}

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from powertrain.language.reals import Array
+
 Long = NDArray[np.longdouble]
 
 PIVOT = 1e-13

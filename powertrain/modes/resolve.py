@@ -15,13 +15,14 @@ from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
 from powertrain.dae.hybrid import JUMPED, START, HybridDae, OperatingPoint
 from powertrain.dae.tolerances import ZONE
 from powertrain.errors import SimulationError
+from powertrain.language.reals import Array
 from powertrain.modes.algebra import AlgebraicSolver, NotConsistent
 from powertrain.modes.complementarity import Complementarity
 from powertrain.modes.discontinuities import Discontinuities
 from powertrain.modes.jam import jam_message, not_found_message, several_message
 from powertrain.modes.resting import resting
 from powertrain.modes.uniqueness import Uniqueness
-from powertrain.numerics.buffers import Array, Bound, Memory, view
+from powertrain.numerics.buffers import Bound, Memory, view
 
 Alternatives = tuple[list[int], list[tuple[float, ...]]]
 """Places in the held values and the values that they may have together."""

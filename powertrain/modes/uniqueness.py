@@ -13,7 +13,8 @@ import numpy as np
 
 from powertrain.dae.hybrid import HybridDae
 from powertrain.dae.tolerances import SAME
-from powertrain.numerics.buffers import Array, Memory
+from powertrain.language.reals import Array
+from powertrain.numerics.buffers import Memory
 
 _MOST = 6
 

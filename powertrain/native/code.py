@@ -14,7 +14,7 @@ from powertrain.engine.limits import limits
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.numerics.compiled import code_of
 
 FIXED = ("powertrain_run.h", "powertrain_run.c", "powertrain_loop.h", "powertrain_loop.c", "main.c")

@@ -16,13 +16,13 @@ from powertrain.compiler.assemble import Compiled
 from powertrain.dae.hybrid import TimeSignal
 from powertrain.engine.catalogue import catalogue
 from powertrain.engine.in_c import FULL, signal_tables, signals
-from powertrain.engine.options import run_span, run_times
+from powertrain.engine.options import longest_step, run_span, run_times
 from powertrain.engine.schedules import Schedules
 from powertrain.engine.trajectory import Instant, Trajectory
 from powertrain.errors import PowertrainError, SimulationError
 from powertrain.language.arguments import positive, tolerances
 from powertrain.language.component import Component
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.numerics.compiled import FLAGS as OPTIMISED
 from powertrain.numerics.compiled import compiler
 from powertrain.result import Result
@@ -128,13 +128,12 @@ class CModel(Generic[M]):
         SimulationError
             Where the loop in C gives up, with the run so far as ``result``; what it cannot do ``plant.simulate`` may.
         """
-        for name, value in ("max_step", max_step), ("step", 1.0 if step is None else step):
-            positive(name, value)
         first, last = run_span(start, stop)
+        longest, step = longest_step(max_step, last), None if step is None else positive("step", step)
         grid = run_times(first, last, times, points)
         begun = self._begin(first, parameters, starts, guesses, inputs)
         run = _Run(self.library, first, begun)
-        self.library.pt_tolerance(run.model, *map(ctypes.c_double, (*tolerances(rtol, atol), max_step)))
+        self.library.pt_tolerance(run.model, *map(ctypes.c_double, (*tolerances(rtol, atol), longest)))
         status = run.to(last, step)
         trajectory = run.trajectory(self._compiled)
         knots = {s.name: (s.times, s.values) for s in begun.schedules if s.name in (inputs or {})}

@@ -18,8 +18,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column
-from powertrain.numerics.buffers import Array, Bound, view, zeros
+from powertrain.numerics.buffers import Bound, view, zeros
 from powertrain.numerics.lookup import Lookup, looked_up
 from powertrain.numerics.tape import grouped, replayed
 from powertrain.numerics.vectorised import VectorTape, vector_tape

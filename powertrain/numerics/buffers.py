@@ -9,11 +9,10 @@ from typing import Any, cast
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.dae.hybrid import FrictionValues, HybridDae
+from powertrain.language.reals import Array
 
-Array = NDArray[np.float64]
 PREFIX = "powertrain_"
 """Prefix of the names of CasADi functions."""
 CHECKS = (0.25, 0.5, 0.75)

@@ -13,7 +13,8 @@ from functools import reduce
 import casadi as ca
 import numpy as np
 
-from powertrain.numerics.newton import Array, Index, Mask, Solver, solved
+from powertrain.language.reals import Array
+from powertrain.numerics.newton import Index, Mask, Solver, solved
 
 THRESHOLD = 0.1
 """The smallest allowed pivot, relative to the largest entry of its row."""

@@ -9,9 +9,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, scalars
 from powertrain.numerics.batch import Columns, Lanes
-from powertrain.numerics.buffers import Array
 
 _MANY = 4096
 """From this number of points on, building functions for columns of points pays."""

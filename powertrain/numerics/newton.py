@@ -17,7 +17,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from powertrain.language.reals import Array
+
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.buffers import Array
 from powertrain.numerics.compiled import compiler, library
 from powertrain.numerics.elimination import Pattern
 from powertrain.numerics.newton import Mask

@@ -19,8 +19,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.buffers import Array, zeros
+from powertrain.numerics.buffers import zeros
 from powertrain.numerics.compiled import Compilable, InC, compiler, library, warn_of_cache
 from powertrain.numerics.lookup import Lookup, looked_up
 from powertrain.numerics.tape import replayed

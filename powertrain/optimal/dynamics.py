@@ -16,8 +16,8 @@ from powertrain.dae.hybrid import Contact, Friction, HybridDae
 from powertrain.errors import ParameterError, suggestion
 from powertrain.given_runs import instant_of_run
 from powertrain.language.arguments import by_name, count, listed, number
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column
-from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import signals_of
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from reprlib import repr as short
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.errors import ParameterError
-from powertrain.language.arguments import by_name, floats, number, row
+from powertrain.language.arguments import by_name, number, row
 from powertrain.language.arguments import path as argument_path
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,7 +40,10 @@ class Experiment:
         times = row("times", self.times)
         if not times.size or (np.diff(times) <= 0).any():
             raise ParameterError("experiment: times (s) must ascend, and there must be at least one")
-        measured = {name: _numbers(name, v) for name, v in by_name("experiment: values", self.values).items()}
+        measured = {
+            name: row(f"experiment: {name}", v, finite=False)
+            for name, v in by_name("experiment: values", self.values).items()
+        }
         if not measured:
             raise ParameterError("experiment: give the values of at least one signal")
         for what in ("starts", "inputs", "parameters"):
@@ -74,17 +76,10 @@ class Experiment:
             given = given[name]
         if given is None:
             return None
-        if not number(f"sigma of {name}", given) > 0.0:
-            raise ParameterError(f"experiment: sigma of {name} = {given:g} is not positive")
-        return float(given)
-
-
-def _numbers(name: str, values: Any) -> Array:
-    """A sequence of numbers, possibly nan."""
-    try:
-        return floats(values).ravel()
-    except (TypeError, ValueError):
-        raise ParameterError(f"experiment: {name} = {short(values)} is not a sequence of numbers") from None
+        found = number(f"sigma of {name}", given)
+        if not found > 0.0:
+            raise ParameterError(f"experiment: sigma of {name} = {found:g} is not positive")
+        return found
 
 
 def read_experiment(path: str | Path, *names: str, time: str = "time", **options: Any) -> Experiment:

@@ -23,8 +23,8 @@ from powertrain.initialization.outdated import constant_in_tables
 from powertrain.language.arguments import by_name, limits, listed, number, tolerances
 from powertrain.language.arguments import names as argument_names
 from powertrain.language.component import Component
+from powertrain.language.reals import Array
 from powertrain.language.units import with_unit
-from powertrain.numerics.buffers import Array
 from powertrain.optimal.experiment import Experiment
 from powertrain.plant import Plant, plant_of
 from powertrain.result import Result

@@ -10,12 +10,12 @@ from math import comb
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.analysis.sweeping import sweep
 from powertrain.errors import ParameterError, PowertrainError
 from powertrain.language.arguments import by_name, count, limits, one_of
 from powertrain.language.component import Component
+from powertrain.language.reals import Array
 from powertrain.plant import Plant, plant_of
 from powertrain.variational.gradients import gradient, number_of
 from powertrain.variational.objectives import Objective, objective
@@ -23,7 +23,6 @@ from powertrain.variational.objectives import Objective, objective
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
 _SAME = 1e-6
 """Objectives that differ by less than this share of the front are equal."""
 _ACCURACY, _STEPS = 1e-9, 40

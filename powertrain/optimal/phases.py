@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.optimal.dynamics import Dynamics
 from powertrain.result import Result
 
@@ -99,49 +99,47 @@ class Phase:
 
     def build(self, start: ca.MX, p: ca.MX, free: ca.MX, shared: list[int]) -> Collocated:
         """The phase from ``start`` on; ``shared`` are the rows of the inputs that are constant: their values are ``free``."""
-        xs, us, zs = (ca.MX(s) for s in self.scales)
-        h = self.duration / self.count
-        x, points = self.nodes * ca.repmat(xs, 1, self.count + 1), self.points * ca.repmat(xs, 1, self.count * DEGREE)
-        z, u = self.algebraic * ca.repmat(zs, 1, self.count * DEGREE), self.inputs * ca.repmat(us, 1, self.count + 1)
-        if shared:
-            rows = [
-                free[shared.index(k)] * ca.MX.ones(1, self.count + 1) if k in shared else u[k, :]
-                for k in range(u.shape[0])
-            ]
-            u = ca.vertcat(*rows)
-        share = (
-            ca.MX(np.kron(np.eye(self.count), 1.0 - POINTS[None, :])),
-            ca.MX(np.kron(np.eye(self.count), POINTS[None, :])),
-        )
-        at_points = u[:, : self.count] @ share[0] + u[:, 1:] @ share[1]
+        x, points, z, u = self._values(free, shared)
+        h, whole = self.duration / self.count, self.count * DEGREE
+        at_points = u[:, :-1] @ self._spread(1.0 - POINTS) + u[:, 1:] @ self._spread(POINTS)
         times = start + h * ca.MX((np.arange(self.count)[:, None] + POINTS).reshape(1, -1))
-        f = self.model.function.map(self.count * DEGREE)(
-            times, points, z, at_points, ca.repmat(p, 1, self.count * DEGREE)
+        xdot, residual, y, margin, _ = self.model.function.map(whole)(
+            times, points, z, at_points, ca.repmat(p, 1, whole)
         )
-        xdot, residual, y, margin, _ = f
-        begin = x[:, : self.count] @ ca.MX(np.kron(np.eye(self.count), np.ones((1, DEGREE))))
-        equations = []
-        for k in range(DEGREE):
-            here = list(range(k, self.count * DEGREE, DEGREE))
-            slope = SLOPES[0, k] * begin[:, here] + sum(
-                SLOPES[j + 1, k] * points[:, list(range(j, self.count * DEGREE, DEGREE))] for j in range(DEGREE)
-            )
-            equations.append(ca.vec((slope - h * xdot[:, here]) / ca.repmat(xs, 1, self.count)))
-        last = points[:, list(range(DEGREE - 1, self.count * DEGREE, DEGREE))]
-        equations.append(ca.vec((x[:, 1:] - last) / ca.repmat(xs, 1, self.count)))
-        equations.append(ca.vec(residual))
         z0 = z[:, 0] if z.shape[0] else z[:, :0]
         at_start = self.model.function(start, x[:, 0], z0, u[:, 0], p)
-        equations.append(at_start[4])
-        weights = ca.MX(np.tile(WEIGHTS, self.count).reshape(-1, 1))
+        equations = [*self._collocation(x, points, h * xdot), ca.vec(residual), at_start[4]]
         return Collocated(
             equations=ca.vertcat(*equations),
             margins=ca.vec(margin),
             y=y,
-            weights=h * weights,
+            weights=h * ca.MX(np.tile(WEIGHTS, self.count).reshape(-1, 1)),
             first=x[:, 0],
             last=x[:, -1],
             stop=start + self.duration,
             times=start + h * ca.MX(np.arange(self.count + 1)),
             u=u,
         )
+
+    def _values(self, free: ca.MX, shared: list[int]) -> tuple[ca.MX, ca.MX, ca.MX, ca.MX]:
+        """States at the nodes and at the points, algebraic unknowns, and inputs at the nodes, in their units."""
+        xs, us, zs = (ca.MX(s) for s in self.scales)
+        x, points, z, u = (
+            values * ca.repmat(scale, 1, values.shape[1])
+            for values, scale in zip(self.unknowns[:-1], (xs, xs, zs, us), strict=True)
+        )
+        for row, k in enumerate(shared):
+            u[k, :] = free[row] * ca.MX.ones(1, self.count + 1)
+        return x, points, z, u
+
+    def _spread(self, row: Array) -> ca.MX:
+        """The matrix with a row for every interval, which has these numbers in the columns of its points."""
+        return ca.MX(np.kron(np.eye(self.count), row[None, :]))
+
+    def _collocation(self, x: ca.MX, points: ca.MX, rise: ca.MX) -> list[ca.MX]:
+        """In every interval, the slope of the polynomial through its points is ``rise`` = h dx/dt there, and it ends in the next node."""
+        scale = ca.repmat(ca.MX(self.scales[0]), 1, self.count)
+        values = [x[:, :-1], *(points[:, k::DEGREE] for k in range(DEGREE))]
+        slopes = [sum(SLOPES[j, k] * value for j, value in enumerate(values)) for k in range(DEGREE)]
+        equations = [ca.vec((slope - rise[:, k::DEGREE]) / scale) for k, slope in enumerate(slopes)]
+        return [*equations, ca.vec((x[:, 1:] - values[-1]) / scale)]

@@ -16,7 +16,7 @@ from powertrain.initialization.outdated import constant_in_tables
 from powertrain.language.arguments import by_name, count, listed, number, single
 from powertrain.language.arguments import limits as bounded
 from powertrain.language.component import Component
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.optimal.dynamics import Dynamics, Selector, dynamics
 from powertrain.optimal.phases import Collocated, Guess, Phase, guess
 from powertrain.optimal.plan import Plan
@@ -153,6 +153,8 @@ class _Programme:
         signals = [t.signal for t in self.objective.terms] + [s for s, _ in self.limits] + [s for s, _ in self.ends]
         self.models = self._distinct([self._model(a, b, signals) for a, b in self._spans()])
         self.counts = self._counts(len(self.models))
+        self.phases, self.built = self._phases(), list[Collocated]()
+        self.parameters = ca.MX.sym("parameters", len(self.free))
         self._join()
 
     def _counts(self, phases: int) -> list[int]:
@@ -195,24 +197,25 @@ class _Programme:
                 found.append((model, start, end))
         return found
 
-    def _join(self) -> None:
+    def _phases(self) -> list[Phase]:
+        """The phases with the course of the guess, in units of the largest values."""
         guesses = [guess(self.run, *m, n) for m, n in zip(self.models, self.counts, strict=True)]
-        shared = list(range(len(self.ranges), len(self.ranges) + len(self.free)))
         widest = np.array([max(abs(b) for b in r) or 1.0 for r in (*self.ranges.values(), *self.free.values())])
         x_scale = np.maximum(np.max([np.abs(g.nodes).max(axis=1) for g in guesses], axis=0), 1e-3)
         z_scale = np.max([np.abs(g.algebraic).max(axis=1, initial=0.0) for g in guesses], axis=0)
         z_scale = np.where(z_scale > 0.0, z_scale, 1.0)
         models = [self._rounded(m[0], g) for m, g in zip(self.models, guesses, strict=True)]
-        self.phases = [Phase(m, g, x_scale, widest, z_scale) for m, g in zip(models, guesses, strict=True)]
-        self.parameters = ca.MX.sym("parameters", len(self.free))
-        p, start = ca.MX(self.phases[0].model.p), ca.MX(self.run.trajectory.start)
-        before = ca.MX(guesses[0].nodes[:, 0])
-        self.built: list[Collocated] = []
-        p = ca.vertcat(p, self.width)
+        return [Phase(m, g, x_scale, widest, z_scale) for m, g in zip(models, guesses, strict=True)]
+
+    def _join(self) -> None:
+        """Each phase begins where the one before it ends, the first where the guess does; limits hold in all, ends at the last."""
+        first, start = self.phases[0], ca.MX(self.run.trajectory.start)
+        shared = list(range(len(self.ranges), len(self.ranges) + len(self.free)))
+        before, p = ca.MX(first.guess.nodes[:, 0]), ca.vertcat(ca.MX(first.model.p), self.width)
         for phase in self.phases:
             found = phase.build(start, p, self.parameters, shared)
             self._add(found.equations, 0.0, 0.0)
-            self._add((found.first - before) / ca.MX(x_scale), 0.0, 0.0)
+            self._add((found.first - before) / ca.MX(phase.scales[0]), 0.0, 0.0)
             self._margins(phase, found.margins)
             offset = len(self.objective.terms)
             for k, (_, (low, high)) in enumerate(self.limits):

@@ -18,8 +18,8 @@ from typing import TypeAlias
 import casadi as ca
 import numpy as np
 
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column
-from powertrain.numerics.buffers import Array
 from powertrain.numerics.tape import applied, replayed, results_of
 
 FIXED, MOVING, ROUND = range(3)

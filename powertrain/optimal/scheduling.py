@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import count, number, row
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.optimal.stages import IMPOSSIBLE, NEVER, Stages, weights
 
 Indices = NDArray[np.intp]

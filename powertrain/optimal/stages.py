@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
-from powertrain.language.arguments import row
-from powertrain.numerics.buffers import Array
+from powertrain.language.arguments import array, row
+from powertrain.language.reals import Array
 
 NEVER = 1e30
 """Represents an infinite cost: interpolation would turn infinity into nan."""
@@ -46,7 +46,7 @@ class Stages:
 
     def __post_init__(self) -> None:
         durations, states = row("durations", self.durations), row("states", self.states)
-        cost, rate = (np.asarray(v, float) for v in (self.cost, self.rate))
+        cost, rate = (array(n, getattr(self, n), finite=False) for n in ("cost", "rate"))
         if (
             cost.ndim != 4
             or cost.shape != rate.shape
@@ -66,9 +66,9 @@ class Stages:
                 f"stages: nothing is possible in interval {none[0]}, from {start:g} s on: no decision has a finite cost"
             )
         modes = cost.shape[1]
-        switching = np.zeros((modes, modes)) if self.switching is None else np.asarray(self.switching, float)
-        if switching.shape != (modes, modes) or not np.isfinite(switching).all():
-            raise ParameterError(f"stages: switching {switching.shape} must be finite and of shape ({modes}, {modes})")
+        switching = np.zeros((modes, modes)) if self.switching is None else array("switching", self.switching)
+        if switching.shape != (modes, modes):
+            raise ParameterError(f"stages: switching {switching.shape} must be of shape ({modes}, {modes})")
         for name, value in (("durations", durations), ("states", states), ("switching", switching)):
             object.__setattr__(self, name, value)
         object.__setattr__(self, "cost", np.where(possible, cost, NEVER))

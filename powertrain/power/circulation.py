@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.matching import components
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 
 Edge = tuple[int, int]
 

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.power.circulation import Edge, Strand, decompose, loops
 from powertrain.power.powergraph import PowerGraph
 from powertrain.power.variator import IDLE, NEGATIVE, POSITIVE, SERIES, SPLIT, VARIATOR_CASES, goes_beside

@@ -18,7 +18,7 @@ from powertrain.compiler.assemble import Compiled
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name, names, text
 from powertrain.language.component import Component
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.plant import Plant, plant_of
 from powertrain.power.circulation import Strand
 from powertrain.power.directedflow import FLOOR, DirectedFlow

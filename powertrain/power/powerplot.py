@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
 from powertrain.figures.plot import axes_of, unit_text
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.power.powerflow import PowerFlow
 from powertrain.power.variator import VARIATOR_CASES
 

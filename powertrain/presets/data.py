@@ -92,9 +92,11 @@ def _cycle(value: Any, folder: Path) -> DriveCycle:
     if isinstance(value, str):
         return DriveCycle.of(folder / value if Path(value).suffix.lower() == ".csv" else value)
     _check_keys(value, CYCLE_KEYS)
-    rows = tuple((float(t), float(v)) for t, v in value["table"])
     return DriveCycle(
-        value["name"], rows, value.get("source", ""), *(tuple(value.get(n, ())) for n in ("grades", "heights"))
+        value["name"],
+        value["table"],
+        value.get("source", ""),
+        *(tuple(value.get(n, ())) for n in ("grades", "heights")),
     )
 
 

@@ -6,11 +6,12 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from powertrain.components.gearless.circular_cam import TABLE_1, TORQUE
 from powertrain.components.gearless.circular_cam.forces import forces
 from powertrain.components.gearless.linkage.forces import Drive, reactions
+from powertrain.language.reals import Array
 from powertrain.reproductions.drawing import panels
 from powertrain.reproductions.madhavan_data import DUTY, LINKAGE
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.patches import Circle, Rectangle
 
-Array = NDArray[np.float64]
 CAGE, CAM, SUM = "C3", "C0", "0.35"
 CM = 1e2
 

@@ -10,12 +10,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.components.gearless.linkage import in_bend, ratio_from_theta
 from powertrain.components.gearless.linkage.design import alternate
 from powertrain.components.gearless.linkage.forces import Drive, Reactions, reactions
 from powertrain.components.gearless.linkage.shaking import shaking
+from powertrain.language.reals import Array
 from powertrain.reproductions.drawing import panels
 from powertrain.reproductions.madhavan_data import CYCLE, DUTY, LINKAGE, W_COUPLING
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 ALPHA_TEXT = "α, input shaft against the cage  [°]"
 
 

@@ -7,7 +7,6 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.components.gearless.linkage.masses import CYLINDERS
 from powertrain.components.gearless.linkage.synthesis import Coupling
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 Point = tuple[float, float]
 LINK = {"color": "0.35", "lw": 3, "solid_capstyle": "round", "zorder": 2}
 CM = 1e2

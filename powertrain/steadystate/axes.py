@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
+from powertrain.language.arguments import array
+from powertrain.language.reals import Array
 from powertrain.numerics.batch import Rows
-from powertrain.numerics.buffers import Array
 
 PAD = 4096
 """Points beyond the end of a piece that may be overwritten."""
@@ -141,7 +142,9 @@ def make_grid(given: Mapping[str, Any]) -> Grid:
     sizes: dict[str, int] = {}
     for name, end in zip(given, last, strict=True):
         value = given[name]
-        values = _values(name, value)
+        values = array(f"grid: {name}", value)
+        if not values.size:
+            raise ParameterError(f"grid: {name} has no values")
         if hasattr(value, "dims"):
             dims = tuple(str(d) for d in value.dims)
         elif values.ndim > 1:
@@ -169,15 +172,3 @@ def _check_coordinates(axes: Sequence[GridAxis]) -> None:
                 raise ParameterError(
                     f"grid: {axis.name} and {other} have different values of {n}; align them, or drop the coordinate"
                 )
-
-
-def _values(name: str, value: Any) -> NDArray[np.float64]:
-    try:
-        values = np.asarray(value, float)
-    except (TypeError, ValueError):
-        raise ParameterError(f"grid: the values of {name} are not numbers: {value!r}") from None
-    if np.isnan(values).any():
-        raise ParameterError(f"grid: {name} contains a value that is not a number (nan)")
-    if not values.size:
-        raise ParameterError(f"grid: {name} has no values")
-    return values

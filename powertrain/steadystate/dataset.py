@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from powertrain.compiler.assemble import Compiled
 from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED
 from powertrain.initialization.outdated import outdated
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.plant import Plant
 from powertrain.steadystate.axes import Grid, GridAxis
 from powertrain.steadystate.results import MOST_LAWS, MapResults

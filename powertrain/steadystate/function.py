@@ -8,7 +8,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import OK
@@ -16,13 +15,13 @@ from powertrain.equilibrium.system import held_rows, with_modes
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name, single
 from powertrain.language.component import Component
+from powertrain.language.reals import Array
 from powertrain.language.symbols import column
 from powertrain.plant import Plant, plant_of
 from powertrain.steadystate.dataset import dataset
 from powertrain.steadystate.results import Look
 from powertrain.steadystate.steady import What, question, steady_map
 
-Array = NDArray[np.float64]
 _ACCURACY = 1e-10
 """Accuracy of the unknowns, relative to their size at the given point plus one."""
 _INDEPENDENT = 1e-9
@@ -118,7 +117,7 @@ def steady_function(
     for w, lost in zip(q.wanted, problem.turning, strict=True):
         if lost:
             raise ParameterError(f"outputs: {w.name} depends on an angle that only rotates, so it has no steady value")
-    v = np.array([float(point[name]) for name in q.asked.axes])
+    v = np.array([axis.values.item() for axis in q.grid.axes])
     solved = map_.solver.solve(v[:, None])
     if solved.status[0] != OK or solved.rest.any():
         problems = dataset(plant, q.grid, q.common, map_, *map_.run(q.grid, Look(), None)).attrs["problems"]

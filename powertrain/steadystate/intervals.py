@@ -13,8 +13,8 @@ import numpy as np
 
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import OK, Index, Mask, Points
+from powertrain.language.reals import Array
 from powertrain.numerics.batch import Rows
-from powertrain.numerics.buffers import Array
 
 MOST_LAWS = 8
 """The number of laws at rest up to which their ends are combined."""

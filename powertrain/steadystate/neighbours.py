@@ -20,10 +20,10 @@ from powertrain.dae.hybrid import Friction, Switch
 from powertrain.dae.tolerances import EPS, INFINITE
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.system import Equilibrium, with_modes
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
 from powertrain.modes.guards import guard_margin
 from powertrain.numerics.batch import LANES, Tape, all_hold, column_tape, dependence, different
-from powertrain.numerics.buffers import Array
 from powertrain.numerics.vectorised import VectorTape
 
 WIDTHS = (128, 1024, 4096)

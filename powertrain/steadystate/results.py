@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from powertrain.dae.tolerances import ALIKE
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Points
+from powertrain.language.reals import Array
 from powertrain.numerics.batch import Rows
-from powertrain.numerics.buffers import Array
 from powertrain.steadystate.axes import PAD
 from powertrain.steadystate.intervals import ranges
 

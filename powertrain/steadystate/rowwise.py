@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.system import Equilibrium
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.batch import LANES, Rows, Tape, lifted
-from powertrain.numerics.buffers import Array, Bound, zeros
+from powertrain.numerics.buffers import Bound, zeros
 from powertrain.numerics.replay import Affine, RowForms, row_forms, value
 from powertrain.steadystate.neighbours import Key, Walker
 

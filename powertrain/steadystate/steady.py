@@ -20,8 +20,8 @@ from powertrain.equilibrium.system import formulate
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import by_name, flag, listed, names, number, numbers_by_name, text
 from powertrain.language.component import Component
+from powertrain.language.reals import Array
 from powertrain.language.units import rate_unit, same_unit
-from powertrain.numerics.buffers import Array
 from powertrain.plant import Plant, plant_of
 from powertrain.signals import Picked, Signals, signals_of
 from powertrain.steadystate.axes import Grid, make_grid

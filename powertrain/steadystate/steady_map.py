@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import OK
 from powertrain.equilibrium.system import Equilibrium
+from powertrain.language.reals import Array
 from powertrain.numerics.batch import Rows
-from powertrain.numerics.buffers import Array
 from powertrain.steadystate.axes import PAD, Grid
 from powertrain.steadystate.neighbours import Walker
 from powertrain.steadystate.results import LARGEST, DataVariable, Look, MapResults, block

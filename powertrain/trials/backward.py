@@ -13,6 +13,7 @@ from powertrain.components.control import StartStop
 from powertrain.components.cycles import DriveCycle
 from powertrain.language.arguments import of_kind
 from powertrain.language.component import children
+from powertrain.language.reals import Array
 from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.cycle import on_cycle
 from powertrain.trials.driveline import SLOWEST, driveline_map
@@ -24,7 +25,6 @@ from powertrain.vehicles.wheels import wheels_of
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 SPEEDS, ACCELERATORS = 46, 61
 GAUSS = 5
 """Points of Gauss' formula on a piece of a road."""

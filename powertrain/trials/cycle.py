@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.language import htmltext
 from powertrain.language.arguments import by_name
 from powertrain.language.component import children
+from powertrain.language.reals import Array
 from powertrain.present import Bar, Watch
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
 from powertrain.trials.lost_gear import lost_gear
@@ -40,7 +40,6 @@ TOLD = 100.0
 """Distance [m] above which the consumption so far is displayed."""
 SHARE = pt.parameter("1", "a share: 88 % is 0.88", above=0, max=1)
 """Efficiency of a charger, usable share of a charge."""
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import powertrain as pt
 from powertrain.components.differentials import Differential
 from powertrain.components.rotational import ConstantSpeed, ConstantTorque
 from powertrain.figures.plot import axes_of
+from powertrain.language.arguments import row
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,7 +47,7 @@ def differential_map(
     """
     import xarray as xr
 
-    given, loads = np.atleast_1d(np.asarray(differences, float)), np.atleast_1d(np.asarray(torques, float))
+    given, loads = row("differences", differences), row("torques", torques)
     if (given <= 0).any():
         raise pt.ParameterError(
             f"differential_map: a speed difference of {given.min():g} rad/s is not allowed; give values > 0"

@@ -16,6 +16,7 @@ from powertrain.components.transmissions.power_shift import ShiftedGears
 from powertrain.components.wheels import WheelBrake
 from powertrain.figures.plot import axes_of
 from powertrain.language.component import children
+from powertrain.language.reals import Array
 from powertrain.power.powerplot import REGIMES
 from powertrain.power.variator import VARIATOR_CASES, port_motion
 from powertrain.trials.anatomy import anatomy, value_at
@@ -40,7 +41,6 @@ SETTLED = 0.99
 STORED = "stored at the end"
 MOVERS = ("C1", "C4", "C5", "C6", "C8", "C9")
 """Colours of prime movers."""
-Array = NDArray[np.float64]
 
 
 def cycle_figure(run: CycleRun) -> Figure:

@@ -14,13 +14,13 @@ from powertrain.components.control import FixedGear, SpeedSchedule
 from powertrain.components.control.shift_rule import RESUMED, Driving
 from powertrain.components.transmissions import Shiftable
 from powertrain.language.component import descendants
+from powertrain.language.reals import Array
 from powertrain.trials.operating import operating_map
 from powertrain.vehicles.car import ShiftedCar
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 CLOSED = 1e-6
 """Slip of a start device that counts as none."""
 

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
 from powertrain.language.arguments import one_of
+from powertrain.language.reals import Array
 from powertrain.trials.charge import charge_corrected
 from powertrain.trials.cycle import RATE, CycleRun, drive_cycle, on_cycle
 from powertrain.trials.standing import ON
 
-Array = NDArray[np.float64]
 C = TypeVar("C", bound=pt.Component)
 Method = Literal["dynamic programming", "ECMS"]
 _DEAR = 3.0

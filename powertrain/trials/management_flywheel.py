@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 import powertrain as pt
 from powertrain.components.control import FlywheelCharging, PlannedCharge
 from powertrain.components.cycles import DriveCycle
+from powertrain.language.reals import Array
 from powertrain.trials.backward import demand
 from powertrain.trials.cycle import on_cycle
 from powertrain.trials.management import Management, along_cycle, with_parameters_of
 from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.flywheel_hybrid import W_START, FlywheelHybrid
 
-Array = NDArray[np.float64]
 THROTTLES = (0.55, 0.7, 0.85, 1.0)
 """Throttle positions of the engine [1]."""
 SLOWEST, SPEEDS, STORES, LEVELS = 0.2, 28, 6, np.linspace(-0.7, 0.9, 17)

@@ -15,6 +15,7 @@ from powertrain.components.control import PlannedPowerSplit, PowerSplit
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import operating_line
 from powertrain.components.evaluation import numbers
+from powertrain.language.reals import Array
 from powertrain.trials.anatomy import charge_at_start
 from powertrain.trials.backward import demand
 from powertrain.trials.cycle import on_cycle
@@ -22,7 +23,6 @@ from powertrain.trials.management import Management, along_cycle, with_parameter
 from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.power_split_hybrid import SHARE, PowerSplitHybrid
 
-Array = NDArray[np.float64]
 POWERS = (5e3, 7.5e3, 10e3, 12.5e3, 15e3, 18e3, 21e3, 25e3, 30e3, 36e3, 43e3, 50e3)
 """Powers of the engine [W]."""
 MARGIN = 0.8

@@ -5,13 +5,12 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.body import Body
 from powertrain.components.translational import Accelerate, ConstantSpeed
+from powertrain.language.reals import Array
 
-Array = NDArray[np.float64]
 MOVING = 10.0
 """Speed [m/s] at which the mass of a body is measured, because friction would hold it at rest."""
 EQUAL = 1e-6

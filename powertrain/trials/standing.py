@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 import powertrain as pt
 from powertrain.components.cycles import DriveCycle
+from powertrain.language.reals import Array
 from powertrain.trials.anatomy import Anatomy
 from powertrain.trials.starting import empty
 
@@ -18,7 +19,6 @@ STALLED, LASTING = 1.0, 2.0
 """Speed [rad/s] below which an engine stands, and the time [s] after which it is not about to start."""
 ON, ASKED = 0.5, 0.1
 """Switch from which an engine shall run; part of a cycle's distance that must be more than ``STANDS`` for a vehicle to be missed."""
-Array = NDArray[np.float64]
 
 
 def standing(cycle: DriveCycle, result: pt.Result[Any], parts: Anatomy) -> str:

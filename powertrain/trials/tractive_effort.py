@@ -7,11 +7,12 @@ from reprlib import repr as short
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 import powertrain as pt
 from powertrain.components.body.path import STEEPEST
 from powertrain.language.arguments import by_name, row
+from powertrain.language.reals import Array
 from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.gears import gear_maps, is_geared
 from powertrain.trials.operating import operating_map
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 GRADES = 0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3
 """Grades tan(alpha) of a diagram."""
-Array = NDArray[np.float64]
 
 
 def tractive_effort(

@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.figures.plot import axes_of
+from powertrain.language.reals import Array
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 
 
 def plot_tractive_effort(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:

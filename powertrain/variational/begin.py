@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
 from powertrain.initialization.conditions import Discretes
+from powertrain.language.reals import Array
 from powertrain.language.symbols import column
-from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.variational.curvature import Curvature, Tangents
 from powertrain.variational.instants import NotDifferentiable

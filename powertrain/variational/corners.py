@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from powertrain.compiler.operations import operation
 from powertrain.dae.tolerances import INTEGRATED
 from powertrain.engine.trajectory import Samples
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, scalars
-from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
 from powertrain.numerics.tape import graph_of
 from powertrain.result import Result

@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.engine.trajectory import Samples
+from powertrain.language.reals import Array
 from powertrain.language.symbols import column
-from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.variational.curvature import Curvature, tangents
 from powertrain.variational.instants import NotDifferentiable, Shift

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.engine.trajectory import Samples
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
 from powertrain.variational.partials import Block, System
 

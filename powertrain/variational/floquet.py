@@ -13,7 +13,7 @@ from powertrain.engine.trajectory import Samples
 from powertrain.errors import ParameterError
 from powertrain.given_runs import complete
 from powertrain.language.arguments import number
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.result import Result
 from powertrain.variational.corners import Corners
 from powertrain.variational.partials import System

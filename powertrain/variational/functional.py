@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from powertrain.engine.trajectory import Samples
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column
-from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Picked, signals_of
 from powertrain.variational.objectives import Objective, Reading, Term, weights_of

@@ -14,9 +14,9 @@ from powertrain.given_runs import complete
 from powertrain.initialization.outdated import constant_in_tables
 from powertrain.language import htmltext
 from powertrain.language.arguments import listed, row
+from powertrain.language.reals import Array
 from powertrain.language.symbols import column
 from powertrain.language.units import quotient, with_unit
-from powertrain.numerics.buffers import Array
 from powertrain.result import Result
 from powertrain.signals import Picked, Signals, signals_of
 from powertrain.variational.functional import Functional, functional

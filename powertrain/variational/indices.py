@@ -9,13 +9,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.analysis.sampling import points_of, quantiles
 from powertrain.analysis.sweeping import sweep
 from powertrain.errors import ParameterError, PowertrainError
 from powertrain.language.arguments import by_name, one_of
 from powertrain.language.component import Component
+from powertrain.language.reals import Array
 from powertrain.plant import Plant, plant_of
 from powertrain.variational.gradients import gradient, number_of
 from powertrain.variational.objectives import Objective, objective
@@ -23,7 +23,6 @@ from powertrain.variational.objectives import Objective, objective
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 _SHOWN = {
     "sobol": {
         "first": ("S1", "Sobol' index of first order"),

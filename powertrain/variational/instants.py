@@ -16,8 +16,8 @@ from powertrain.dae.friction import STUCK
 from powertrain.dae.hybrid import Friction, Guard, Law, Switch, When
 from powertrain.dae.tolerances import EPS
 from powertrain.errors import SimulationError
+from powertrain.language.reals import Array
 from powertrain.modes.indicators import Indicator
-from powertrain.numerics.buffers import Array
 from powertrain.variational.partials import Slopes, System
 from powertrain.variational.record import Record
 

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from powertrain.dae.hybrid import When
 from powertrain.dae.tolerances import REST_SPEED
 from powertrain.engine.trajectory import Samples
+from powertrain.language.reals import Array
 from powertrain.language.symbols import column
-from powertrain.numerics.buffers import Array
 from powertrain.variational.curvature import Curvature, Tangents
 from powertrain.variational.partials import Block, Partials, System
 from powertrain.variational.record import Record

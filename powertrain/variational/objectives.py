@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import number, row
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 
 Signal = str | Callable[[Any], Any]
 
@@ -96,9 +96,10 @@ def squares(signal: Signal, times: ArrayLike, values: ArrayLike, sigma: float = 
     t, v = row("times", times), row("values", values)
     if t.shape != v.shape or not t.size:
         raise ParameterError(f"squares: {t.size} times and {v.size} values; the numbers must be equal and not zero")
-    if not number("sigma", sigma) > 0.0:
-        raise ParameterError(f"squares: sigma = {sigma:g} is not positive")
-    return Objective((Term("squares", signal, times=tuple(t.tolist()), values=tuple(v.tolist()), sigma=sigma),))
+    deviation = number("sigma", sigma)
+    if not deviation > 0.0:
+        raise ParameterError(f"squares: sigma = {deviation:g} is not positive")
+    return Objective((Term("squares", signal, times=tuple(t.tolist()), values=tuple(v.tolist()), sigma=deviation),))
 
 
 def objective(of: Any) -> Objective:

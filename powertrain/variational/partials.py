@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from powertrain.compiler.assemble import Compiled
 from powertrain.dae.hybrid import HybridDae
 from powertrain.engine.trajectory import Samples
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
 
 Block = NDArray[np.float64]

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import roots_jacobi
 
 from powertrain.engine.trajectory import Instant, Samples, Trajectory
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.result import Result
 from powertrain.signals import signals_of
 

@@ -22,9 +22,9 @@ import numpy as np
 from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
 from powertrain.dae.hybrid import Switch, When
 from powertrain.engine.trajectory import Samples
+from powertrain.language.reals import Array
 from powertrain.language.symbols import column
 from powertrain.modes.indicators import Indicator, indicators
-from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
 from powertrain.signals import signals_of
 from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, duration, without_effect

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.result import Result
 from powertrain.variational.corners import Corner
 from powertrain.variational.crossing import Crossed, Crossing, Matrix, Meets, Side, beside, moved, side_of

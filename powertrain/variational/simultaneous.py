@@ -24,7 +24,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 
 Parts = NDArray[np.float64]
 """The effect of the motion of each law's instant, one row per law."""

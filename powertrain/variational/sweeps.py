@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.engine.trajectory import Samples
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.result import Result
 from powertrain.variational.begin import Start
 from powertrain.variational.corners import Corner, Corners

@@ -15,8 +15,8 @@ import casadi as ca
 import numpy as np
 
 from powertrain.engine.trajectory import Samples
+from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.buffers import Array
 from powertrain.numerics.many import Many
 from powertrain.variational.partials import Block, Partials, Slopes, System
 from powertrain.variational.record import POINTS, STAGES, Steps

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from powertrain.compiler.assemble import Compiled
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names as argument_names
-from powertrain.numerics.buffers import Array
+from powertrain.language.reals import Array
 from powertrain.result import Result
 from powertrain.signals import fits_pattern
 

@@ -5,20 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from powertrain.analysis.linearization import Selector
 from powertrain.errors import ParameterError
 from powertrain.given_runs import complete
 from powertrain.language.arguments import count, limits, positive
+from powertrain.language.reals import Array
 from powertrain.result import Result
 from powertrain.signals import Picked, signals_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 _OVERSAMPLING = 8
 """Samples per period of the highest order: what lies above seven times that order would appear as a lower one."""
 _RESOLUTION = 128

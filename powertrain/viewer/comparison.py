@@ -13,8 +13,9 @@ import numpy as np
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language import htmltext
 from powertrain.language.arguments import names as argument_names
+from powertrain.language.reals import Array
 from powertrain.result import Result
-from powertrain.saved import Array, Saved
+from powertrain.saved import Saved
 from powertrain.signals import fits_pattern
 from powertrain.viewer.recording import RunLike, a_run
 

@@ -12,7 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from powertrain.language.reals import Array
+
 Places = NDArray[np.intp]
 
 

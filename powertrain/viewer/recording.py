@@ -18,10 +18,11 @@ from powertrain.figures.layout import Layout, layout
 from powertrain.language.component import Component, descendants
 from powertrain.language.connectors import Connector
 from powertrain.language.fields import Parameter
+from powertrain.language.reals import Array
 from powertrain.language.replacing import replace
 from powertrain.result import Result
 from powertrain.saved import Saved
-from powertrain.viewer.decimation import Array, Places, kept_samples
+from powertrain.viewer.decimation import Places, kept_samples
 from powertrain.viewer.operating_map import OperatingMap
 
 ERROR = 2e-3

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_location import CURVES, DEEP, Step
+from curves import CURVES, DEEP, Step
 
 from powertrain.dae.hybrid import START, TimeSignal
 from powertrain.dae.tolerances import EPS

@@ -2,63 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from curves import CURVES, DEEP, Curve, Step
 from scipy.optimize import brentq
 
-from powertrain.engine.location import Locator
 from powertrain.numerics.buffers import CHECKS, INFO
 
-Curve = Callable[[float], float]
 AIM = 1e-11
-
-
-class Step:
-    """A step whose indicators are functions of its fraction, with the buffers that the locator reads."""
-
-    def __init__(self, curves: Sequence[Curve]) -> None:
-        self.curves, self.calls = curves, 0
-        places = [*CHECKS, 1.0]
-        info = np.zeros(INFO + len(places))
-        info[INFO:] = [min(curve(q) for curve in curves) for q in places]
-        n = len(curves)
-        self.memory: Any = SimpleNamespace(
-            above=np.zeros(n), g=np.zeros(n), fraction=np.zeros(1), worst=np.zeros(1), info=info
-        )
-
-    def call(self) -> None:
-        """As ``powertrain.integration.fused.locate``."""
-        self.calls += 1
-        memory, q = self.memory, float(self.memory.fraction[0])
-        memory.g[:] = [curve(q) for curve in self.curves]
-        memory.worst[0] = min(
-            (g for g, above in zip(memory.g, memory.above, strict=True) if not above > 0), default=1e300
-        )
-
-    def find(self, depth: float = 0.0) -> float | None:
-        locate: Any = SimpleNamespace(call=self.call)
-        return Locator(locate, self.memory).find(depth)
-
-
-CURVES: dict[str, Curve] = {
-    "line": lambda q: 0.37 - q,
-    "steep": lambda q: 1e6 * (0.37 - q),
-    "shallow": lambda q: 1e-6 * (0.37 - q),
-    "late": lambda q: 0.999 - q,
-    "curved up": lambda q: np.exp(-8 * q) - 0.1,
-    "curved down": lambda q: 0.5 - q**7,
-    "flat below": lambda q: max(0.61 - q, -1e-9),
-    "flat above": lambda q: min(0.61 - q, 1e-3),
-    "clipped at the hysteresis": lambda q: min(10 * (0.61 - q) + (0.61 - q) ** 2, 2e-10),
-    "quintic": lambda q: -((q - 0.43) ** 5),
-    "root": lambda q: np.copysign(abs(0.43 - q) ** 0.3, 0.43 - q),
-    "torque that ends": lambda q: 50.0 * (0.61 - q) ** 2 - 1e-9 if q < 0.61 else -1e-9,
-    "jump": lambda q: 1.0 if q < 0.437 else -3.0,
-}
 
 
 FEW = {"line": 3, "curved up": 10, "curved down": 12, "flat above": 15, "clipped at the hysteresis": 30, "quintic": 20}
@@ -146,10 +99,6 @@ def test_depth() -> None:
     assert Step([lambda q: 0.2 - q]).find(depth=0.7) == pytest.approx(
         0.9, abs=1e-9
     )  # not deep where it is first below zero
-
-
-DEEP: Sequence[Curve] = [lambda q: 0.15 - q, lambda q: 5.0 * (q - 0.1) ** 2 - 0.06]
-"""One that falls, and one that is below zero at the start already, dips, and is above zero again where the other is below -0.05."""
 
 
 def test_one_that_dips_below_the_depth_from_between_zero_and_there() -> None:

@@ -8,30 +8,12 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 import pytest
-from models import dae
+from models import dae, exact, implicit, nonlinear
 
 from powertrain.dae.hybrid import HybridDae
 from powertrain.engine.simulator import Simulator
 from powertrain.errors import ParameterError
 from powertrain.integration import fused as steps
-
-
-def nonlinear() -> HybridDae:
-    """Depends on time explicitly; x = (sin t + 2, exp(-sin t)) solves it."""
-    t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("m", 0), ca.SX.sym("p", 0)
-    xdot = ca.vertcat(ca.cos(t) * (x[0] - ca.sin(t)) / 2, -ca.cos(t) * x[1] * (x[0] - 1 - ca.sin(t)))
-    return dae(t, x, m, p, xdot, ["a", "b"])
-
-
-def exact(t: float) -> np.ndarray:
-    return np.array([np.sin(t) + 2, np.exp(-np.sin(t))])
-
-
-def implicit() -> HybridDae:
-    """x' = -z with z^3 + z = x + sin t, the diagonal of d(residual)/dz structurally zero through a second pair."""
-    t, x, z, m, p = ca.SX.sym("t"), ca.SX.sym("x", 1), ca.SX.sym("z", 3), ca.SX.sym("m", 0), ca.SX.sym("p", 0)
-    residual = ca.vertcat(z[1] - 2 * z[2], z[0] ** 3 + z[0] - x - ca.sin(t), z[2] - x * z[0])
-    return dae(t, x, m, p, -z[0] + 0 * z[1], ["a"], z=z, residual=residual)
 
 
 def march(model: HybridDae, name: str, y0: np.ndarray, end: float, n: int) -> tuple[np.ndarray, np.ndarray]:

@@ -10,8 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
-from test_methods import implicit, nonlinear
+from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae, implicit, nonlinear
 
 import powertrain as pt
 from powertrain.dae.hybrid import Contact, Guard, HybridDae, Opened

@@ -10,8 +10,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from cases import few
-from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae
-from test_methods import implicit, nonlinear
+from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches, dae, implicit, nonlinear
 
 from powertrain.dae.hybrid import Friction, HybridDae, TimeSignal
 from powertrain.engine.loop import Run

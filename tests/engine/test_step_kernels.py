@@ -9,8 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from models import dae
-from test_methods import exact, nonlinear
+from models import dae, exact, nonlinear
 
 import powertrain as pt
 from powertrain.components import rotational as rot

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_rear_drive import KINDS
+from differential_kinds import KINDS
 
 import powertrain as pt
 from powertrain.components import rotational, translational

@@ -11,25 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 from cases import few
+from differential_kinds import KINDS
 
 import powertrain as pt
 from powertrain.components.body import AxlePath, DrivenAxle, LumpedAxle, RoadProfile, RollingAxle
-from powertrain.components.differentials import BevelDifferential, Differential, LimitedSlipDifferential
-from powertrain.components.gearless.circular_cam import CircularCamDifferential
-from powertrain.components.gearless.linkage import JointFriction, LinkageDifferential
-from powertrain.components.gearless.spherical_cam import SphericalCamDifferential
 from powertrain.components.wheels import RigidWheel, SlipWheel
 from powertrain.vehicles.rear_drive import RearDriveCar
 
-JOINTS = JointFriction(mu_shaft=0.1, mu_pin=0.1, mu_ball=0.1, mu_rod=0.1)
-KINDS: dict[str, Differential] = {
-    "bevel": BevelDifferential(eta=0.97),
-    "limited slip": LimitedSlipDifferential(preload=20, bias_drive=2.5, bias_coast=1.5),
-    "cam": CircularCamDifferential(),
-    "locking cam": CircularCamDifferential(mu=0.2),
-    "spherical cam": SphericalCamDifferential(),
-    "linkage": LinkageDifferential.of(joints=JOINTS),
-}
 RATIO = 3.5 * 3.9
 ICE: dict[str, Any] = {"parameters": {"rear.left.mu": 0.15}, "inputs": {"driver.accelerator_pedal": 0.5}}
 DRY: dict[str, Any] = {"inputs": {"driver.accelerator_pedal": 0.25, "curvature": 0.1}}

@@ -6,6 +6,7 @@ import math
 import runpy
 import sys
 from contextlib import suppress
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,9 @@ import powertrain as pt
 from powertrain.components.cvu import CVU
 from powertrain.components.differentials import FundamentalDifferential, Pairs, Planets, Ring, Sun
 from powertrain.components.transmissions import SplitPathTransmission
-from powertrain.design import Duty, SplitPathDesigns, refine_ratio, sets_near, split_path_designs
+from powertrain.design import Duty, SplitPathDesigns, sets_near, split_path_designs
+from powertrain.design.evaluation import Demands
+from powertrain.design.refinement import refine_ratio
 
 ETA, ETA_V = 0.95, 0.9
 
@@ -293,13 +296,13 @@ def test_bad_input(call: Any, message: str) -> None:
 
 
 def test_nothing_to_refine(paper: SplitPathDesigns) -> None:
-    plant = paper.plants["input", 3]
+    refine = partial(refine_ratio, [paper.plants["input", 3]], paper.duty, by="mean_efficiency")
     with pytest.raises(pt.ParameterError, match=r"R_o = 1.02 does not meet this duty"):
-        refine_ratio([plant], paper.duty, 1.02, (1.01, 1.04))
+        refine(1.02, (1.01, 1.04), Demands(None, {}))
     with pytest.raises(
         pt.ParameterError, match=r"no basic ratio between -2 and -1\.5 meets this duty within its limits"
     ):
-        refine_ratio([plant], paper.duty, -1.7, (-2.0, -1.5), unit=(0.9, 1.1))
+        refine(-1.7, (-2.0, -1.5), Demands((0.9, 1.1), {}))
 
 
 @pytest.mark.slow

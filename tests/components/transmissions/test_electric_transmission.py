@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from ratio_bench import RatioBench
-from test_published_machines import C1, C2, ahs2
+from two_mode import C1, C2, ahs2
 
 import powertrain as pt
 from powertrain.components import rotational as rot

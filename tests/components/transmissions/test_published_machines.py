@@ -17,9 +17,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from two_mode import C1, C2, C3, C4, ahs2
 
 from powertrain.components.differentials.teeth import Planets, Ring, Sun, basic_ratio
-from powertrain.components.transmissions import HOUSING, Lever, Network, UnitLoss, flow, joints, relative_ratio
+from powertrain.components.transmissions import HOUSING, Lever, Network, UnitLoss, flow, relative_ratio
 
 SPLIT = basic_ratio(Sun(30), Ring(78), Planets(23, n=4))
 """Toyota's power split device, which can be put together with four planets."""
@@ -60,19 +61,6 @@ def test_toyota_p410() -> None:
     lossy = flow(network, np.linspace(0.05, 0.5, 19), 300.0, loss=UnitLoss(0.85, 0.85))
     best = np.linspace(0.05, 0.5, 19)[lossy.efficiency[0].argmax()]
     assert best == pytest.approx(network.mechanical_point("mg1"), abs=0.05)
-
-
-C1, C2, C3, C4 = joints("ring 3-housing", "carriers-out", "B-housing", "A-B")
-
-
-def ahs2(R_1: float, R_2: float, R_3: float) -> Network:
-    """Engine at the first ring; A at its sun and at the second ring; B at the second and third sun; the third carrier is the output."""
-    levers = (
-        Lever("1", "A", "in", "carriers", -R_1),
-        Lever("2", "B", "A", "carriers", -R_2),
-        Lever("3", "B", "ring 3", "out", -R_3),
-    )
-    return Network(levers, ("A", "B"))
 
 
 def test_ahs2_fixed_gears_and_mechanical_points() -> None:
