@@ -20,12 +20,14 @@ from powertrain.components.transmissions import (
     NINE_SPEED,
     RAVIGNEAUX_FOUR,
     SEVEN_SPEED,
+    SIMPSON_FREEWHEEL,
     SIMPSON_THREE,
     TEN_SPEED,
     Automatic,
     DualClutchGearbox,
     GearScheme,
     Lever,
+    LumpedGear,
     PowerShiftGearbox,
     planetary,
     ravigneaux,
@@ -163,6 +165,41 @@ def test_a_gearset_in_one_gear_is_the_gearset() -> None:
         alone = gear_table(box.in_gear(k))
         for column in ("ratio", "efficiency"):
             assert alone[column].iloc[0] == pytest.approx(whole[column].iloc[k - 1], rel=1e-9)
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_a_lumped_gear_has_the_efficiencies_of_its_gearset(name: str) -> None:
+    """By hand, for both directions of power; with the inertia of all shafts at the input."""
+    box = Automatic.of(SCHEMES[name], J=0.01)
+    for k, gear in enumerate(SCHEMES[name].forward, 1):
+        one = box.in_gear(k).lumped()
+        assert isinstance(one, LumpedGear)
+        ratio, forward, _ = by_hand(SCHEMES[name], gear.name, 1.0)
+        assert float(one.ratio) == pytest.approx(ratio, rel=1e-12)
+        assert float(one.unit.eta_ab) == pytest.approx(abs(forward) / ratio, rel=1e-12)
+        assert float(one.unit.eta_ba) == pytest.approx(
+            ratio / abs(by_hand(SCHEMES[name], gear.name, -1.0)[1]), rel=1e-12
+        )
+        speeds = SCHEMES[name].speeds(gear.name).values()
+        assert float(one.input.J) == pytest.approx(0.01 * sum(w**2 for w in speeds), rel=1e-12)
+
+
+def test_what_no_ratio_stands_for_is_not_lumped() -> None:
+    """Freewheels, efficiencies that depend on the load, and a gear that the output cannot drive."""
+    free = Automatic.of(SIMPSON_FREEWHEEL).in_gear(1)
+    box = Automatic.of(SIMPSON_THREE).in_gear(1)
+    curve = pt.Map.curve([0.0, 100.0], [0.9, 0.98], x="tau", x_unit="N.m", unit="1", name="eta", outside="clip")
+    mapped = pt.replace(box, {f"levers[{k}].map_ab": curve for k in range(len(box.levers))})
+    worm = GearScheme.of(
+        Lever("slow", "in", "held", "out", 0.95, 0.9),
+        elements={"B": "held-housing"},
+        gears={"1": "B"},
+        input="out",
+        output="in",
+    )
+    locks = Automatic.of(worm).in_gear(1)
+    for one in (free, mapped, locks):
+        assert one.lumped() is one
 
 
 def scheme_of(**gears: str) -> GearScheme:
