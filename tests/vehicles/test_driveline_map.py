@@ -248,7 +248,7 @@ def test_a_geared_car_is_mapped_in_the_gears_that_its_schedule_keeps() -> None:
 
 
 SIX = PowerShiftSchedule.for_gears(Automatic.lepelletier_six_speed().gear_ratios, 3.9)
-ALL = {"front": LumpedAxle(), "rear": LumpedAxle(), "transfer": CentreDifferential()}
+ALL: dict[str, Any] = {"front": LumpedAxle(), "rear": LumpedAxle(), "transfer": CentreDifferential()}
 TOGETHER = {
     "manual": ManualCar(),
     "dual clutch": pt.replace(DualClutchCar(), {"gearbox.odd_clutch.fn_max": 500.0, "gearbox.odd.J": 0.02}),

@@ -341,3 +341,36 @@ def test_end_of_the_torque_phase() -> None:
     torque = -result["box.flange_b.tau"]
     assert torque[result.time < 1.0][-1] == pytest.approx(100 * one, rel=2e-3)  # less what the small inertias take
     assert result.at(1.199, "box.flange_b.tau") == pytest.approx(-100 * two, rel=1e-2)
+
+
+class Rolling(pt.Component):
+    """A gearset between an engine and a car, both by their inertias; the lever is an input."""
+
+    box: Automatic = Automatic.ten_speed()
+    lever: pt.Input = pt.signal_input("1", "Position of the lever")
+    drive: Torque = Torque()
+    engine: Inertia = Inertia(J=0.15)
+    car: Inertia = Inertia(J=10.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.engine.flange_a)
+        yield pt.connect(self.engine.flange_b, self.box.flange_a)
+        yield pt.connect(self.box.flange_b, self.car.flange_a)
+        yield pt.connect(self.lever, self.box.lever)
+        yield self.drive.tau.value == 30.0
+
+
+@pytest.mark.parametrize("back", [7, 5])
+def test_a_lever_that_jumps_selects_neutral_at_speed_without_the_gears_between(back: int) -> None:
+    """From the direct gear: the engine runs up alone and the car rolls on; back in gear, elements slip until its ratio is reached."""
+    lever = ([0.0, 0.5, 0.5, 1.0, 1.0, 2.5], [7.0, 7.0, 0.0, 0.0, back, back])
+    starts = {"engine.w": 200.0, "car.w": 200.0}
+    result = pt.simulate(Rolling(), 2.5, inputs={"lever": lever}, starts=starts, rtol=1e-8)
+    heat = [result.at([0.51, 0.8, 0.99], f"box.elements[{k}].lossPower") for k in range(len(TEN_SPEED.elements))]
+    assert np.abs(heat).max() < 1e-9
+    rise = result.at(0.99, "engine.w") - result.at(0.51, "engine.w")
+    assert 0.7 * 30 / 0.15 * 0.48 < rise < 30 / 0.15 * 0.48
+    assert result.at(0.99, "car.w") == pytest.approx(float(result.at(0.51, "car.w")), rel=2e-3)
+    ratio = TEN_SPEED.ratio(str(back))
+    assert result["engine.w"][-1] == pytest.approx(ratio * result["car.w"][-1], rel=1e-9)
+    assert pt.energy_audit(result).closure < 1e-6
