@@ -46,6 +46,7 @@ from powertrain.components.body import CoastDownBody as CoastDownBody
 from powertrain.components.body import DrivenAxle as DrivenAxle
 from powertrain.components.body import ElasticShaft as ElasticShaft
 from powertrain.components.body import LumpedAxle as LumpedAxle
+from powertrain.components.body import LumpedCentreDifferential as LumpedCentreDifferential
 from powertrain.components.body import PoweredAxle as PoweredAxle
 from powertrain.components.body import RigidTransferCase as RigidTransferCase
 from powertrain.components.body import RoadProfile as RoadProfile
@@ -115,6 +116,7 @@ from powertrain.components.differentials import RavigneauxGear as RavigneauxGear
 from powertrain.components.differentials import Ring as Ring
 from powertrain.components.differentials import SteppedPlanetaryGear as SteppedPlanetaryGear
 from powertrain.components.differentials import Sun as Sun
+from powertrain.components.differentials import SymmetricDifferential as SymmetricDifferential
 from powertrain.components.differentials import ThreeMembers as ThreeMembers
 from powertrain.components.electric import AccessoryLoad as AccessoryLoad
 from powertrain.components.electric import Battery as Battery
@@ -247,6 +249,7 @@ from powertrain.components.transmissions import Flow as Flow
 from powertrain.components.transmissions import FluidCoupling as FluidCoupling
 from powertrain.components.transmissions import GearScheme as GearScheme
 from powertrain.components.transmissions import Lever as Lever
+from powertrain.components.transmissions import LumpedGear as LumpedGear
 from powertrain.components.transmissions import ManualGearbox as ManualGearbox
 from powertrain.components.transmissions import Network as Network
 from powertrain.components.transmissions import NetworkGears as NetworkGears

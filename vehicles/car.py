@@ -23,6 +23,7 @@ from powertrain.components.body import (
     CoastDownBody,
     DrivenAxle,
     LumpedAxle,
+    LumpedCentreDifferential,
     PoweredAxle,
     RigidTransferCase,
     RoadProfile,
@@ -200,9 +201,9 @@ def _check_axles(car: Car, *, own_rear: bool) -> None:
     name = type(car).__name__
     if not driven:
         raise ModelError(f"{name} drives no axle: {said}; give one of them a LumpedAxle or a DrivenAxle")
-    if isinstance(car.transfer, CentreDifferential) and len(driven) < len(slots):
+    if isinstance(car.transfer, CentreDifferential | LumpedCentreDifferential) and len(driven) < len(slots):
         raise ModelError(
-            f"{name}.transfer is a CentreDifferential, but only {driven[0]} is a driven axle: the other side would spin; "
+            f"{name}.transfer is a centre differential, but only {driven[0]} is a driven axle: the other side would spin; "
             "give both axles a LumpedAxle or a DrivenAxle, or leave transfer as it is"
         )
     if own_rear:

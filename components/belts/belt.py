@@ -56,7 +56,8 @@ class Pulley(Lossy):
     slip > 0: F = limit;  slip < 0: F = -limit;  slip = 0: |F| <= limit
       limit = (exp(mue wrap) - 1) (T - rho v^2), not below 0, with the smaller T of the tensions -belt_a.f and belt_b.f
 
-    Limit and centrifugal tension are those of a belt that slips on its whole wrap: (T_1 - rho v^2)/(T_2 - rho v^2) = exp(mue wrap). The
+    Limit and centrifugal tension are those of a belt that slips on its whole wrap: (T_1 - rho v^2)/(T_2 - rho v^2) = exp(mue wrap). Where
+    rho v^2 exceeds the smaller tension, the belt lifts off and has no grip; that it also stretches its spans then is not modelled. The
     belt does not stretch on the pulley, so creep is not modelled. For a V belt or a ribbed belt mue is the coefficient of friction
     divided by the sine of half the groove angle. For a toothed belt use a ``ChainDrive`` without polygon effect. Spans and pulleys in a
     ring form the accessory drive of an engine.

@@ -8,7 +8,12 @@ from powertrain.components.body.coast_down import CoastDownBody
 from powertrain.components.body.elastic_shaft import ElasticShaft
 from powertrain.components.body.path import AxlePath, RoadProfile
 from powertrain.components.body.rolling_road import RollingRoad
-from powertrain.components.body.transfer import CentreDifferential, RigidTransferCase, TransferCase
+from powertrain.components.body.transfer import (
+    CentreDifferential,
+    LumpedCentreDifferential,
+    RigidTransferCase,
+    TransferCase,
+)
 
 __all__ = [
     "AirStream",
@@ -21,6 +26,7 @@ __all__ = [
     "DrivenAxle",
     "ElasticShaft",
     "LumpedAxle",
+    "LumpedCentreDifferential",
     "PoweredAxle",
     "RigidTransferCase",
     "RoadProfile",

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, connect, der, port
+from powertrain import Component, Equations, Parameter, connect, der, parameter, port
 from powertrain.components.body.elastic_shaft import ElasticShaft
-from powertrain.components.differentials import BevelDifferential, Differential, LimitedSlipDifferential
+from powertrain.components.differentials import Differential, LimitedSlipDifferential
 from powertrain.components.rotational import Flange, SpringDamper
 
 
@@ -16,7 +16,7 @@ class TransferCase(Component):
     rear: Flange = port(Flange)
 
     def lumped(self) -> TransferCase:
-        """The transfer case on a straight road without slip: its differential turns as one block and shares equally."""
+        """The transfer case on a straight road without slip, where friction between the axles rests."""
         return self
 
 
@@ -53,14 +53,28 @@ class CentreDifferential(TransferCase):
         yield connect(self.front_shaft.flange_b, self.front)
         yield connect(self.rear_shaft.flange_b, self.rear)
 
-    def lumped(self) -> CentreDifferential:
-        """With a frictionless differential: friction at rest between the axles would leave the torque split undetermined."""
-        return CentreDifferential(
-            front_shaft=self.front_shaft, rear_shaft=self.rear_shaft, differential=BevelDifferential()
-        )
+    def lumped(self) -> LumpedCentreDifferential:
+        """Without friction and with rigid shafts: friction at rest between the axles would leave the torque split undetermined."""
+        return LumpedCentreDifferential(share=float(self.differential.share))
 
     def initial(self) -> Equations:
         """The input turns with the axles, and the shafts to them are not twisted."""
-        yield der(self.input.phi) == der(self.front.phi + self.rear.phi) / 2
+        share = self.differential.share
+        yield der(self.input.phi) == der(share * self.front.phi + (1 - share) * self.rear.phi)
         yield self.front_shaft.phi_rel == 0
         yield self.rear_shaft.phi_rel == 0
+
+
+class LumpedCentreDifferential(TransferCase):
+    """A centre differential without friction, whose shafts are rigid, for maps.
+
+    w_input = share w_front + (1 - share) w_rear,  front.tau = -share input.tau,  rear.tau = -(1 - share) input.tau
+    """
+
+    share: Parameter = parameter("1", "Part of the torque that the front axle takes", default=0.5, min=0, max=1)
+
+    def equations(self) -> Equations:
+        """A lever without loss."""
+        yield self.input.phi == self.share * self.front.phi + (1 - self.share) * self.rear.phi
+        yield self.front.tau == -self.share * self.input.tau
+        yield self.rear.tau == -(1 - self.share) * self.input.tau

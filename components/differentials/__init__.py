@@ -6,7 +6,7 @@ from powertrain.components.differentials.axle import BevelDifferential, CrownGea
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.differentials.fundamental import FundamentalDifferential
 from powertrain.components.differentials.hypoid import HypoidGear
-from powertrain.components.differentials.interfaces import Differential, Epicyclic, ThreeMembers
+from powertrain.components.differentials.interfaces import Differential, Epicyclic, SymmetricDifferential, ThreeMembers
 from powertrain.components.differentials.mesh import Mesh, MeshLaw
 from powertrain.components.differentials.planetary import (
     DoublePinionPlanetaryGear,
@@ -36,6 +36,7 @@ __all__ = [
     "Ring",
     "SteppedPlanetaryGear",
     "Sun",
+    "SymmetricDifferential",
     "ThreeMembers",
     "basic_ratio",
     "train_value",

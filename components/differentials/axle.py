@@ -18,7 +18,7 @@ from powertrain import (
     switch,
     variable,
 )
-from powertrain.components.differentials.interfaces import Differential
+from powertrain.components.differentials.interfaces import SymmetricDifferential
 from powertrain.components.differentials.mesh import Mesh
 from powertrain.components.differentials.teeth import pair_ratio
 from powertrain.components.driving_side import mesh_losses
@@ -27,7 +27,7 @@ from powertrain.components.rotational.interfaces import Lossy
 from powertrain.components.thermal import HeatPort
 
 
-class BevelDifferential(Differential):
+class BevelDifferential(SymmetricDifferential):
     """The open bevel-gear differential: equal side wheels on bevel planets in a cage, which the crown wheel turns.
 
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0
@@ -53,7 +53,7 @@ class BevelDifferential(Differential):
         yield connect(self.heat_port, self.mesh.heat_port)
 
 
-class LimitedSlipDifferential(Differential, Lossy):
+class LimitedSlipDifferential(SymmetricDifferential, Lossy):
     """A differential with friction against a speed difference between its sides: a preload and a part that increases with the torque.
 
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0,  w_rel = w_left - w_right,  tau = (left.tau - right.tau)/2

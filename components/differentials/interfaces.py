@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powertrain import Component, port
+from powertrain import Component, ModelError, Symbol, port
 from powertrain.components.rotational.interfaces import Flange
 
 
@@ -28,9 +28,27 @@ class Epicyclic(Component):
 class Differential(Component):
     """Partial: an axle differential, from the crown wheel on its cage to the left and the right half shaft.
 
-    For all of them (w_left + w_right)/2 = w_crown. They differ in how they share the torque.
+    w_crown = share w_left + (1 - share) w_right; without friction the left side takes the ``share`` of the crown's torque. They differ in
+    how friction changes this.
     """
 
     crown: Flange = port(Flange)
     left: Flange = port(Flange)
     right: Flange = port(Flange)
+
+    @property
+    def share(self) -> Symbol | float:
+        """The part of the torque of the crown that the left side takes without friction."""
+        raise ModelError(
+            f"{type(self).__name__} does not define share, the part of the crown's torque that its left side takes without friction: "
+            "share = 0.5 for a differential of equal sides, 1/(1 + ratio) for a planetary gear with its left side at the sun"
+        )
+
+
+class SymmetricDifferential(Differential):
+    """Partial: a differential with equal sides, (w_left + w_right)/2 = w_crown."""
+
+    @property
+    def share(self) -> Symbol | float:
+        """Half."""
+        return 0.5

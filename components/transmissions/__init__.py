@@ -32,6 +32,7 @@ from powertrain.components.transmissions.layout import (
     relative_ratio,
     unit_ratio,
 )
+from powertrain.components.transmissions.lumped_gear import LumpedGear
 from powertrain.components.transmissions.network import HOUSING, Joint, Lever, Network, joints
 from powertrain.components.transmissions.network_flow import Flow, UnitLoss, flow
 from powertrain.components.transmissions.network_transmission import NetworkGears, NetworkTransmission
@@ -75,6 +76,7 @@ __all__ = [
     "Joint",
     "Layout",
     "Lever",
+    "LumpedGear",
     "ManualGearbox",
     "Network",
     "NetworkGears",

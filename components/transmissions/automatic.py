@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Self
 
 from powertrain import Equations, Parameter, ParameterError, Symbol, arguments_checked, connect, parameter
+from powertrain.components.cvu import CVU
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.differentials.fundamental import FundamentalDifferential
 from powertrain.components.limited import limited
@@ -16,6 +17,7 @@ from powertrain.components.rotational.fixed import Fixed
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.transmissions.clutch_to_clutch import ClutchToClutch
 from powertrain.components.transmissions.gear_scheme import GearScheme
+from powertrain.components.transmissions.gearbox import Shiftable
 from powertrain.components.transmissions.gearsets import (
     CR_CR_FOUR,
     CR_CR_FREEWHEELS,
@@ -28,6 +30,7 @@ from powertrain.components.transmissions.gearsets import (
     SIMPSON_THREE,
     TEN_SPEED,
 )
+from powertrain.components.transmissions.lumped_gear import LumpedGear, efficiencies
 from powertrain.components.transmissions.shift_table import ShiftElement
 
 TORQUE, MARGIN, J_SHAFT = 400.0, 1.5, 0.004
@@ -72,6 +75,8 @@ class Automatic(ClutchToClutch):
     shift elements as ``Clutch``, ``Brake`` and, if they are freewheels, ``OneWayClutch``
 
     The law of ``ClutchToClutch`` presses the elements. Lever position k selects the k-th forward gear, 0 neutral, -1 the reverse gear.
+    Between two positions a shift is under way: a lever that moves from 7 to 0 shifts down through all gears, and one that jumps there, as
+    a selector does, opens all elements at once. Nothing here keeps the reverse gear open while the vehicle moves forward.
     Freewheels are never pressed. They let go in overrun: the output runs ahead and the engine does not brake, unless ``coast``
     presses the elements that the scheme has for this. If the input has fallen behind when gear k + 1 replaces a freewheel of gear k, its
     element pulls the input up: its torque is then larger by the torque factor times k_slip max(ratio_(k+1) w_out - w_in, 0) S_2 (1 - S_3).
@@ -210,6 +215,16 @@ class Automatic(ClutchToClutch):
         return Automatic(
             scheme=scheme, levers=levers, shafts=self._joined(scheme), elements=elements, churning=self.churning
         )
+
+    def lumped(self) -> Shiftable:
+        """A gear without freewheels as one ratio, with its efficiencies if the levers have constant ones and these determine them."""
+        meshes = [(float(x.eta_ab), float(x.eta_ba)) for x in self.levers if x.map_ab is None and x.map_ba is None]
+        if self.elements or len(meshes) < len(self.levers) or (found := efficiencies(self.scheme, meshes)) is None:
+            return self
+        network = self.scheme.network(self.scheme.gears[0].name)
+        J = sum(float(shaft.J) * w**2 for shaft, w in zip(self.shafts, network.motion().tolist(), strict=True))
+        unit = CVU(eta_ab=found[0], eta_ba=found[1])
+        return LumpedGear(ratio=network.fixed_ratio(), unit=unit, input=Inertia(J=J), churning=self.churning)
 
     def _joined(self, scheme: GearScheme) -> tuple[Inertia, ...]:
         """The shafts of a scheme that joins those of this gearset: their inertias add up."""

@@ -52,6 +52,10 @@ class Shiftable(TwoFlanges):
             "with one gear permanently engaged, such as a SingleGear, in its place"
         )
 
+    def lumped(self) -> Shiftable:
+        """The transmission at constant speed, where a gearset in one gear is a pair of gears."""
+        return self
+
 
 class SingleGear(Shiftable):
     """A gearbox with a single gear that is always engaged, for measurements and for single-speed vehicles.

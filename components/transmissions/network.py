@@ -58,7 +58,8 @@ class Network:
     range is the same network with other joints (``range``). Every lever is one equation between its shafts' speeds. With two degrees of
     freedom the speeds of ``input`` and ``output`` determine all others, w_x = A_x w_in + B_x w_out for every shaft x; a shaft is
     at rest at its *mechanical point* r = w_out/w_in = -A_x/B_x. With one degree of freedom the network is a gear with a fixed ratio.
-    Errors: ParameterError if the unit's, the input's or the output's shaft does not exist.
+    The input or the output may be at the unit alone. Errors: ParameterError if nothing else is at the unit's, the input's or the
+    output's shaft.
     """
 
     levers: tuple[Lever, ...]
@@ -77,7 +78,7 @@ class Network:
         ):
             if name not in known:
                 raise ParameterError(
-                    f"the {what} is at {name}, but no lever or joint has this shaft; shafts: {', '.join(known)}"
+                    f"the {what} is at the shaft {name!r}, where nothing else is; the other shafts are {', '.join(known)}"
                 )
 
     @classmethod
@@ -114,6 +115,7 @@ class Network:
         for lever in self.levers:
             names += [lever.a, lever.b, lever.carrier]
         names += [name for joint in self.joints for name in joint]
+        names += [name for name in self.unit if name in (self.input, self.output)]
         return tuple(dict.fromkeys(names))
 
     @cached_property

@@ -165,7 +165,8 @@ class _System:
     def relative(self) -> Array:
         """w_a - w_carrier of the levers."""
         node = self.network.nodes
-        return np.stack([self.w[node[x.a]] - self.w[node[x.carrier]] for x in self.network.levers])
+        found = [self.w[node[x.a]] - self.w[node[x.carrier]] for x in self.network.levers]
+        return np.array(found).reshape(-1, *self.w.shape[1:])
 
     @property
     def unit(self) -> tuple[Array, Array]:

@@ -15,7 +15,7 @@ from powertrain.components.control.shift_rule import RESUMED, Driving
 from powertrain.components.transmissions import Shiftable
 from powertrain.language.component import descendants
 from powertrain.language.reals import Array
-from powertrain.trials.operating import operating_map
+from powertrain.trials.operating import at_constant_speed, operating_map
 from powertrain.vehicles.car import ShiftedCar
 
 if TYPE_CHECKING:
@@ -69,10 +69,10 @@ def held_gears(vehicle: pt.Component, speeds: Array, accelerators: Array, maps: 
 def gear_maps(vehicle: pt.Component, speeds: Array, accelerators: Array, **options: Any) -> list[xr.Dataset]:
     """``operating_map`` of the vehicle in each of its gears.
 
-    Gears that differ in nothing but parameters are solved together, which takes half the time. Automatics by a scheme are joined
-    differently in every gear, and where two axles follow from one another by the ratio of the gear, ``steady`` takes one gear at a time.
+    Gears that differ in nothing but parameters are solved together, which takes half the time. Others, such as those that freewheels
+    hold, are solved one at a time.
     """
-    cars = [in_gear(vehicle, k) for k in numbers(vehicle)]
+    cars = [at_constant_speed(in_gear(vehicle, k)) for k in numbers(vehicle)]
     if changes := _changes(cars):
         with suppress(pt.ParameterError):  # what is wrong in every gear is raised below
             found = operating_map(cars[0], speeds, accelerators, among=changes, **options)

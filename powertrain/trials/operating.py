@@ -16,6 +16,7 @@ from powertrain.components.control import AlwaysOn, EngineSwitch, SetPedals
 from powertrain.components.cvu import Actuator, IdealActuator
 from powertrain.components.electric import Cooling
 from powertrain.components.engines import EngineCooling, WarmEngine
+from powertrain.components.transmissions import Shiftable
 from powertrain.language.component import children
 from powertrain.trials.anatomy import Anatomy, anatomy, charge_at_start, value_at
 from powertrain.trials.resistance import check_mass
@@ -38,13 +39,18 @@ def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Comp
     """
     anatomy(vehicle)  # what is not a vehicle is rejected as everywhere
     _refuse_memory(vehicle, held)
-    parts = {name: getattr(vehicle, name) for name in vehicle._fields}
-    vehicle = pt.replace(vehicle, {name: part for name, old in parts.items() if (part := _steady(old)) is not old})
+    vehicle = at_constant_speed(vehicle)
     found = anatomy(vehicle)
     body, pedals = found.the("body"), found.the("pedals")
     check_mass(value_at(vehicle, body))
     loads: dict[str, Any] = {name: float(getattr(value_at(vehicle, body), name)) for name in ("m", "front_share", "g")}
     return pt.replace(vehicle, {body: RollingRoad(**loads), pedals: SetPedals()})
+
+
+def at_constant_speed(vehicle: pt.Component) -> pt.Component:
+    """The vehicle with parts for a constant speed on a level road."""
+    parts = {name: getattr(vehicle, name) for name in vehicle._fields}
+    return pt.replace(vehicle, {name: part for name, old in parts.items() if (part := _steady(old)) is not old})
 
 
 def mapped_model(vehicle: pt.Component, held: Container[str] = ()) -> pt.Component:
@@ -69,7 +75,7 @@ def _steady(part: Any) -> Any:
     """The replacement of a part at constant speed on a level road."""
     if isinstance(part, Actuator):
         return IdealActuator(ratio_min=float(part.ratio_min), ratio_max=float(part.ratio_max))
-    if isinstance(part, Axle | TransferCase):
+    if isinstance(part, Axle | TransferCase | Shiftable):
         return part.lumped()
     if isinstance(part, RoadProfile):
         return RoadProfile()

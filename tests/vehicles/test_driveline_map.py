@@ -9,12 +9,21 @@ import pytest
 import xarray as xr
 
 import powertrain as pt
-from powertrain.components.body import Body, Chassis, DrivenAxle, RoadProfile, VehicleBody
+from powertrain.components.body import (
+    Body,
+    CentreDifferential,
+    Chassis,
+    DrivenAxle,
+    LumpedAxle,
+    RoadProfile,
+    VehicleBody,
+)
 from powertrain.components.body.coast_down import CoastDownBody as MeasuredBody
-from powertrain.components.control import FixedGear, Shifting, StartStop
+from powertrain.components.control import FixedGear, PowerShiftSchedule, Shifting, StartStop
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import CoolantCircuit, WarmEngine
-from powertrain.trials import drive_cycle
+from powertrain.components.transmissions import Automatic
+from powertrain.trials import drive_cycle, gears
 from powertrain.trials.anatomy import value_at
 from powertrain.trials.backward import backward, demand
 from powertrain.trials.driveline import driveline_map
@@ -238,14 +247,43 @@ def test_a_geared_car_is_mapped_in_the_gears_that_its_schedule_keeps() -> None:
     np.testing.assert_allclose(found["power"], found["fuel_rate"] * 43e6)
 
 
+SIX = PowerShiftSchedule.for_gears(Automatic.lepelletier_six_speed().gear_ratios, 3.9)
+ALL: dict[str, Any] = {"front": LumpedAxle(), "rear": LumpedAxle(), "transfer": CentreDifferential()}
+TOGETHER = {
+    "manual": ManualCar(),
+    "dual clutch": pt.replace(DualClutchCar(), {"gearbox.odd_clutch.fn_max": 500.0, "gearbox.odd.J": 0.02}),
+    "gearset": AutomaticCar.with_gearset(Automatic.lepelletier_six_speed()),
+    "gearset, all-wheel drive": AutomaticCar.with_gearset(Automatic.lepelletier_six_speed(), schedule=SIX, **ALL),
+    "manual, all-wheel drive": ManualCar(**ALL),
+}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [ManualCar, DualClutchCar])
-def test_gears_solved_together_have_the_points_of_each_gear_alone(kind: type[pt.Component]) -> None:
-    """Ratios differ from gear to gear, in a dual-clutch gearbox the clutches and shafts, too."""
-    odd = {"gearbox.odd_clutch.fn_max": 500.0, "gearbox.odd.J": 0.02} if kind is DualClutchCar else {}
-    car, at = pt.replace(kind(), odd), ([3.0, 20.0], [0.3, 1.0])
-    for k, found in enumerate(gear_maps(car, *map(np.array, at)), 1):
-        xr.testing.assert_allclose(found, operating_map(in_gear(car, k), *at), rtol=1e-9, atol=1e-9)
+@pytest.mark.parametrize("name", TOGETHER)
+def test_gears_solved_together_have_the_points_of_each_gear_alone(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ratios differ from gear to gear, in a dual-clutch gearbox the clutches and shafts, too, and in a gearset the efficiencies."""
+    car, at, calls = TOGETHER[name], ([3.0, 20.0], [0.0, 0.3, 1.0]), list[int]()
+
+    def counted(*args: Any, **options: Any) -> Any:
+        calls.append(1)
+        return operating_map(*args, **options)
+
+    monkeypatch.setattr(gears, "operating_map", counted)
+    found = gear_maps(car, *map(np.array, at))
+    assert len(calls) == 1
+    monkeypatch.setattr(Automatic, "lumped", lambda self: self)
+    for k, one in enumerate(found, 1):
+        xr.testing.assert_allclose(one, operating_map(in_gear(car, k), *at), rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_equal_axles_behind_a_centre_differential_are_as_one_axle() -> None:
+    """On a level road they turn together; in overrun at speed the start clutch holds, although the engine could also idle."""
+    at = np.array([5.0, 25.0]), np.array([0.0, 0.1, 0.6])
+    axle = ManualCar().front
+    both = ManualCar(front=axle, rear=axle, transfer=CentreDifferential())
+    for one, other in zip(gear_maps(ManualCar(), *at), gear_maps(both, *at), strict=True):
+        xr.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.slow

@@ -70,7 +70,7 @@ def test_the_power_split_without_fuel_is_that_of_its_control() -> None:
         "battery.soc": 0.6,
         "control.running": 0.0,
     }
-    inputs = {name: one.guess for name, one in plant.compiled.inputs.items() if name not in grid}
+    inputs = {name: one.value for name, one in plant.compiled.inputs.items() if name not in grid}
     driven = pt.steady(plant, grid, inputs=inputs, outputs=["body.force", "engine.w"], first=True, progress=False)
     np.testing.assert_allclose(driven["engine.w"], [0.0, 30.3], atol=0.1)
     for k, force in enumerate(driven["body.force"].values.ravel()):

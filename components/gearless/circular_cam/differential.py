@@ -20,7 +20,7 @@ from powertrain import (
     switch,
     variable,
 )
-from powertrain.components.differentials.interfaces import Differential
+from powertrain.components.differentials.interfaces import SymmetricDifferential
 from powertrain.components.gearless.circular_cam.design import LEAST_WIDTH, CircularCams
 from powertrain.components.gearless.circular_cam.disk import Wear, check_wear, friction_diameter
 from powertrain.components.gearless.circular_cam.locking_law import (
@@ -66,7 +66,7 @@ class RollerMasses(Component):
         return cls(**values)
 
 
-class CircularCamDifferential(Differential, Lossy):
+class CircularCamDifferential(SymmetricDifferential, Lossy):
     """A differential with two cam disks with circular-arc tracks, and rollers in grooves of the cage between them.
 
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0,  w_rel = w_left - w_right,  tau = (left.tau - right.tau)/2

@@ -19,7 +19,7 @@ from powertrain import (
     switch,
     variable,
 )
-from powertrain.components.differentials.interfaces import Differential
+from powertrain.components.differentials.interfaces import SymmetricDifferential
 from powertrain.components.gearless.linkage.friction import JointFriction, kappa
 from powertrain.components.gearless.linkage.kinematics import Linkage, closed_loop
 from powertrain.components.gearless.linkage.masses import ROUNDING, TABLE_5_1, LinkMasses, ReflectedInertia, inertia
@@ -28,7 +28,7 @@ from powertrain.components.rotational.interfaces import Lossy
 _CAGE, _COUPLER, _LEVER, _JOINTS = TABLE_5_1.cage, TABLE_5_1.coupler, TABLE_5_1.lever, JointFriction()
 
 
-class LinkageDifferential(Differential, Lossy):
+class LinkageDifferential(SymmetricDifferential, Lossy):
     """The gearless differential RRSCSRR with the masses of its links and friction in its joints.
 
     w_left + w_right = 2 w_crown,  w = w_crown,  alpha = alpha_0 + (left.phi - right.phi)/2,  u = w_diff = d alpha/dt

@@ -20,7 +20,7 @@ from powertrain import (
     switch,
     variable,
 )
-from powertrain.components.differentials.interfaces import Differential
+from powertrain.components.differentials.interfaces import SymmetricDifferential
 from powertrain.components.gearless.spherical_cam.body import CamBody
 from powertrain.components.gearless.spherical_cam.cycle import CamFriction, Cycle
 from powertrain.components.gearless.spherical_cam.profile import SphericalCam
@@ -58,7 +58,7 @@ class CamMasses(Component):
         return cls(J_cam=body.spin_inertia, J_inner=inner, J_outer=outer)
 
 
-class SphericalCamDifferential(Differential, Lossy):
+class SphericalCamDifferential(SymmetricDifferential, Lossy):
     """The differential with carriers of conical rollers as side wheels, and pairs of conjugate spherical cams as planets.
 
     w_left + w_right = 2 w_crown,  left.tau + right.tau + crown.tau = 0,  w_rel = w_left - w_right,  tau = (left.tau - right.tau)/2

@@ -20,12 +20,14 @@ from powertrain.components.transmissions import (
     NINE_SPEED,
     RAVIGNEAUX_FOUR,
     SEVEN_SPEED,
+    SIMPSON_FREEWHEEL,
     SIMPSON_THREE,
     TEN_SPEED,
     Automatic,
     DualClutchGearbox,
     GearScheme,
     Lever,
+    LumpedGear,
     PowerShiftGearbox,
     planetary,
     ravigneaux,
@@ -163,6 +165,41 @@ def test_a_gearset_in_one_gear_is_the_gearset() -> None:
         alone = gear_table(box.in_gear(k))
         for column in ("ratio", "efficiency"):
             assert alone[column].iloc[0] == pytest.approx(whole[column].iloc[k - 1], rel=1e-9)
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_a_lumped_gear_has_the_efficiencies_of_its_gearset(name: str) -> None:
+    """By hand, for both directions of power; with the inertia of all shafts at the input."""
+    box = Automatic.of(SCHEMES[name], J=0.01)
+    for k, gear in enumerate(SCHEMES[name].forward, 1):
+        one = box.in_gear(k).lumped()
+        assert isinstance(one, LumpedGear)
+        ratio, forward, _ = by_hand(SCHEMES[name], gear.name, 1.0)
+        assert float(one.ratio) == pytest.approx(ratio, rel=1e-12)
+        assert float(one.unit.eta_ab) == pytest.approx(abs(forward) / ratio, rel=1e-12)
+        assert float(one.unit.eta_ba) == pytest.approx(
+            ratio / abs(by_hand(SCHEMES[name], gear.name, -1.0)[1]), rel=1e-12
+        )
+        speeds = SCHEMES[name].speeds(gear.name).values()
+        assert float(one.input.J) == pytest.approx(0.01 * sum(w**2 for w in speeds), rel=1e-12)
+
+
+def test_what_no_ratio_stands_for_is_not_lumped() -> None:
+    """Freewheels, efficiencies that depend on the load, and a gear that the output cannot drive."""
+    free = Automatic.of(SIMPSON_FREEWHEEL).in_gear(1)
+    box = Automatic.of(SIMPSON_THREE).in_gear(1)
+    curve = pt.Map.curve([0.0, 100.0], [0.9, 0.98], x="tau", x_unit="N.m", unit="1", name="eta", outside="clip")
+    mapped = pt.replace(box, {f"levers[{k}].map_ab": curve for k in range(len(box.levers))})
+    worm = GearScheme.of(
+        Lever("slow", "in", "held", "out", 0.95, 0.9),
+        elements={"B": "held-housing"},
+        gears={"1": "B"},
+        input="out",
+        output="in",
+    )
+    locks = Automatic.of(worm).in_gear(1)
+    for one in (free, mapped, locks):
+        assert one.lumped() is one
 
 
 def scheme_of(**gears: str) -> GearScheme:
@@ -304,3 +341,36 @@ def test_end_of_the_torque_phase() -> None:
     torque = -result["box.flange_b.tau"]
     assert torque[result.time < 1.0][-1] == pytest.approx(100 * one, rel=2e-3)  # less what the small inertias take
     assert result.at(1.199, "box.flange_b.tau") == pytest.approx(-100 * two, rel=1e-2)
+
+
+class Rolling(pt.Component):
+    """A gearset between an engine and a car, both by their inertias; the lever is an input."""
+
+    box: Automatic = Automatic.ten_speed()
+    lever: pt.Input = pt.signal_input("1", "Position of the lever")
+    drive: Torque = Torque()
+    engine: Inertia = Inertia(J=0.15)
+    car: Inertia = Inertia(J=10.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.engine.flange_a)
+        yield pt.connect(self.engine.flange_b, self.box.flange_a)
+        yield pt.connect(self.box.flange_b, self.car.flange_a)
+        yield pt.connect(self.lever, self.box.lever)
+        yield self.drive.tau.value == 30.0
+
+
+@pytest.mark.parametrize("back", [7, 5])
+def test_a_lever_that_jumps_selects_neutral_at_speed_without_the_gears_between(back: int) -> None:
+    """From the direct gear: the engine runs up alone and the car rolls on; back in gear, elements slip until its ratio is reached."""
+    lever = ([0.0, 0.5, 0.5, 1.0, 1.0, 2.5], [7.0, 7.0, 0.0, 0.0, back, back])
+    starts = {"engine.w": 200.0, "car.w": 200.0}
+    result = pt.simulate(Rolling(), 2.5, inputs={"lever": lever}, starts=starts, rtol=1e-8)
+    heat = [result.at([0.51, 0.8, 0.99], f"box.elements[{k}].lossPower") for k in range(len(TEN_SPEED.elements))]
+    assert np.abs(heat).max() < 1e-9
+    rise = result.at(0.99, "engine.w") - result.at(0.51, "engine.w")
+    assert 0.7 * 30 / 0.15 * 0.48 < rise < 30 / 0.15 * 0.48
+    assert result.at(0.99, "car.w") == pytest.approx(float(result.at(0.51, "car.w")), rel=2e-3)
+    ratio = TEN_SPEED.ratio(str(back))
+    assert result["engine.w"][-1] == pytest.approx(ratio * result["car.w"][-1], rel=1e-9)
+    assert pt.energy_audit(result).closure < 1e-6

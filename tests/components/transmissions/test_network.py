@@ -121,8 +121,8 @@ def test_at_standstill_a_geared_neutral_has_torque() -> None:
 def test_what_is_no_network() -> None:
     lever = Lever("p", "a", "b", "in", -2.0)
     wrong: dict[str, Callable[[], Any]] = {
-        "unit is at x": lambda: Network((lever,), ("x", "a")),
-        "the output is at out": lambda: Network((lever,), ("a", "b")),
+        "unit is at the shaft 'x'": lambda: Network((lever,), ("x", "a")),
+        "the output is at the shaft 'out', where nothing else is": lambda: Network((lever,), ("a", "b")),
         "a gear cannot have the ratio 1": lambda: Lever("p", "a", "b", "c", 1.0),
         "not three shafts": lambda: Lever("p", "a", "a", "c", -1.0),
         r"must be in \(0, 1\]": lambda: Lever("p", "a", "b", "c", -1.0, 1.1),
@@ -135,6 +135,26 @@ def test_what_is_no_network() -> None:
     for said, make in wrong.items():
         with pytest.raises(pt.ParameterError, match=said):
             make()
+
+
+IN_LINE = {
+    "input": Network((Lever("pair", "mid", "out", HOUSING, 1.5, 0.97),), ("in", "mid")),
+    "output": Network((Lever("pair", "in", "mid", HOUSING, 1.5, 0.97),), ("mid", "out")),
+    "both": Network((), ("in", "out")),
+}
+
+
+@pytest.mark.parametrize("name", IN_LINE)
+def test_an_end_at_the_unit_alone(name: str) -> None:
+    """A unit before or behind a pair of gears, or alone, passes its efficiency on; by hand and by the model."""
+    network, r, pair = IN_LINE[name], np.array([0.4, 1.3]), 1.0 if name == "both" else 0.97
+    found = flow(network, r, 20.0, loss=LOSS)
+    np.testing.assert_allclose(found.V, r if name == "both" else 1.5 * r, rtol=1e-12)
+    np.testing.assert_allclose(found.efficiency, 0.85 * pair, rtol=1e-12)
+    np.testing.assert_allclose(found.tau_in, 20.0 * r / (0.85 * pair), rtol=1e-12)
+    np.testing.assert_allclose(flow(network, r, -20.0, loss=LOSS).tau_in, -20.0 * r * 0.8 * pair, rtol=1e-12)
+    if name != "both":
+        np.testing.assert_allclose(steady(network, r, 20.0)["gear.flange_a.tau"], found.tau_in, rtol=1e-9)
 
 
 def test_joints_in_any_order_are_the_same_nodes() -> None:
