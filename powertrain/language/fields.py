@@ -151,9 +151,10 @@ class Variable(Quantity):
         nominal: float | None = None,
     ) -> None:
         super().__init__(unit, doc)
-        self.start = None if start is None else self._declared("start", start)
-        self.guess = self._declared("guess", guess)
-        self.nominal = None if nominal is None else self._declared("nominal", nominal)
+        self.start, self.guess, self.nominal = (
+            None if value is None else self._declared(what, value)
+            for what, value in (("start", start), ("guess", guess), ("nominal", nominal))
+        )
         if self.nominal is not None and not self.nominal > 0.0:
             raise ParameterError(f"nominal = {nominal!r} must be positive ({doc}, {unit})")
         self.prefer, self.flow = prefer, flow
