@@ -88,8 +88,10 @@ def test_connections_that_reach_into_a_part() -> None:
     assert not audit.hidden
     table = audit.components
     for name in ("inside", "inside.shaft", "inside.J2"):
-        row = table.loc[name]
-        assert row["supplied"] + row["sources"] == pytest.approx(row["lost"] + row["stored"], abs=1e-6)
+        supplied, sources, lost, stored = (
+            float(table[what][name]) for what in ("supplied", "sources", "lost", "stored")
+        )
+        assert supplied + sources == pytest.approx(lost + stored, abs=1e-6)
     assert table["supplied"]["inside"] == pytest.approx(table["sources"]["motor"] - table["lost"]["brake"])
     flow = pt.power_flow(run, at=2.0)
     assert flow.input == pytest.approx(3.0 * run.at([2.0], ["inside.J1.w"])["inside.J1.w"][0])

@@ -205,7 +205,8 @@ def _kind(rows: list[dict[str, str]]) -> Kind:
     """The kind of transmission. A fourth bag of the FTP, or the name, says that a car is a hybrid."""
     row, where = rows[0], rows[0]["where"]
     written = plain(row["transmission"].partition(" (")[0])  # the EPA adds "(e.g., CVT with paddles)"
-    listed = {plain(name): kind for name, kind in KINDS.items()}.get(written)
+    known: dict[str, Kind] = {plain(name): kind for name, kind in KINDS.items()}
+    listed = known.get(written)
     if row["fuel"] == ELECTRICITY:
         return "electric"
     if listed is None:
