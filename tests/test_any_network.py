@@ -21,8 +21,10 @@ from powertrain.language.component import children
 from powertrain.language.fields import Parameter, Port
 
 STOP = 2.0
-MOST_STEPS = 20_000
-"""Signals have periods of 0.3 s and more; the fastest shafts of the library vibrate some thousand times in a run."""
+MOST_STEPS = 100_000
+"""Signals have periods of 0.3 s and more; the fastest shafts of the library vibrate some thousand times in a run, with 20 steps each."""
+NOTHING = 1e-30
+"""Energy [J] that round-off alone exchanges."""
 HEAVY = (rotational.Inertia, translational.Mass)
 PARTS = [kind for kind in concrete() if mechanical(kind) and kind not in HEAVY]
 FORCED = {"Speed", "Position", "Move", "Accelerate", "ConstantSpeed", "Fixed", "NetworkGears"}
@@ -176,7 +178,8 @@ def holds(model: Driveline) -> bool:
     with bounded():
         again = plant.simulate(STOP, rtol=1e-6, points=3)
         fine = plant.simulate(STOP, rtol=1e-8, points=3, max_step=0.004)
-    assert pt.energy_audit(fine).closure < 1e-5
+    audit = pt.energy_audit(fine)
+    assert audit.closure < 1e-5 or audit.turnover < NOTHING
     values, reference = states(run, names), states(fine, names)
     size = np.abs(reference).max(axis=1, initial=0.0, keepdims=True)
     span = np.ptp(reference, axis=1, keepdims=True) + 1e-3 * (1.0 + size)
