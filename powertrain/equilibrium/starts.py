@@ -19,7 +19,8 @@ Told = Mapping[str, float] | Mapping[str, Symbol]
 def starts(placed: Placed, y: Mapping[str, Symbol], cyclic: Sequence[Symbol]) -> tuple[Symbol, Symbol]:
     """The unknowns ``y`` at the guesses, as far as these determine them, and at the start of a run, in terms of grid and common values.
 
-    The user's guesses come before the components' own. An unknown of which nothing is known is zero, as are the states ``cyclic``.
+    The user's guesses come first, then what the grid prescribes, then what the components expect: with a shaft's speed given, a contact
+    that rolls tells its ratio. An unknown of which nothing is known is zero, as are the states ``cyclic``.
     """
     compiled, guesses = placed.compiled, placed.asked.guesses
     expected = {n: v.guess for n, v in compiled.variables.items() if v.guess is not None}
