@@ -111,7 +111,9 @@ class SpeedSchedule(Shifting, Switching):
         "1", "Accelerator position up to which shift speeds do not change", default=0.0, min=0, max=0.99
     )
     patience: Parameter = parameter("s", "Time after a kick-down without upshifts", default=10.0, min=0)
-    dwell: Parameter = parameter("s", "Minimum time between shifts", default=2.0, above=0)
+    dwell: Parameter = parameter(
+        "s", "Minimum time from one shift to the next that is no kick-down", default=2.0, above=0
+    )
     braking: Parameter = parameter(
         "1", "Relative increase of the shift speeds while the driver slows down", default=0.0, min=0
     )
@@ -134,13 +136,18 @@ class SpeedSchedule(Shifting, Switching):
     def check(self) -> Equations:
         """A shift ends before the next one begins; otherwise lever, clutch and throttle would jump."""
         yield from super().check()
-        yield sum(getattr(self, stage) for stage in self.stages) <= self.dwell  # a shift ends before the next one
+        yield self.duration <= self.dwell  # a shift ends before the next one
 
     def initial(self) -> Equations:
         """No shift is going on, and no kick-down is remembered."""
         yield from super().initial()
         yield self.began == time - LONG
         yield self.kicked == time - LONG
+
+    @property
+    def duration(self) -> Symbol:
+        """Duration of a shift [s]."""
+        return sum((getattr(self, stage) for stage in self.stages), Symbol(0.0))
 
     @classmethod
     def for_gears(
@@ -187,7 +194,6 @@ class SpeedSchedule(Shifting, Switching):
 
     def shifts(self, now: Driving, limits: KickLimits) -> Shifts:
         """Which shift is due."""
-        pause = sum((getattr(self, stage) for stage in self.stages), Symbol(0.0)) if self.interrupts else 0.0
         rule = ShiftRule(
             self.speeds,
             self.eager,
@@ -196,7 +202,7 @@ class SpeedSchedule(Shifting, Switching):
             self.patience,
             self.braking,
             skips=self.interrupts,
-            pause=pause,
+            pause=self.duration if self.interrupts else 0.0,
         )
         return rule.shifts(now, limits)
 
@@ -229,10 +235,11 @@ class SpeedSchedule(Shifting, Switching):
         limits = self.w_earliest, self.w_latest, self.w_down, self.w_kick
         due = self.shifts(now, KickLimits(*(limit.value for limit in limits)))
         rested = ca.logic_and(time - self.began > self.dwell, self._begun())
+        ended = ca.logic_and(time - self.began > self.duration, self._begun())
         marks = reinit(self.before, self.gear), reinit(self.began, time)
         yield when(ca.logic_and(due.up, rested), reinit(self.gear, due.above), *marks)
         yield when(ca.logic_and(due.down, rested), reinit(self.gear, due.below), *marks)
-        kicks = ca.logic_and(due.kick_down, rested)
+        kicks = ca.logic_and(due.kick_down, ended)
         yield when(kicks, reinit(self.gear, self.gear - 1), reinit(self.kicked, time), *marks)
         brakes = ca.logic_and(self._begun(), ca.logic_and(self.brake.value > PRESSED, self.braking > 0))
         yield when(brakes, reinit(self.slowing, 1))
@@ -277,10 +284,10 @@ class GearSchedule(SpeedSchedule):
     highest speed. ``w_kick`` is down/up times the engine speed after the upshift to the present gear at which both gears pull equally hard;
     a kick-down above it would give less force, and the next upshift would follow. Without these speeds only the shift speeds count. With
     ``braking`` the engine brakes in a lower gear while the driver slows down, and on a descent until he presses the accelerator again; the
-    engine then turns up to 1 + ``braking`` times as fast as at the upshift. Shifts are at least ``dwell`` apart. The clutch closes with the
-    engine speed like a centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear. A driver who wants the
-    best acceleration lets the engine rise further and holds it there with the slipping clutch until the vehicle has caught up; ``launch``
-    is this rise.
+    engine then turns up to 1 + ``braking`` times as fast as at the upshift. Shifts are at least ``dwell`` apart, but a kick-down only waits
+    for the shift before it to end. The clutch closes with the engine speed like a centrifugal clutch: below w_open it is open, so the
+    vehicle starts and stops in first gear. A driver who wants the best acceleration lets the engine rise further and holds it there with
+    the slipping clutch until the vehicle has caught up; ``launch`` is this rise.
     Errors: ParameterError for speeds without hysteresis or not in order, and for a shift that takes longer than ``dwell``.
     """
 
