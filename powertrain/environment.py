@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import Any, cast
 
@@ -122,7 +121,7 @@ class Environment(gymnasium.Env[Array, Array]):
             both = isinstance(value, Mapping) and isinstance(given.get(name), Mapping)
             given[name] = {**given[name], **value} if both else value
         self._run = self.plant.start(**given)
-        self._left = math.ceil(self.duration / self.dt - _ROUNDING)
+        self._left = self.duration / self.dt - _ROUNDING
         return self._observe(self._run), {}
 
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:

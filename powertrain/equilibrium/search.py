@@ -83,19 +83,11 @@ class Group:
 
 def order(problem: Equilibrium, found: Sequence[LawModes]) -> list[Group]:
     """All laws and unknowns in groups, in the order in which they can be solved."""
-    laws = range(len(found))
-    wanted = [[*c.margins.values(), *([] if c.rest is None else [c.rest])] for c in found]
-    wanted += [[problem.rows[i] for i in rows] for rows, _ in problem.blocks]
-    owner = [*laws, *(0 for _ in problem.u)]
-    for b, (_, block) in enumerate(problem.blocks, len(found)):
-        for j in block:
-            owner[len(found) + j] = b
-    symbols = [*problem.modes, *problem.u]
-    graph = [sorted({owner[j] for j in np.flatnonzero(dependence(e, symbols).any(axis=0))}) for e in wanted]
+    graph, laws = _needs(problem, found), len(found)
     groups: list[Group] = []
     for nodes in components(graph):
-        blocks = [problem.blocks[n - len(found)] for n in sorted(nodes) if n >= len(found)]
-        members = sorted(n for n in nodes if n in laws)
+        members = sorted(n for n in nodes if n < laws)
+        blocks = [problem.blocks[n - laws] for n in sorted(nodes) if n >= laws]
         unknowns, rows = [j for _, block in blocks for j in block], [i for rows, _ in blocks for i in rows]
         coupled = bool(blocks) or len(members) > 1 or members[0] in graph[members[0]]
         last = groups[-1] if groups else None
@@ -104,6 +96,16 @@ def order(problem: Equilibrium, found: Sequence[LawModes]) -> list[Group]:
         else:
             groups.append(Group(members, unknowns, rows, coupled))
     return groups
+
+
+def _needs(problem: Equilibrium, found: Sequence[LawModes]) -> list[list[int]]:
+    """For every law, and then every block of unknowns, the laws and blocks on which its margins or equations depend."""
+    wanted = [[*c.margins.values(), *([] if c.rest is None else [c.rest])] for c in found]
+    wanted += [[problem.rows[i] for i in rows] for rows, _ in problem.blocks]
+    block_of = {j: b for b, (_, block) in enumerate(problem.blocks, len(found)) for j in block}
+    owner = [*range(len(found)), *(block_of[j] for j in range(len(problem.u)))]
+    symbols = [*problem.modes, *problem.u]
+    return [sorted({owner[j] for j in np.flatnonzero(dependence(e, symbols).any(axis=0))}) for e in wanted]
 
 
 @dataclass

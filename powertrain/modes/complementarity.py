@@ -15,6 +15,7 @@ chapter 5 (the principle of Gauss with friction).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -270,26 +271,28 @@ class _Problem:
         if found.z is None or found.w is None:
             kinds = [*self.places, *self.two]
             return Answer({}, None, tuple(sorted({int(kinds[k]) for k in found.ray if k < r + t})))
-        z, w = found.z * scale, found.w
+        z, w = found.z * scale, found.w * scale
         tau = self.tau_0 + self.tau_q @ z[:r] + self.tau_g @ z[r + t :]
-        second = {int(k): r + j for j, k in enumerate(self.two)}
-        modes: dict[int, float] = {}
-        for i, k in enumerate(self.places.tolist()):
-            at_first, at_other = w[i] > 0.0, k in second and z[second[k]] > 0.0  # with a rate of zero it is at rest
-            first = FORWARD if self.hangs[k] else BACKWARD
-            mode = first if at_first else -first if at_other else STUCK
-            modes[self.laws.index[k]] = mode if k < self.laws.frictions else CLOSED if mode == STUCK else OPEN
-        free = self.laws.may_free & (
-            self.width_0 + self.width_slope @ tau <= NO_WIDTH
-        )  # their torques may change the limits
-        for k in np.flatnonzero(~self.rest).tolist():
-            if k < self.laws.frictions:
-                modes[self.laws.index[k]] = FREE if free[k] else FORWARD if self.forward[k] else BACKWARD
+        modes = {self.laws.index[k]: mode for k, mode in (*self._at_rest(z, w), *self._sliding(tau))}
         nothing = LEAST_TORQUE + ALONE * scale
         for j, k in enumerate(self.bend.places, r + t):
-            if z[j] > nothing or w[j] * scale > nothing:  # a condition at zero keeps its side
+            if z[j] > nothing or w[j] > nothing:  # a condition at zero keeps its side
                 modes[switches[k]] = 1.0 if z[j] > nothing else 0.0
         return Answer(modes, tau.astype(np.float64), ())
+
+    def _at_rest(self, z: Long, w: Long) -> Iterator[tuple[int, float]]:
+        """Laws at rest and their modes: with a rate they slide, or contacts open; with a rate of zero they stick."""
+        up = {int(k): z[j] > 0.0 for j, k in enumerate(self.two, self.places.size)}
+        for i, k in enumerate(self.places.tolist()):
+            first = FORWARD if self.hangs[k] else BACKWARD
+            mode = first if w[i] > 0.0 else -first if up.get(k) else STUCK
+            yield k, mode if k < self.laws.frictions else CLOSED if mode == STUCK else OPEN
+
+    def _sliding(self, tau: Long) -> Iterator[tuple[int, float]]:
+        """Sliding friction laws and their modes; the torques may change the limits of a law that these free."""
+        free = self.laws.may_free & (self.width_0 + self.width_slope @ tau <= NO_WIDTH)
+        for k in np.flatnonzero(~self.rest[: self.laws.frictions]).tolist():
+            yield k, FREE if free[k] else FORWARD if self.forward[k] else BACKWARD
 
     def _matrices(self) -> tuple[Long, Long, float]:
         """Matrix, vector and scale of the problem in (q, v+ of laws with two limits, g+), with rates scaled to torques."""

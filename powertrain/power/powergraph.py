@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,31 +68,33 @@ def power_graph(
             raise ParameterError(f"whole: no component matches {pattern}{suggestion(pattern, [p.path for p in parts])}")
     shown = [_shown(part.path, patterns) for part in parts]
     joined, inward = _joined(connections, {path for path in shown if any(fits_pattern(path, p) for p in patterns)})
-    owner_of = {ports[k]: i for i, part in enumerate(parts) for k in part.ports}
-    ends: dict[Face, list[tuple[str, str]]] = {}
-    for name in ports:
-        path = parts[owner_of[name]].path
-        if (name, True) in inward:
-            continue
-        root = joined.get((name, False))
-        if root is not None:
-            ends.setdefault(root, []).append((name, path))
-    ends = {root: there for root, there in ends.items() if len(there) > 1}
-    standing = {path for there in ends.values() for _, path in there}
-    components = [p for p in dict.fromkeys(shown) if p in standing]
+    owners = {ports[k]: part.path for part in parts for k in part.ports}
+    outer = [name for name in ports if (name, True) not in inward and (name, False) in joined]
+    at_node = _collected((joined[name, False], name) for name in outer)
+    nodes = {root: there for root, there in at_node.items() if len(there) > 1}
+    standing = {owners[name] for there in nodes.values() for name in there}
+    components = [path for path in dict.fromkeys(shown) if path in standing]
     kinds = {part.path: part.kind for part in parts}
-    place = {path: i for i, path in enumerate(components)}
-    faces_of: dict[Face, list[str]] = {}
-    for (name, _), root in joined.items():
-        faces_of.setdefault(root, []).append(name)
-    terminals = [Terminal(name, place[path], n) for n, there in enumerate(ends.values()) for name, path in there]
+    names_of = _collected((root, name) for (name, _), root in joined.items())
     return PowerGraph(
         tuple(components),
         tuple(kinds[path] for path in components),
         tuple(tuple(i for i, path in enumerate(shown) if path == c) for c in components),
-        tuple(min(faces_of[root], key=lambda name: (name.count("."), (name, True) not in inward)) for root in ends),
-        tuple(terminals),
+        tuple(min(names_of[root], key=lambda name: (name.count("."), (name, True) not in inward)) for root in nodes),
+        tuple(
+            Terminal(name, components.index(owners[name]), n)
+            for n, there in enumerate(nodes.values())
+            for name in there
+        ),
     )
+
+
+def _collected(pairs: Iterable[tuple[Face, str]]) -> dict[Face, list[str]]:
+    """The names of every face, in their order."""
+    found: dict[Face, list[str]] = {}
+    for face, name in pairs:
+        found.setdefault(face, []).append(name)
+    return found
 
 
 def _shown(path: str, patterns: Sequence[str]) -> str:

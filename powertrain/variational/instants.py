@@ -64,42 +64,16 @@ class EventLaws:
         timed: Sequence[Switch | When],
         sticking: Sequence[Friction],
     ) -> None:
-        self.system, self.indicators, self.timed, self.sticking = system, indicators, timed, sticking
+        self.system, self.timed, self.sticking, self._count = system, timed, sticking, len(indicators)
+        self._laws = {j: i.law for j, i in enumerate(indicators) if not isinstance(i.law, Guard)}
+        self._kinks = {s.index for s in system.dae.switches if s.continuous}
 
     def shifts(self, run: Record, k: int, slopes: Slopes, falls: Array, earlier: Array) -> list[Shift]:
         """The laws whose indicator or instant causes this event."""
         t, left, right = float(run.instants.times[k]), run.instants.left.m[k], run.instants.right.m[k]
-        near, count, nq = _SAME_TIME * max(1.0, abs(t)), len(self.indicators), slopes.q.shape[1]
-        whens, relations = self.system.dae.whens, self.system.dae.relations
-        reset = {w.index for w in whens} | {r.index for r in relations}
-        """Laws that may be as before, because their reset has restarted the time on which they depend."""
-        found = [
-            Shift(law.name, law.index, slopes.s[count + j], slopes.q[count + j], count + j)
-            for j, law in enumerate(self.timed)
-            if abs(slopes.value[count + j] - t) <= near and (law.index in reset or left[law.index] != right[law.index])
-        ]
-        for schedule in self.system.dae.schedules:
-            here = slice(schedule.index, schedule.index + 3)
-            if (left[here] != right[here]).any():
-                found.append(
-                    Shift(schedule.name, schedule.index, np.zeros(self.system.size), self._knot(schedule.index, nq))
-                )
-        hit = {name for name, _ in run.instants.extra[k]}
-        laws = {j: i.law for j, i in enumerate(self.indicators) if not isinstance(i.law, Guard)}
-        changed = [j for j, law in laws.items() if left[law.index] != right[law.index] or law.name in hit]
-        fallen = [j for j in laws if slopes.value[j] <= _AT_ZERO and falls[j] < 0.0]
-        kinks = [s for s in self.system.dae.switches if s.continuous]
-        jumping = [j for j in fallen if not any(laws[j] is kink for kink in kinks)]
-        causes = next((g for g in ([j for j in jumping if j in changed], jumping, fallen) if g), [])
-        causes = self._first(causes, slopes.value, falls, t)
-        if not causes and not found:
-            causes = sorted(changed or laws, key=lambda j: float(slopes.value[j]))[:1]
-            if not causes or slopes.value[causes[0]] > _TRIGGER:
-                raise NotDifferentiable(
-                    f"at t = {t:.9g} s the cause of the event cannot be determined: {self.names(run, k)}"
-                )
-        for j in causes:
-            law = laws[j]
+        found = [*self._timed(t, slopes, left, right), *self._scheduled(slopes, left, right)]
+        for j in self._causes(run, k, slopes, falls, known=bool(found)):
+            law = self._laws[j]
             if any(law.index == shift.index for shift in found):
                 continue
             flat = None
@@ -109,6 +83,43 @@ class EventLaws:
             slope = float(falls[j]) or -1.0
             found.append(Shift(law.name, law.index, -slopes.s[j] / slope, -slopes.q[j] / slope, j, flat))
         return found
+
+    def _timed(self, t: float, slopes: Slopes, left: Array, right: Array) -> list[Shift]:
+        """Laws that change at known instants. A reset may have restarted the time on which its own law depends; that law is as before."""
+        near, whens, relations = _SAME_TIME * max(1.0, abs(t)), self.system.dae.whens, self.system.dae.relations
+        reset = {w.index for w in whens} | {r.index for r in relations}
+        return [
+            Shift(law.name, law.index, slopes.s[i], slopes.q[i], i)
+            for i, law in enumerate(self.timed, self._count)
+            if abs(slopes.value[i] - t) <= near and (law.index in reset or left[law.index] != right[law.index])
+        ]
+
+    def _scheduled(self, slopes: Slopes, left: Array, right: Array) -> list[Shift]:
+        """Schedules and inputs whose segment changes."""
+        still, nq = np.zeros(self.system.size), slopes.q.shape[1]
+        return [
+            Shift(schedule.name, schedule.index, still, self._knot(schedule.index, nq))
+            for schedule in self.system.dae.schedules
+            if (left[schedule.index : schedule.index + 3] != right[schedule.index : schedule.index + 3]).any()
+        ]
+
+    def _causes(self, run: Record, k: int, slopes: Slopes, falls: Array, *, known: bool) -> list[int]:
+        """The indicators that fell through zero first, those of laws that jump and change before others; at least one unless ``known``."""
+        left, right = run.instants.left.m[k], run.instants.right.m[k]
+        hit = {name for name, _ in run.instants.extra[k]}
+        changed = [j for j, law in self._laws.items() if left[law.index] != right[law.index] or law.name in hit]
+        fallen = [j for j in self._laws if slopes.value[j] <= _AT_ZERO and falls[j] < 0.0]
+        jumping = [j for j in fallen if self._laws[j].index not in self._kinks]
+        t = float(run.instants.times[k])
+        causes = self._first([j for j in jumping if j in changed] or jumping or fallen, slopes.value, falls, t)
+        if causes or known:
+            return causes
+        nearest = min(changed or self._laws, key=lambda j: float(slopes.value[j]), default=None)
+        if nearest is None or slopes.value[nearest] > _TRIGGER:
+            raise NotDifferentiable(
+                f"at t = {t:.9g} s the cause of the event cannot be determined: {self.names(run, k)}"
+            )
+        return [nearest]
 
     def _knot(self, index: int, nq: int) -> Array:
         """The dependence of the instant on q if it is a knot of an input: the end of its segment."""
