@@ -54,7 +54,7 @@ ORDER = [
     "engine: catalogue waves chatter schedules trajectory location",
     "engine: continuity overlaps zeno failure prepared options limits in_c loop simulator",
     "signals present nonfinite events export saved",
-    "initialization: choice conditions report uniqueness outdated resolution initial",
+    "initialization: choice conditions start_rows guesses report uniqueness outdated resolution initial",
     "result given_runs running plant environment",
     "native: code driver",
     "analysis: linear_model operating_point reduction perturbation linearization energy_terms quadrature jumps audit",

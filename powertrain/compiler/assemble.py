@@ -150,12 +150,12 @@ def _assemble(
 ) -> Compiled:
     flat, recorder = reduced.flat, reduced.flat.recorder
     x = [reduced.derivative(reduced.symbols[b], order) for b, order in states]
-    rates = [recorder.derivative(s) for s in x]
-    units = [_state_unit(flat, base) for base in states]
+    rates, units = [recorder.derivative(s) for s in x], [_state_unit(flat, base) for base in states]
     resolver = Resolver(reduced, solved, torques, column(x))
     held, laws = held_values(flat, torques, others, resolver), list(enumerate(resolver.closed_laws()))
-    relative = {key(s) for s, (base, order) in zip(x, states, strict=True) if order >= written.get(base, 0)}
-    smooth = smooth_variables(reduced, written, resolver, set(held.layout), relative)
+    loose = {key(s) for s, (base, order) in zip(x, states, strict=True) if order >= written.get(base, 0)}
+    smooth = smooth_variables(reduced, written, resolver, set(held.layout), loose)
+    carried = column([v.value for v in smooth])
     dae = HybridDae(
         t=time,
         x=column(x),
@@ -181,9 +181,7 @@ def _assemble(
         guards=tuple(guard_record(g, resolver) for g in recorder.guards),
         residual_places=tuple(resolver.z_places),
         smooth=smooth,
-        relative=tuple(
-            k for k, s in enumerate(x) if key(s) in relative and ca.depends_on(column([v.value for v in smooth]), s)
-        ),
+        relative=tuple(k for k, s in enumerate(x) if key(s) in loose and ca.depends_on(carried, s)),
         nominal=_nominal(reduced, [*states, *((key(s), 0) for s in resolver.z)], values),
     )
     dae = with_turns(with_impacts(dae, resolver, held))

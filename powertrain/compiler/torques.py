@@ -137,28 +137,25 @@ def solve_torques(laws: Sequence[LawTorque]) -> LawTorques:
     laws = [replace(t, rate=rate) for t, rate in zip(laws, short[2 * n :], strict=True)]
     rows = [ca.if_else(mode, a, b) for mode, a, b in zip(modes, held, loose, strict=True)]
     curved = _curved(rows, tau)
-    explicit = [i for i in range(len(laws)) if i not in curved]
     signs = [1 if isinstance(t.law, UnilateralLaw) else -1 for t in laws]  # a friction torque opposes its rate
     yields = [sign * compliance(t, torques) for t, sign in zip(laws, signs, strict=True)]
-    soft = {i: ca.if_else(modes[i], yields[i], 0) for i in range(len(laws))}
-    kept = _Rows(
-        [modes[i] for i in explicit],
-        [held[i] for i in explicit],
-        [loose[i] for i in explicit],
-        [tau[i] for i in explicit],
-    )
+    soft = [ca.if_else(mode, value, 0) for mode, value in zip(modes, yields, strict=True)]
+    explicit = [i for i in range(n) if i not in curved]
+    kept = _Rows(*([values[i] for i in explicit] for values in (modes, held, loose, tau)))
     steps = kept.solved([COMPLIANCE * soft[i] for i in explicit])
-    first, whole = [*tau], [*tau]
-    for i, yielding, value in zip(explicit, *steps, strict=True):
-        first[i], whole[i] = yielding, value
-    both = [ca.substitute(column([t.rate for t in laws]), torques, column(values)) for values in (first, whole)]
-    creep = scalars(both[0] + both[1])
-    for i, rates in zip(explicit, kept.rates(*steps), strict=True):
-        creep[i] = rates
+    first, whole = (_exchanged(tau, explicit, step) for step in steps)
+    rates = [ca.substitute(column([t.rate for t in laws]), torques, column(values)) for values in (first, whole)]
+    creep = _exchanged(scalars(rates[0] + rates[1]), explicit, kept.rates(*steps))
     everything = [*whole, *creep, *(rows[i] + IMPLICIT_COMPLIANCE * soft[i] * tau[i] for i in curved)]
     if parts:
         everything = scalars(ca.substitute(column(everything), *parts))
     return LawTorques(everything[:n], everything[n : 2 * n], curved, everything[2 * n :])
+
+
+def _exchanged(values: list[Symbol], places: list[int], others: list[Symbol]) -> list[Symbol]:
+    """The values, with others at some places."""
+    at = dict(zip(places, others, strict=True))
+    return [at.get(i, value) for i, value in enumerate(values)]
 
 
 def _rate_held(t: LawTorque, tau: Symbol) -> Symbol:

@@ -195,28 +195,28 @@ def asked_for(
     """Classify the names on the grid, and decide what is to be found."""
     compiled = plant.compiled
     names = [a.name for a in grid.axes]
-    for n in names:
-        if n not in compiled.inputs and n not in compiled.parameters and n not in compiled.signals:
-            known = [*compiled.inputs, *compiled.parameters, *compiled.signals]
-            raise ParameterError(f"grid: the model has no input, parameter or variable {n}{suggestion(n, known)}")
+    _known(
+        "grid: the model has no input, parameter or variable",
+        names,
+        compiled.inputs,
+        compiled.parameters,
+        compiled.signals,
+    )
+    _known("the model has no input", inputs, compiled.inputs)
     values = compiled.inputs.keys() | compiled.parameters.keys() | compiled.discretes.keys()
     prescribed = [n for n in names if n not in values]
     loose = [n for n in compiled.inputs if n not in names and n not in inputs]
-    for n in inputs:
-        if n not in compiled.inputs:
-            raise ParameterError(f"the model has no input {n}{suggestion(n, compiled.inputs)}")
     states = [n for n in prescribed if state_of(compiled, n) >= 0]
     if free is None:
         free = loose if len(loose) == len(prescribed) else []
+    _known("free: the model has no input or parameter", free, compiled.inputs, compiled.parameters)
     for n in free:
-        if n not in compiled.inputs and n not in compiled.parameters:
-            raise ParameterError(
-                f"free: the model has no input or parameter {n}{suggestion(n, [*compiled.inputs, *compiled.parameters])}"
-            )
         if n in names or n in inputs:
             raise ParameterError(f"free: {n} already has a value, so it cannot be solved for")
     missing = len(prescribed) - len(free)
-    held = (states if len(states) == missing else []) if held is None else _states(held, states)
+    if held is None:
+        held = states if len(states) == missing else []
+    _known("held: the grid prescribes no state", held, states)
     if missing != len(held):
         raise ParameterError(_miscounted(prescribed, list(free), loose, states))
     return Request(
@@ -228,11 +228,12 @@ def asked_for(
     )
 
 
-def _states(held: Sequence[str], states: Sequence[str]) -> Sequence[str]:
-    for n in held:
-        if n not in states:
-            raise ParameterError(f"held: the grid prescribes no state {n}{suggestion(n, states)}")
-    return held
+def _known(problem: str, names: Iterable[str], *known: Iterable[str]) -> None:
+    """ParameterError if a name is none of those that are ``known``."""
+    choices = [name for some in known for name in some]
+    for n in names:
+        if n not in choices:
+            raise ParameterError(f"{problem} {n}{suggestion(n, choices)}")
 
 
 def _miscounted(prescribed: list[str], free: list[str], loose: list[str], states: list[str]) -> str:

@@ -1,0 +1,53 @@
+"""Where the search for a start begins: guesses of signals as values of the unknowns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+
+from powertrain.compiler.assemble import Compiled
+from powertrain.errors import ParameterError, suggestion
+from powertrain.language.reals import Array
+from powertrain.language.symbols import free_symbols, key, scalars
+
+_SHOWN = 12
+
+
+class Guesses:
+    """Signals of the form slope * unknown + offset with numbers, each of which guesses its unknown in y = (x, z)."""
+
+    def __init__(self, compiled: Compiled) -> None:
+        self._signals, dae = compiled.signals, compiled.dae
+        self._position = {key(s): i for i, s in enumerate([*scalars(dae.x), *scalars(dae.z)])}
+
+    def place(self, name: str) -> tuple[int, float, float] | None:
+        """The index of the unknown, the slope and the offset of a signal; None if it does not have this form."""
+        signal = self._signals.get(name)
+        inside = free_symbols(signal.expression) if signal else []
+        if signal is None or len(inside) != 1 or key(inside[0]) not in self._position:
+            return None
+        slope = ca.jacobian(signal.expression, inside[0])
+        if not slope.is_constant() or not float(slope):
+            return None
+        offset = float(ca.substitute(signal.expression, inside[0], 0))
+        return self._position[key(inside[0])], float(slope), offset
+
+    def put(self, guesses: Mapping[str, float], y: Array) -> None:
+        """Put the guesses that have a place into ``y``."""
+        for name, value in guesses.items():
+            if found := self.place(name):
+                place, slope, offset = found
+                y[place] = (value - offset) / slope
+
+    def check(self, names: Mapping[str, float]) -> None:
+        """ParameterError for a name that guesses nothing."""
+        for name in names:
+            if name not in self._signals:
+                raise ParameterError(f"guesses: the model has no variable {name}{suggestion(name, self._signals)}")
+            if self.place(name) is None:
+                others = [other for other in self._signals if self.place(other)]
+                raise ParameterError(
+                    f"guesses: {name} is computed from others, a guess of it would change nothing; guess one of "
+                    f"{', '.join(others[:_SHOWN])}, or give it a value with starts"
+                )
