@@ -75,47 +75,52 @@ def behind_jumps(expression: Symbol) -> list[Symbol]:
 
 def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[JumpingOperation], Symbol]:
     """The operations that jump, and the expression with a symbol for each that has a special value at a single point."""
-    found: list[JumpingOperation] = []
-    new: dict[int, Symbol] = {}
-    truths: dict[int, Symbol] = {}
-    ways: dict[int, Ways] = {}
-
-    def stand_in(node: Symbol, side: Symbol, natural: Symbol, alone: float) -> Symbol:
-        symbol = Symbol.sym("alone")
-        found.append(JumpingOperation(node, ca.sign(side), side, symbol, natural, alone))
-        return symbol
-
-    def truth(node: Symbol) -> Symbol:
-        """The operand as a truth value; a number is true if it is not zero."""
-        if not ways[key(node)].moves or operation(node) in _TRUTHS:
-            return new[key(node)]
-        if key(node) not in truths:
-            truths[key(node)] = 1 - stand_in(node, node, node == 0, 1.0)
-        return truths[key(node)]
-
+    walk = _Opening()
     for place, (node, inner) in graph_of(expression).items():
-        op = operation(node)
-        ways[place] = Ways(moves(node)) if node.is_symbolic() else Ways.of(op, [ways[key(n)] for n in inner])
-        if not inner or not ways[place].moves:
-            new[place] = node
-            continue
-        changed = [new[key(n)] for n in inner]
+        ways = [walk.ways[key(n)] for n in inner]
+        walk.ways[place] = Ways(moves(node)) if node.is_symbolic() else Ways.of(operation(node), ways)
+        walk.new[place] = walk.rewritten(node, inner) if inner and walk.ways[place].moves else node
+    return walk.found, walk.new[key(expression)]
+
+
+class _Opening:
+    """What a walk through an expression has found: operations that jump, and nodes with symbols in place of special values."""
+
+    def __init__(self) -> None:
+        self.found: list[JumpingOperation] = []
+        self.new: dict[int, Symbol] = {}
+        self.ways: dict[int, Ways] = {}
+        self._truths: dict[int, Symbol] = {}
+
+    def rewritten(self, node: Symbol, inner: Sequence[Symbol]) -> Symbol:
+        """A node that moves, of the rewritten operands."""
+        op, changed = operation(node), [self.new[key(n)] for n in inner]
         if op == ca.OP_SIGN:
-            new[place] = stand_in(node, inner[0], node, 0.0)
-            continue
+            return self._stand_in(node, inner[0], node, 0.0)
         if op in EQUALITIES:
-            same = stand_in(node, inner[0] - inner[1], inner[0] == inner[1], 1.0)
-            new[place] = same if op == ca.OP_EQ else 1 - same
-            continue
+            same = self._stand_in(node, inner[0] - inner[1], inner[0] == inner[1], 1.0)
+            return same if op == ca.OP_EQ else 1 - same
         if op in LOGIC:
             picks = 1 if op == ca.OP_IF_ELSE_ZERO else len(inner)
-            changed[:picks] = [truth(n) for n in inner[:picks]]
+            changed[:picks] = [self._truth(n) for n in inner[:picks]]
         elif op in COMPARISONS:
-            found.append(JumpingOperation(node, node, inner[1] - inner[0]))
-        elif may_jump(op, [ways[key(n)] for n in inner]):
-            found.append(_quotient(node, inner, ways) if op == ca.OP_DIV else _stepping(node, inner, op))
-        new[place] = again(node, changed)
-    return found, new[key(expression)]
+            self.found.append(JumpingOperation(node, node, inner[1] - inner[0]))
+        elif may_jump(op, [self.ways[key(n)] for n in inner]):
+            self.found.append(_quotient(node, inner, self.ways) if op == ca.OP_DIV else _stepping(node, inner, op))
+        return again(node, changed)
+
+    def _stand_in(self, node: Symbol, side: Symbol, natural: Symbol, alone: float) -> Symbol:
+        symbol = Symbol.sym("alone")
+        self.found.append(JumpingOperation(node, ca.sign(side), side, symbol, natural, alone))
+        return symbol
+
+    def _truth(self, node: Symbol) -> Symbol:
+        """The operand as a truth value; a number is true if it is not zero."""
+        if not self.ways[key(node)].moves or operation(node) in _TRUTHS:
+            return self.new[key(node)]
+        if key(node) not in self._truths:
+            self._truths[key(node)] = 1 - self._stand_in(node, node, node == 0, 1.0)
+        return self._truths[key(node)]
 
 
 def _stepping(node: Symbol, inner: Sequence[Symbol], op: int) -> JumpingOperation:

@@ -140,25 +140,29 @@ def dynamics(
     for name in freed:
         old.append(dae.p[list(compiled.parameters).index(name)])
         new.append(u[driven.index(name)])
-    parts = _bent(dae, parts)
-    written = ca.substitute([ca.densify(e) for e in parts], [column(old)], [column(new)]) if old else parts
-    function = ca.Function(
-        "powertrain_dynamics",
-        [dae.t, dae.x, dae.z, u, dae.p],
-        [ca.cse(ca.densify(e)) for e in written],
-        ["t", "x", "z", "u", "p"],
-        ["xdot", "residual", "y", "margin", "still"],
-    )
     units = {n: c.unit for n, c in compiled.parameters.items()} | {n: i.unit for n, i in compiled.inputs.items()}
     units |= {n: compiled.signals[n].unit for n in compiled.states if n in compiled.signals}
     units |= {q.label: q.unit for q in picked}
     schedules = {s.name: s for s in dae.schedules}
     values = [p[list(compiled.parameters).index(n)] if n in freed else held[schedules[n].index + 1] for n in driven]
     return Dynamics(
-        function, tuple(compiled.states), tuple(dae.z[k].name() for k in range(dae.z.numel())), tuple(driven),
+        _function(dae, u, parts, old, new), tuple(compiled.states), tuple(dae.z[k].name() for k in range(dae.z.numel())), tuple(driven),
         tuple(compiled.parameters), tuple(q.label for q in picked), tuple(margins), tuple(stills), units,
         {law.name: float(held[law.index]) for law in (*dae.laws, *dae.whens)}, x, z, np.array(values, float), p,
     )  # fmt: skip
+
+
+def _function(dae: HybridDae, u: Symbol, parts: list[Symbol], old: list[Symbol], new: list[Symbol]) -> ca.Function:
+    """The function of ``Dynamics``, of expressions in which ``new`` stands for ``old``."""
+    parts = _bent(dae, parts)
+    written = ca.substitute([ca.densify(e) for e in parts], [column(old)], [column(new)]) if old else parts
+    return ca.Function(
+        "powertrain_dynamics",
+        [dae.t, dae.x, dae.z, u, dae.p],
+        [ca.cse(ca.densify(e)) for e in written],
+        ["t", "x", "z", "u", "p"],
+        ["xdot", "residual", "y", "margin", "still"],
+    )
 
 
 def _checked(plant: _Source, inputs: str | Sequence[str]) -> list[str]:
