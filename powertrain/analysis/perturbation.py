@@ -130,37 +130,39 @@ def transfer(original: Compiled, perturbed: Compiled) -> Callable[[OperatingPoin
         return lambda point: (point.x, point.z)
     if [s.name() for s in scalars(perturbed.dae.m)] != [s.name() for s in scalars(original.dae.m)]:
         raise ModelError("a perturbation of this input changes modes of the model; choose another input")
-    dae = original.dae
-    symbols = {s.name(): s for s in (*scalars(dae.x), *scalars(dae.z))}
-    symbols |= dict(zip(original.states, scalars(dae.x), strict=True))
-
-    def found(name: str) -> Symbol:
-        if name in symbols:
-            return symbols[name]
-        if name in original.signals:
-            expression: Symbol = original.signals[name].expression
-            return expression
-        base, order = name, 0
-        while base.startswith("der(") and base.endswith(")"):
-            base, order = base[4:-1], order + 1
-        if base in original.variables:
-            expression = original.variables[base].symbol
-            for _ in range(order):
-                expression = original.source.recorder.derivative(expression)
-            (expression,) = original.resolve([expression])
-            inside = {s.name() for group in dae.arguments for s in scalars(group)}
-            if all(s.name() in inside for s in free_symbols(expression)):
-                return expression
-        raise ModelError(
-            f"with a perturbation of this input the model has the state {name}, which the operating point lacks; choose another input"
-        )
-
-    x = column([found(n) for n in perturbed.states])
-    z = column([found(s.name()) for s in scalars(perturbed.dae.z)])
-    function = dae.function("transfer", x, z)
+    x = column([_found(original, n) for n in perturbed.states])
+    z = column([_found(original, s.name()) for s in scalars(perturbed.dae.z)])
+    function = original.dae.function("transfer", x, z)
 
     def at(point: OperatingPoint) -> tuple[Array, Array]:
         x, z = function(*point)
         return np.array(x, float).ravel(), np.array(z, float).ravel()
 
     return at
+
+
+def _found(compiled: Compiled, name: str) -> Symbol:
+    """An unknown, a signal or a derivative of a model by its name, in terms of the model's arguments."""
+    dae = compiled.dae
+    symbols = {s.name(): s for s in (*scalars(dae.x), *scalars(dae.z))}
+    symbols |= dict(zip(compiled.states, scalars(dae.x), strict=True))
+    if name in symbols:
+        return symbols[name]
+    expression: Symbol
+    if name in compiled.signals:
+        expression = compiled.signals[name].expression
+        return expression
+    base, order = name, 0
+    while base.startswith("der(") and base.endswith(")"):
+        base, order = base[4:-1], order + 1
+    if base in compiled.variables:
+        expression = compiled.variables[base].symbol
+        for _ in range(order):
+            expression = compiled.source.recorder.derivative(expression)
+        (expression,) = compiled.resolve([expression])
+        inside = {s.name() for group in dae.arguments for s in scalars(group)}
+        if all(s.name() in inside for s in free_symbols(expression)):
+            return expression
+    raise ModelError(
+        f"with a perturbation of this input the model has the state {name}, which the operating point lacks; choose another input"
+    )

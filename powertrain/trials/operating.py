@@ -18,6 +18,7 @@ from powertrain.components.electric import Cooling
 from powertrain.components.engines import EngineCooling, WarmEngine
 from powertrain.components.transmissions import Shiftable
 from powertrain.language.component import children
+from powertrain.language.reals import Array
 from powertrain.trials.anatomy import Anatomy, anatomy, charge_at_start, value_at
 from powertrain.trials.resistance import check_mass
 
@@ -128,41 +129,42 @@ def operating_map(
     """``driveline_map`` of a vehicle without gears to shift, also over parameters ``among`` which it is to be solved."""
     import xarray as xr
 
-    parts = anatomy(vehicle)
-    body, pedals = parts.the("body"), parts.the("pedals")
-    plant = pt.compile(mapped_model(vehicle, held or {}))
-    mover = _first_mover(parts)
+    parts, plant = anatomy(vehicle), pt.compile(mapped_model(vehicle, held or {}))
+    body, pedals, mover = parts.the("body"), parts.the("pedals"), _first_mover(parts)
     fuel = [f"{engine}.fuel_rate" for engine in parts.engines]
     electric = [f"{machine}.{name}" for machine in parts.machines for name in ("power", "lossPower")]
-    taken = [*fuel, *electric]
     speed, pedal = np.asarray(speeds, float), np.asarray(accelerators, float)
     grid: dict[str, Any] = {f"{body}.speed": speed, f"{pedals}.accelerator_set": pedal}
     grid |= {f"{battery}.soc": charge_at_start(vehicle, battery) for battery in parts.batteries} | dict(held or {})
     grid |= among or {}
     names = {f"{body}.force": "force", f"{mover}.w": "w", f"{mover}.tau": "tau"}
-    outputs: dict[str, Any] = {signal: signal for signal in (*names, *taken)}
+    outputs = [*names, *fuel, *electric]
     given = {name: one.value for name, one in plant.compiled.inputs.items()}
     options: dict[str, Any] = {"first": True, "progress": progress, "inputs": given}
     if held and any(held.values()):  # a running engine is far from the initial state of a hybrid at rest
         options["guesses"] = {f"{engine}.w": RUNNING for engine in parts.engines}
     if variator is not None:
-        flow = pt.power_flow(plant, grid, outputs=outputs, **options)
+        flow = pt.power_flow(plant, grid, outputs={signal: signal for signal in outputs}, **options)
         data, share = flow.data, flow.variator(variator)
         extra = {"K": share["K"], "case": share["case"]}
     else:
-        data, extra = pt.steady(plant, grid, outputs=list(outputs), **options), {}
+        data, extra = pt.steady(plant, grid, outputs=outputs, **options), {}
     found = xr.Dataset({names[n]: data[n] for n in names} | extra | {"status": data["status"]})
     heat = [data[name] * plant.parameters[name.replace("fuel_rate", "heating_value")] for name in fuel]
     if fuel:
         found["fuel_rate"] = reduce(add, (data[name] for name in fuel))
     power = reduce(add, [*heat, *(data[name] for name in electric)])
     found["power"] = power.assign_attrs(units="W", long_name=f"Power from the {parts.tank}")
+    return with_efficiency(_labelled(found, speed, pedal))
+
+
+def _labelled(found: xr.Dataset, speed: Array, pedal: Array) -> xr.Dataset:
+    """A map with the coordinates speed [m/s] and accelerator."""
     found = found.rename({"accelerator_set": "accelerator"}).drop_vars(["speed", "accelerator"], errors="ignore")
-    found = found.assign_coords(
+    return found.assign_coords(
         speed=("speed", speed, {"units": "m/s", "long_name": "Speed"}),
         accelerator=("accelerator", pedal, {"units": "1", "long_name": "Accelerator pedal"}),
     )
-    return with_efficiency(found)
 
 
 def with_efficiency(found: xr.Dataset) -> xr.Dataset:
