@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain import export
 from powertrain.compiler.assemble import Compiled, compile_model
-from powertrain.engine.trajectory import Samples, Trajectory
+from powertrain.engine.trajectory import COUNTED, Samples, Trajectory
 from powertrain.errors import ModelError, ParameterError
 from powertrain.events import EventTable
 from powertrain.language import htmltext
@@ -161,8 +161,12 @@ class Result(Generic[M]):
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What is not unique in this result: its start, or the torque of friction at rest; tables that keep the parameters of the model."""
-        return (*self.report.notes, *self.trajectory.notes)
+        """What to know about this result.
+
+        What is not unique: its start, or the torque of friction at rest; tables that keep the parameters of the model; quantities that
+        left the range of the model, with the number of steps outside.
+        """
+        return (*self.report.notes, *self.trajectory.notes, *_outside(self.statistics))
 
     @cached_property
     def modes(self) -> dict[str, str]:
@@ -394,6 +398,15 @@ class Result(Generic[M]):
 
     def _ipython_key_completions_(self) -> list[str]:
         return list(self._kept)
+
+
+def _outside(statistics: Mapping[str, float]) -> list[str]:
+    """A sentence for each quantity that left its range."""
+    counts = {name.removeprefix(COUNTED): n for name, n in statistics.items() if name.startswith(COUNTED) and n}
+    return [
+        f"{n:.0f} of {statistics['steps']:.0f} steps were outside the range of the model: {name}"
+        for name, n in counts.items()
+    ]
 
 
 def _sealed(values: Array) -> Array:

@@ -235,6 +235,7 @@ def report(run: CycleRun) -> Iterator[str]:
             columns(results, right=[1]),
             *_not_followed(run),
             *_not_corrected(far),
+            *(f"\nNote: {note}." for note in run.result.notes),
         ]
     )
     yield f"{title('Energy by component')}\n{_energies(run)}"

@@ -15,7 +15,7 @@ from powertrain.engine.in_c import ASK, EVENTS, FULL, GUARD, RATES, TOO_STIFF, U
 from powertrain.engine.location import MOST_IDLE
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import just_after
-from powertrain.engine.trajectory import Instant, Trajectory, TrajectoryRecorder
+from powertrain.engine.trajectory import COUNTED, Instant, Trajectory, TrajectoryRecorder
 from powertrain.errors import SimulationError
 from powertrain.integration.specialized import Calls
 from powertrain.integration.step_control import FINEST, HALVINGS, STIFF, STIFF_STEPS, reduction
@@ -95,7 +95,7 @@ class Run:
             "events": float(len(self.recorder.instants)),
         }
         for name, n in zip(self.catalogue.counted, self.outside.tolist(), strict=True):
-            key = f"outside {name}"
+            key = COUNTED + name
             statistics[key] = statistics.get(key, 0.0) + n
         final, notes = self.memory.y[self.side], tuple(self.engine.resolver.notes)
         return self.recorder.trajectory(self.t, final, self.memory.m, statistics, notes)

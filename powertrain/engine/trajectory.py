@@ -17,6 +17,9 @@ from powertrain.language.reals import Array
 from powertrain.language.units import told_apart
 from powertrain.numerics.buffers import Memory, view
 
+COUNTED = "outside "
+"""What the names of the counts of guards begin with in the statistics of a run."""
+
 
 def within_span(what: str, times: Array, first: float, last: float) -> Array:
     """The times, those beyond an end by round-off at this end; ParameterError if one lies outside. ``what``: the start of the message."""

@@ -196,7 +196,11 @@ def test_outside_of_the_table_is_counted_or_refused(tmp_path: Path) -> None:
     """The tables end at 300 rad/s, and 100 N.m drive the engine beyond them."""
     torque, fuel = written(tmp_path)
     clipped = pt.simulate(Loaded(engine=MappedEngine.from_csv(torque, fuel)), 10, inputs={"load": -100.0})
-    assert clipped.statistics["outside torque: speed"] > 0
+    count, steps = clipped.statistics["outside torque: speed"], clipped.statistics["steps"]
+    assert 0 < count < steps
+    assert f"{count:.0f} of {steps:.0f} steps were outside the range of the model: torque: speed" in clipped.notes
+    inside = pt.simulate(Loaded(engine=MappedEngine.from_csv(torque, fuel)), 1)
+    assert not any("torque: speed" in note for note in inside.notes)
     assert clipped["engine.w"][-1] > 600
     refusing = MappedEngine.from_csv(torque, fuel, outside="error")
     with pytest.raises(pt.SimulationError, match=r"torque: speed.* 300 rad/s") as caught:
