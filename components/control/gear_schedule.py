@@ -111,9 +111,7 @@ class SpeedSchedule(Shifting, Switching):
         "1", "Accelerator position up to which shift speeds do not change", default=0.0, min=0, max=0.99
     )
     patience: Parameter = parameter("s", "Time after a kick-down without upshifts", default=10.0, min=0)
-    dwell: Parameter = parameter(
-        "s", "Minimum time from one shift to the next that is no kick-down", default=2.0, above=0
-    )
+    dwell: Parameter = parameter("s", "Minimum time between shifts", default=2.0, above=0)
     braking: Parameter = parameter(
         "1", "Relative increase of the shift speeds while the driver slows down", default=0.0, min=0
     )
@@ -148,6 +146,11 @@ class SpeedSchedule(Shifting, Switching):
     def duration(self) -> Symbol:
         """Duration of a shift [s]."""
         return sum((getattr(self, stage) for stage in self.stages), Symbol(0.0))
+
+    @property
+    def kick_dwell(self) -> Symbol:
+        """Minimum time from a shift to a kick-down [s]: it follows at once unless shifts interrupt the torque."""
+        return self.dwell if self.interrupts else self.duration
 
     @classmethod
     def for_gears(
@@ -234,8 +237,7 @@ class SpeedSchedule(Shifting, Switching):
         )
         limits = self.w_earliest, self.w_latest, self.w_down, self.w_kick
         due = self.shifts(now, KickLimits(*(limit.value for limit in limits)))
-        rested = ca.logic_and(time - self.began > self.dwell, self._begun())
-        ended = ca.logic_and(time - self.began > self.duration, self._begun())
+        rested, ended = (ca.logic_and(time - self.began > t, self._begun()) for t in (self.dwell, self.kick_dwell))
         marks = reinit(self.before, self.gear), reinit(self.began, time)
         yield when(ca.logic_and(due.up, rested), reinit(self.gear, due.above), *marks)
         yield when(ca.logic_and(due.down, rested), reinit(self.gear, due.below), *marks)
@@ -284,10 +286,10 @@ class GearSchedule(SpeedSchedule):
     highest speed. ``w_kick`` is down/up times the engine speed after the upshift to the present gear at which both gears pull equally hard;
     a kick-down above it would give less force, and the next upshift would follow. Without these speeds only the shift speeds count. With
     ``braking`` the engine brakes in a lower gear while the driver slows down, and on a descent until he presses the accelerator again; the
-    engine then turns up to 1 + ``braking`` times as fast as at the upshift. Shifts are at least ``dwell`` apart, but a kick-down only waits
-    for the shift before it to end. The clutch closes with the engine speed like a centrifugal clutch: below w_open it is open, so the
-    vehicle starts and stops in first gear. A driver who wants the best acceleration lets the engine rise further and holds it there with
-    the slipping clutch until the vehicle has caught up; ``launch`` is this rise.
+    engine then turns up to 1 + ``braking`` times as fast as at the upshift. Shifts are at least ``dwell`` apart. The clutch closes with the
+    engine speed like a centrifugal clutch: below w_open it is open, so the vehicle starts and stops in first gear. A driver who wants the
+    best acceleration lets the engine rise further and holds it there with the slipping clutch until the vehicle has caught up; ``launch``
+    is this rise.
     Errors: ParameterError for speeds without hysteresis or not in order, and for a shift that takes longer than ``dwell``.
     """
 
@@ -327,8 +329,8 @@ class PowerShiftSchedule(SpeedSchedule):
     throttle = accelerator (1 - cut 4 x (1 - x)) in an upshift with x = t/t_shift within 0..1, else accelerator
     clutch = (w - w_open - rise)/(w_closed - w_open)
 
-    ``w_down`` is ``w_kick`` if the gearbox states its ratios, else 0. In an upshift the engine gives up kinetic energy; ``cut`` reduces its
-    torque meanwhile, so that the shift is not felt as a push.
+    ``w_down`` is ``w_kick`` if the gearbox states its ratios, else 0. A kick-down waits for the shift before it to end, not for ``dwell``.
+    In an upshift the engine gives up kinetic energy; ``cut`` reduces its torque meanwhile, so that the shift is not felt as a push.
     Errors: as for ``GearSchedule``.
     """
 
