@@ -45,8 +45,8 @@ ORDER = [
     "numerics: batch many newton_abreast",
     "numerics: replay folding",
     "compiler: matching calls cancellation generic",
-    "compiler: texts operations walks flat connections flatten binding source jumps alias index law_torques structure blocks torques "
-    "resolver continuity records assemble",
+    "compiler: texts operations walks flat connections flatten binding source jumps alias index state_selection law_torques "
+    "structure blocks torques resolver continuity records assemble",
     "modes: lemke",
     "modes: complementarity indicators rules projection jam guards selflocking admissible algebra uniqueness",
     "modes: resting discontinuities resolve tied",

@@ -14,7 +14,7 @@ from powertrain.compiler.continuity import smooth_variables
 from powertrain.compiler.flat import Equation, Flat, ModelConstant, ModelInput, ModelVariable
 from powertrain.compiler.flatten import flatten
 from powertrain.compiler.generic import generic_values
-from powertrain.compiler.index import Differentiated, differentiate, given, select_states
+from powertrain.compiler.index import Differentiated, differentiate
 from powertrain.compiler.jumps import refuse_jumps
 from powertrain.compiler.law_torques import LawTorque, declare_torques, with_rates
 from powertrain.compiler.records import (
@@ -31,6 +31,7 @@ from powertrain.compiler.records import (
 )
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.source import Source, source_of
+from powertrain.compiler.state_selection import given, select_states
 from powertrain.compiler.structure import check_structure
 from powertrain.dae.hybrid import HybridDae, TimeSignal
 from powertrain.language.component import Component

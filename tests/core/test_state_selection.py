@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.compiler.index import _eliminate, _involved
+from powertrain.compiler.state_selection import eliminate, involved
 
 Matrix = np.ndarray[Any, Any]
 
@@ -39,7 +39,7 @@ def test_the_least_wanted_variables_are_dummies(seed: int) -> None:
     if seed % 3 == 0:
         matrix[4] = 2 * matrix[0] - matrix[2]
     wish = rng.integers(0, 4, 9).tolist()
-    chosen, free = _eliminate(as_table(matrix), [10 * w for w in wish])
+    chosen, free = eliminate(as_table(matrix), [10 * w for w in wish])
     rank = np.linalg.matrix_rank(matrix)
     assert len(chosen) == len(set(chosen)) == rank
     assert len(free) == len(matrix) - rank
@@ -50,24 +50,24 @@ def test_the_least_wanted_variables_are_dummies(seed: int) -> None:
 
 def test_a_small_entry_is_no_pivot_where_a_large_one_is_as_little_wanted() -> None:
     """A twentieth of the row's largest is the least."""
-    assert _eliminate([{0: 0.04, 1: 1.0}, {1: 1.0, 2: 1.0}, {1: 1.0, 2: -1.0}], [0, 0, 0])[0][0] == 1
-    assert _eliminate([{0: 0.06, 1: 1.0}, {1: 1.0, 2: 1.0, 3: 1.0}, {1: 1.0, 2: -1.0, 3: 2.0}], [0, 0, 0, 0])[0][0] == 0
+    assert eliminate([{0: 0.04, 1: 1.0}, {1: 1.0, 2: 1.0}, {1: 1.0, 2: -1.0}], [0, 0, 0])[0][0] == 1
+    assert eliminate([{0: 0.06, 1: 1.0}, {1: 1.0, 2: 1.0, 3: 1.0}, {1: 1.0, 2: -1.0, 3: 2.0}], [0, 0, 0, 0])[0][0] == 0
 
 
 def test_the_least_wanted_is_taken_however_small_its_entry() -> None:
     """What is wanted more is not looked at before."""
-    assert _eliminate([{0: 1e-3, 1: 1.0}], [0, 10]) == ([0], [])
-    assert _eliminate([{0: 1e-3, 1: 1.0}], [10, 0]) == ([1], [])
+    assert eliminate([{0: 1e-3, 1: 1.0}], [0, 10]) == ([0], [])
+    assert eliminate([{0: 1e-3, 1: 1.0}], [10, 0]) == ([1], [])
 
 
 def test_round_off_does_not_make_a_repeated_row_regular() -> None:
     third = 1.0 / 3.0
     table = [{0: third, 1: 0.1, 2: 0.7}, {0: 1.0, 1: 0.3, 2: 2.1}]
-    chosen, free = _eliminate(table, [0, 0, 0])
+    chosen, free = eliminate(table, [0, 0, 0])
     assert len(chosen) == 1
     assert len(free) == 1
 
 
 def test_all_rows_that_make_up_a_repeated_one_are_named() -> None:
     matrix = ca.DM([[1, 2, 0, 0], [0, 1, 1, 0], [0, 0, 1, 5], [1, 3, 1, 0]])
-    assert _involved(matrix, [3]) == [0, 1, 3]
+    assert involved(matrix, [3]) == [0, 1, 3]
