@@ -214,6 +214,22 @@ def test_forward_and_adjoint_agree(decay: pt.Plant[Decay], monkeypatch: pytest.M
     np.testing.assert_allclose(one.array, other.array, rtol=1e-11)
 
 
+@pytest.mark.parametrize("few", [0, 9])
+def test_a_run_at_rest_has_the_derivatives_of_its_vibrations(monkeypatch: pytest.MonkeyPatch, few: int) -> None:
+    """A rotor on a shaft; without torque the run takes steps of seconds. The model is linear: a torque of 1 N.m moves it as they say."""
+    monkeypatch.setattr("powertrain.variational.gradients._FEW", few)
+    parts = Inertia(J=0.1), SpringDamper(c=100.0, d=0.1), Inertia(J=1.0), Torque(), Step(height=0.0, startTime=-1.0)
+    model = joined(*parts, joints="0.flange_b=1.flange_a 1.flange_b=2.flange_a 3.flange=0.flange_a 4.y=3.tau")
+    plant = pt.compile(model)
+    still = plant.simulate(2.0, starts={"parts[0].w": 0.0, "parts[2].w": 0.0})
+    assert still.statistics["steps"] < 20
+    for signal in "parts[1].tau", "parts[0].w", "parts[2].w":
+        pushed = plant.simulate(2.0, parameters={"parts[4].height": 1.0}, **TIGHT)
+        released = plant.simulate(2.0, starts={"parts[0].w": 1.0, "parts[2].w": 0.0}, **TIGHT)
+        found = pt.gradient(still, signal, ["parts[4].height", "parts[0].w"])
+        assert found.array == pytest.approx([pushed[signal][-1], released[signal][-1]], abs=1e-7)
+
+
 def test_columns_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     """Long runs are evaluated instruction by instruction at all samples."""
     plant = pt.compile(Engaging())
