@@ -16,7 +16,7 @@ from joined import joined
 from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
 
 import powertrain as pt
-from powertrain.components.blocks import Step
+from powertrain.components.blocks import Sine, Step
 from powertrain.components.rotational import (
     Brake,
     ConstantTorque,
@@ -228,6 +228,24 @@ def test_a_run_at_rest_has_the_derivatives_of_its_vibrations(monkeypatch: pytest
         released = plant.simulate(2.0, starts={"parts[0].w": 1.0, "parts[2].w": 0.0}, **TIGHT)
         found = pt.gradient(still, signal, ["parts[4].height", "parts[0].w"])
         assert found.array == pytest.approx([pushed[signal][-1], released[signal][-1]], abs=1e-7)
+
+
+class Waved(pt.Component):
+    """A signal that oscillates while nothing moves."""
+
+    signal: Sine = Sine(f=3.0, amplitude=2.0)
+    inertia: Inertia = Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+
+def test_the_integral_of_a_signal_that_no_state_follows() -> None:
+    """The integral of (a sin(2 pi f t))^2 over whole periods is a^2 t/2; the steps of this run are longer than the periods."""
+    result = pt.simulate(Waved(), 10.0, starts={"inertia.w": 1.0})
+    assert result.statistics["steps"] < 20
+    found = pt.gradient(result, pt.integral(lambda m: m.signal.y.value**2), "signal.amplitude")
+    assert (found.value, found.array[0]) == pytest.approx((20.0, 20.0), rel=1e-6)
 
 
 def test_columns_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:
