@@ -245,7 +245,7 @@ def test_the_integral_of_a_signal_that_no_state_follows() -> None:
     result = pt.simulate(Waved(), 10.0, starts={"inertia.w": 1.0})
     assert result.statistics["steps"] < 20
     found = pt.gradient(result, pt.integral(lambda m: m.signal.y.value**2), "signal.amplitude")
-    assert (found.value, found.array[0]) == pytest.approx((20.0, 20.0), rel=1e-6)
+    assert (found.value, found.array[0]) == pytest.approx((20.0, 20.0), rel=1e-7)
 
 
 def test_columns_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:

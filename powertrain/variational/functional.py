@@ -80,7 +80,8 @@ def _pieces(result: Result[Any], integrand: Symbol | None) -> tuple[float, ...]:
         values = signals.evaluate([integrand], pieces.samples(trajectory), result.p)[:, 0]
         whole = max(whole, float(pieces.weights @ np.abs(values)))
         rough = pieces.rough(values, whole)
-        found += pieces.first[~rough].tolist()
+        # The steps have four nodes; the rule that tells rough pieces has five.
+        found += (pieces.halves(~rough).first if pieces.halvings else pieces.first[~rough]).tolist()
         pieces = pieces.halves(rough)
     return tuple(found)
 
