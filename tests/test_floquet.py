@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import powertrain as pt
@@ -43,6 +44,32 @@ def test_linear_vibration() -> None:
     for name, change in found.closure.items():
         assert change == pytest.approx(ends[name][1] - ends[name][0], abs=1e-9)
         assert f"{name} by {change:.3g}" in str(found).splitlines()[-1]
+
+
+class Mathieu(pt.Component):
+    """x'' + (a + b cos(2 t)) x = 0."""
+
+    a: pt.Parameter = pt.parameter("1/s2", "Mean stiffness over mass", default=1.0)
+    b: pt.Parameter = pt.parameter("1/s2", "Its amplitude", default=0.4)
+    x: pt.Variable = pt.variable("m", "Position", start=0.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.v
+        yield pt.der(self.v) == -(self.a + self.b * ca.cos(2 * pt.time)) * self.x
+
+
+@pytest.mark.parametrize("a", [1.0, 2.5, 30.0])
+def test_a_motion_at_rest_has_multipliers(a: float) -> None:
+    """Steps of a run at rest are longer than the period. Mathieu's multipliers mu: |mu + 1/mu| > 2, unstable, for a = 1 +- b/2."""
+    found = np.sort_complex(pt.floquet(pt.simulate(Mathieu(a=a), 40.0), 1.0, math.pi).multipliers)
+
+    def rates(t: float, s: np.ndarray) -> np.ndarray:
+        return np.concatenate([s[2:], -(a + 0.4 * math.cos(2 * t)) * s[:2]])
+
+    end = solve_ivp(rates, (1.0, 1.0 + math.pi), [1.0, 0.0, 0.0, 1.0], rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(found, np.sort_complex(np.linalg.eigvals(end.y[:, -1].reshape(2, 2))), rtol=1e-6)
+    assert (abs(found).max() > 1.1) == (a == 1.0)
 
 
 def test_a_period_that_closes_says_nothing() -> None:

@@ -16,7 +16,7 @@ from joined import joined
 from small_models import STARTS, Ball, CoupledClutches, Engaging, Relay
 
 import powertrain as pt
-from powertrain.components.blocks import Step
+from powertrain.components.blocks import Sine, Step
 from powertrain.components.rotational import (
     Brake,
     ConstantTorque,
@@ -212,6 +212,40 @@ def test_forward_and_adjoint_agree(decay: pt.Plant[Decay], monkeypatch: pytest.M
     monkeypatch.setattr("powertrain.variational.gradients._FEW", 0)
     other = pt.gradient(result, of, names)
     np.testing.assert_allclose(one.array, other.array, rtol=1e-11)
+
+
+@pytest.mark.parametrize("few", [0, 9])
+def test_a_run_at_rest_has_the_derivatives_of_its_vibrations(monkeypatch: pytest.MonkeyPatch, few: int) -> None:
+    """A rotor on a shaft; without torque the run takes steps of seconds. The model is linear: a torque of 1 N.m moves it as they say."""
+    monkeypatch.setattr("powertrain.variational.gradients._FEW", few)
+    parts = Inertia(J=0.1), SpringDamper(c=100.0, d=0.1), Inertia(J=1.0), Torque(), Step(height=0.0, startTime=-1.0)
+    model = joined(*parts, joints="0.flange_b=1.flange_a 1.flange_b=2.flange_a 3.flange=0.flange_a 4.y=3.tau")
+    plant = pt.compile(model)
+    still = plant.simulate(2.0, starts={"parts[0].w": 0.0, "parts[2].w": 0.0})
+    assert still.statistics["steps"] < 20
+    for signal in "parts[1].tau", "parts[0].w", "parts[2].w":
+        pushed = plant.simulate(2.0, parameters={"parts[4].height": 1.0}, **TIGHT)
+        released = plant.simulate(2.0, starts={"parts[0].w": 1.0, "parts[2].w": 0.0}, **TIGHT)
+        found = pt.gradient(still, signal, ["parts[4].height", "parts[0].w"])
+        assert found.array == pytest.approx([pushed[signal][-1], released[signal][-1]], abs=1e-7)
+
+
+class Waved(pt.Component):
+    """A signal that oscillates while nothing moves."""
+
+    signal: Sine = Sine(f=3.0, amplitude=2.0)
+    inertia: Inertia = Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+
+def test_the_integral_of_a_signal_that_no_state_follows() -> None:
+    """The integral of (a sin(2 pi f t))^2 over whole periods is a^2 t/2; the steps of this run are longer than the periods."""
+    result = pt.simulate(Waved(), 10.0, starts={"inertia.w": 1.0})
+    assert result.statistics["steps"] < 20
+    found = pt.gradient(result, pt.integral(lambda m: m.signal.y.value**2), "signal.amplitude")
+    assert (found.value, found.array[0]) == pytest.approx((20.0, 20.0), rel=1e-7)
 
 
 def test_columns_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -38,6 +38,24 @@ def test_decay() -> None:
     assert found["units"].sel(wrt="inertia.J", wrt_2="inertia.w").item() == "rad/s/(kg.m2)/(rad/s)"
 
 
+class Cubic(pt.Component):
+    """x'' + w^2 (x + x^2) = 0, at rest."""
+
+    w: pt.Parameter = pt.parameter("rad/s", "Angular frequency of small vibrations", default=7.0)
+    x: pt.Variable = pt.variable("1", "Position", start=0.0)
+    v: pt.Variable = pt.variable("1/s", "Speed", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.v
+        yield pt.der(self.v) == -(self.w**2) * (self.x + self.x**2)
+
+
+def test_a_run_at_rest_has_the_curvature_of_its_vibrations() -> None:
+    """x = x_0 cos(w t) + x_0^2 (cos(2 w t)/6 + cos(w t)/3 - 1/2) + ...; steps of the run are longer than the period."""
+    found = pt.hessian(Cubic(), "x", ["x"], stop=5.0)
+    assert float(found.squeeze()) == pytest.approx(2 * (np.cos(70.0) / 6 + np.cos(35.0) / 3 - 1 / 2), rel=1e-6)
+
+
 def test_extrema_at_the_start_and_at_the_end() -> None:
     """A decay has its largest value w0 at the start and its least one at the end; none of the two instants moves."""
     names, options = ["inertia.J", "inertia.w"], {"stop": 3.0, "starts": {"inertia.w": 10.0}}

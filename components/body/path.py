@@ -56,9 +56,10 @@ class AxlePath(Lossy):
     forces follow from the power balance. A centre of the bend between the wheels ends the simulation.
     ``h`` is the height of the axle's share of the mass, which transfers load in a bend; with 0 the load is shared equally. ``roll`` is the
     axle's share of the roll stiffness divided by its share of the load: a stiffer axle takes more of the car's load transfer, and the other
-    one less, so the products of ``roll`` and load of both axles must add up to the weight. The side force requires a slip angle of
-    ``slip_angle`` side, which causes drag; 0.05 to 0.1 rad are usual. The wheels share it by their loads; they receive ``side``. Wheels
-    that do not slip require a curvature that changes smoothly in time.
+    one less, so the products of ``roll`` and load of both axles must add up to the weight. The axle bears the side force of the mass load/g
+    (g = 9.80665 m/s2); load that driving or braking transfers to it counts as mass, so that all wheels of a vehicle have the same ``side``.
+    The side force requires a slip angle of ``slip_angle`` side, which causes drag; 0.05 to 0.1 rad are usual. The wheels share it by their
+    loads; they receive ``side``. Wheels that do not slip require a curvature that changes smoothly in time.
     Source: B. Madhavan, M.S. thesis, University of Maryland 1996, App. A: with 88 rad/s in the middle, radius 7 m and track 1.4 m the
     wheels turn at 96.8 rad/s and 79.2 rad/s.
     """

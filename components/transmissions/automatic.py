@@ -206,7 +206,7 @@ class Automatic(ClutchToClutch):
 
         With any ``coast`` above 0 they also replace freewheels and the elements for overrun.
         """
-        scheme = self.scheme.in_gear(self.scheme.forward[k - 1].name, coast=float(self.coast) > 0)
+        scheme = self.scheme.in_gear(self.scheme.forward[self._place(k)].name, coast=float(self.coast) > 0)
         parts = dict(zip(self.scheme.elements, self.elements, strict=True))
         elements = tuple(parts[each] for each in scheme.elements)
         levers = tuple(

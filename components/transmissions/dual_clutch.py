@@ -113,10 +113,11 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox, MeshedGears):
 
     def in_gear(self, k: int) -> ClutchedGear:
         """The gearbox with gear k permanently engaged: one clutch and one shaft, without synchronisers."""
-        clutch, shaft = (self.odd_clutch, self.odd) if k % 2 else (self.even_clutch, self.even)
+        place = self._place(k)
+        clutch, shaft = (self.even_clutch, self.even) if place % 2 else (self.odd_clutch, self.odd)
         return ClutchedGear(
             clutch=clutch,
-            gear=self.gears[k - 1],
+            gear=self.gears[place],
             input=self.input,
             shaft=shaft,
             output=self.output,

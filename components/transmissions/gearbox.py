@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from numbers import Integral
 from typing import Self
 
 import casadi as ca
@@ -46,7 +47,7 @@ class Shiftable(TwoFlanges):
         return False
 
     def in_gear(self, k: int) -> Shiftable:
-        """The transmission with the k-th gear permanently engaged."""
+        """The transmission with the k-th forward gear permanently engaged. Errors: ParameterError for a gear that it does not have."""
         raise ModelError(
             f"{type(self).__name__} does not define in_gear(k): maps of operating points and the backward calculation take the gearbox "
             "with one gear permanently engaged, such as a SingleGear, in its place"
@@ -55,6 +56,12 @@ class Shiftable(TwoFlanges):
     def lumped(self) -> Shiftable:
         """The transmission at constant speed, where a gearset in one gear is a pair of gears."""
         return self
+
+    def _place(self, k: int) -> int:
+        """The place of gear k among the forward gears."""
+        if not isinstance(k, Integral) or isinstance(k, bool) or not 1 <= k <= self.gear_count:
+            raise ParameterError(f"{type(self).__name__}.in_gear({k!r}): choose a gear from 1 to {self.gear_count}")
+        return int(k) - 1
 
 
 class SingleGear(Shiftable):
@@ -121,7 +128,7 @@ class SynchronisedGears(MeshedGears):
 
     def in_gear(self, k: int) -> SingleGear:
         """The gearbox with gear k permanently engaged, without the other gears and the synchronisers."""
-        return SingleGear(gear=self.gears[k - 1], input=self.input, churning=self.churning, output=self.output)
+        return SingleGear(gear=self.gears[self._place(k)], input=self.input, churning=self.churning, output=self.output)
 
     def _meshed(self, synchronisers: Sequence[TwoFlanges]) -> Equations:
         """Every gear between the two shafts, with its synchroniser."""

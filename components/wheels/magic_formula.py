@@ -141,7 +141,7 @@ class MagicFormulaWheel(SlippingWheel):
         angle = self.pCx1 * ca.atan(shape(B * ca.fabs(self.kappa_c), self.pEx1))
         limit = peak * ca.sin(ca.fmax(angle, math.pi / 2))
         yield from self._slip(self.c, x / (B * part * peak), limit / load, load)
-        self._count_beyond(peak / load)
+        self._count_beyond(limit / load)
         # The slip of the contact, v_c/|v| at a steady speed.
         sliding = self.v_creep + self.v_slide
         rolling = ca.fmax(ca.fabs(self.v), SLOW - ca.fabs(sliding))

@@ -26,7 +26,7 @@ class SlippingWheel(Wheel):
     and unloaded rubber enters it;  v_slide: sliding beyond the limit of friction
 
     The limit of friction is load root(grip^2 - side^2), by Kamm's circle, with ``side`` the side force over the load. Steps in which the
-    side force alone exceeds the largest grip are counted: the vehicle would leave its path there.
+    side force alone exceeds the grip, which falls as the tyre slides, are counted: the vehicle would leave its path there.
     Nothing is divided by the speed. At standstill there is no creep: the tyre is a spring that holds the vehicle, also on a slope. As the
     creep that damps a rolling tyre is then missing, the damping increases by d_low towards standstill (Pacejka, section 8.6):
     damping = d + d_low (1 + cos(pi |v|/v_low))/2 for |v| < v_low = 3 m/s,  else damping = d
@@ -51,7 +51,7 @@ class SlippingWheel(Wheel):
         yield friction(self.v_slide, self.f, -limit, limit, name="sliding")
 
     def _count_beyond(self, grip: Symbol) -> None:
-        """``grip``: the largest grip."""
+        """``grip``: that of the present slip."""
         within(self.side.value, -grip, grip, name="side force over load", unit="1", action="count")
 
     def _loss(self) -> Symbol:

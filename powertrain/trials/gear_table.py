@@ -72,6 +72,11 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
     held = (np.isin(status, FOUND) | (idle & (status == SEVERAL))) & (np.abs(w_in - speed) <= SLIP * abs(speed))
     free = np.array([not _carries_overrun(gearbox, scheme.gear(name)) for name in levers])
     fine = held | (free & ((w_in < speed) | (torque <= 0)))
+    if locking := [name for name, carried, n in zip(levers, fine, status, strict=True) if not carried and n == SEVERAL]:
+        raise pt.ParameterError(
+            f"several operating points at {torque:g} N.m in gear {', '.join(locking)}, which locks itself: the input drives it whether its "
+            "load resists or pushes. pt.steady with the torque at the output tells them apart"
+        )
     if jams := [name for name, carried in zip(levers, fine, strict=True) if not carried]:
         raise pt.ParameterError(
             f"no operating point at {torque:g} N.m in gear {', '.join(jams)}{_overload(gearbox, jams, torque)}"

@@ -17,12 +17,15 @@ from powertrain.language.reals import Array
 from powertrain.result import Result
 from powertrain.variational.corners import Corners
 from powertrain.variational.partials import System
-from powertrain.variational.record import Steps
+from powertrain.variational.record import Record, Steps
 from powertrain.variational.saltation import Saltation
 from powertrain.variational.transitions import VariationalRates, transitions
 
 _CLOSED = 1e-6
 """Changes of a state over the period, in its unit, that are not worth a line."""
+_HALVINGS, _SETTLED = 6, 1e-6
+"""Most halvings of all steps, and the relative change of the monodromy matrix below which there is no further one: a run at rest takes
+steps of any length, over which coefficients that change with time are not resolved."""
 
 
 @dataclass(frozen=True)
@@ -76,22 +79,34 @@ def floquet(result: Result[Any], start: float, period: float) -> Floquet:
     system = System(result.compiled, (), ())
     flow = VariationalRates(system, None)
     corners = Corners(system, ca.vertcat(flow.expressions, system.dae.residual))
-    run, _ = corners.cut(result, np.array([start, end]))
+    ends, matrix = np.array([start, end]), np.zeros((0, 0))
+    cuts = ends
+    for _ in range(_HALVINGS):
+        run, _ = corners.cut(result, cuts)
+        coarser, matrix = matrix, _monodromy(flow, run, start, end)
+        if coarser.size and np.abs(matrix - coarser).max() <= _SETTLED * np.abs(matrix).max():
+            break
+        cuts = np.concatenate([ends, run.steps.times, run.steps.times + run.steps.durations / 2])
+    values, vectors = np.linalg.eig(matrix)
+    order = np.argsort(-np.abs(values))
+    first, last = trajectory.at(ends, with_events=False).x
+    closure = dict(zip(result.compiled.states, (last - first).tolist(), strict=True))
+    names = (*result.compiled.states, *result.compiled.discretes)
+    return Floquet(names, matrix, values[order].astype(complex), vectors[:, order].astype(complex), closure, period)
+
+
+def _monodromy(flow: VariationalRates, run: Record, start: float, end: float) -> Array:
+    """The product of the transitions of all steps and events."""
     kept = (run.steps.times >= start) & (run.steps.times < end)
     points = np.repeat(kept, len(run.steps.samples.t) // max(len(kept), 1))
     steps = Steps(run.steps.times[kept], run.steps.durations[kept], Samples(*(v[points] for v in run.steps.samples)))
     phi = transitions(flow, steps, flow.linear(steps, run.p))[0]
     jumps = [j for j in Saltation(flow).jumps(run) if start < j.time <= end]
     places = [steps.before(j.time) for j in jumps]
-    matrix: Array = np.eye(system.size)
+    matrix: Array = np.eye(flow.system.size)
     for i in range(len(steps.times) + 1):
         for jump in (j for j, place in zip(jumps, places, strict=True) if place == i):
             matrix = jump.s @ matrix
         if i < len(steps.times):
             matrix = phi[i] @ matrix
-    values, vectors = np.linalg.eig(matrix)
-    order = np.argsort(-np.abs(values))
-    ends = trajectory.at([start, end], with_events=False).x
-    closure = dict(zip(result.compiled.states, (ends[1] - ends[0]).tolist(), strict=True))
-    names = (*result.compiled.states, *result.compiled.discretes)
-    return Floquet(names, matrix, values[order].astype(complex), vectors[:, order].astype(complex), closure, period)
+    return matrix

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from powertrain.analysis.quadrature import Pieces
 from powertrain.engine.trajectory import Samples
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column
@@ -21,7 +22,10 @@ _ROUNDS = 8
 
 @dataclass(frozen=True)
 class Functional:
-    """The integrand (or None), the expressions that are read, their readings, and the value without the integral."""
+    """The integrand (or None), the expressions that are read, their readings, and the value without the integral.
+
+    ``pieces``: instants between which the integrand is as smooth as its quadrature needs.
+    """
 
     label: str
     unit: str
@@ -30,11 +34,12 @@ class Functional:
     readings: tuple[Reading, ...]
     value: float
     key: tuple[object, ...] = ()
+    pieces: tuple[float, ...] = ()
 
     @property
     def cuts(self) -> Array:
-        """The times of the readings between events, in s."""
-        return np.array(sorted({r.time for r in self.readings if r.instant < 0}), float)
+        """The times of the readings between events and of the pieces, in s."""
+        return np.array(sorted({*(r.time for r in self.readings if r.instant < 0), *self.pieces}), float)
 
 
 def functional(result: Result[Any], objective: Objective) -> Functional:
@@ -61,7 +66,24 @@ def functional(result: Result[Any], objective: Objective) -> Functional:
         for term, p in zip(objective.terms, picked, strict=True)
     )
     unit = units.pop() if len(units) == 1 else ""
-    return Functional(label, unit, integrand, column([p.expression for p in picked]), tuple(readings), value, key)
+    expressions, pieces = column([p.expression for p in picked]), _pieces(result, integrand)
+    return Functional(label, unit, integrand, expressions, tuple(readings), value, key, pieces)
+
+
+def _pieces(result: Result[Any], integrand: Symbol | None) -> tuple[float, ...]:
+    """The beginnings of pieces of the run, halved until they resolve the integrand: what depends on time alone sets no step size."""
+    if integrand is None:
+        return ()
+    trajectory, signals, whole, found = result.trajectory, signals_of(result.compiled), 0.0, list[float]()
+    pieces = Pieces.of(trajectory)
+    while len(pieces.first):
+        values = signals.evaluate([integrand], pieces.samples(trajectory), result.p)[:, 0]
+        whole = max(whole, float(pieces.weights @ np.abs(values)))
+        rough = pieces.rough(values, whole)
+        # The steps have four nodes; the rule that tells rough pieces has five.
+        found += (pieces.halves(~rough).first if pieces.halvings else pieces.first[~rough]).tolist()
+        pieces = pieces.halves(rough)
+    return tuple(found)
 
 
 def _label(term: Term, signal: str) -> str:

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 _FEW = 6
 """Up to this number of unknowns the forward sweep is cheaper."""
+_SHOWN = 4
+"""Printed decimals of an elasticity."""
 _KEPT = 8
 
 
@@ -89,15 +91,16 @@ class Gradient(Mapping[str, float]):
 
     def _rows(self) -> list[tuple[str, ...]]:
         """The heads of the columns, and the significant unknowns, the most important first."""
-        found = sorted((n for n in self.names if self[n]), key=lambda n: (-abs(self.elasticity[n]), -abs(self[n])))
+        elasticity = self.elasticity
+        order = {n: (-round(abs(elasticity[n]), _SHOWN), -abs(self[n])) for n in self.names if self[n]}
         rows = [
             (
                 n,
                 with_unit(f"{self.at[n]:.6g}", self._units[k]),
                 with_unit(self._said(k), self.units[n]),
-                f"{self.elasticity[n]:+.4f}",
+                f"{elasticity[n]:+.{_SHOWN}f}",
             )
-            for n in found
+            for n in sorted(order, key=order.__getitem__)
             for k in [self.names.index(n)]
         ]
         return [("", "value", f"d({self.of})/d(.)", "elasticity"), *rows]
@@ -163,7 +166,7 @@ def number_of(result: Result[Any], of: Objective) -> float:
     found = functional(result, of)
     if found.integrand is None:
         return found.value
-    run = record(result, np.zeros(0))
+    run = record(result, found.cuts)
     rates = signals_of(result.compiled).evaluate([found.integrand], run.steps.samples, run.p)[:, 0]
     return found.value + float((rates.reshape(len(run.steps.times), -1) @ WEIGHTS) @ run.steps.durations)
 

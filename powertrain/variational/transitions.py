@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain.engine.trajectory import Samples
 from powertrain.language.reals import Array
@@ -25,6 +26,13 @@ _POWERS = np.arange(STAGES)
 RADAU = (POINTS[:, None] ** (_POWERS + 1) / (_POWERS + 1)) @ np.linalg.inv(POINTS[:, None] ** _POWERS)
 """Integrals of the polynomials through the stages, from the start of a step to each of them."""
 WEIGHTS = RADAU[-1]
+_LONG, _FINE = 1.0, 0.25
+"""Products of duration and spectral radius: above the first a step is halved, if its derivatives are constant, down to the second."""
+_SAME = 1e-6
+"""Relative change of the derivatives over a step up to which they are constant."""
+_TO_STAGES = np.linalg.inv(POINTS[:, None] ** _POWERS)
+_HALVES = tuple(((begin + POINTS[:, None]) / 2) ** _POWERS @ _TO_STAGES for begin in (0.0, 1.0))
+"""The polynomials through the stages of a step, at the stages of its two halves."""
 _BATCH = 2000
 """Steps per batch: their matrices fit roughly into the processor's cache."""
 
@@ -83,7 +91,42 @@ class VariationalRates:
         """The steps in batches, with the derivatives of the rates."""
         for here, samples in batches(steps):
             slopes = self.partials(samples, p)
-            yield Batch(here, self.effects(steps.durations[here], slopes.s), slopes, samples)
+            durations = steps.durations[here]
+            halvings = self._halvings(durations, slopes.s)
+            effects = self.effects(durations / 2.0**halvings, slopes.s)
+            yield Batch(here, self._joined(effects, halvings, slopes.s), slopes, samples)
+
+    def _halvings(self, durations: Array, a: Block) -> NDArray[np.int64]:
+        """How often each step is halved for its transition: a run at rest takes steps of any length, which leave out its vibrations.
+
+        The spectral radius is at most ||A^8||^(1/8). Steps over which A changes are as long as the motion allows.
+        """
+        a = a.reshape(len(durations), STAGES, *a.shape[1:])[..., self.core]
+        rows = np.abs(a).max(axis=(1, 3), initial=0.0)
+        constant = (np.ptp(a, axis=1).max(axis=2, initial=0.0) <= _SAME * rows).all(axis=1)
+        power = a[constant, 0][:, self.core]
+        size = np.abs(power).max(axis=(1, 2), initial=1e-300)
+        power /= size[:, None, None]
+        for _ in range(3):
+            power = power @ power
+        radius = np.zeros(len(durations))
+        radius[constant] = size * np.linalg.norm(power, axis=(1, 2)) ** (1 / 8)
+        turned = np.where(radius * durations > _LONG, radius * durations, _FINE)
+        return np.asarray(np.ceil(np.log2(turned / _FINE)), int)
+
+    def _joined(self, effects: Block, halvings: NDArray[np.int64], a: Block) -> Block:
+        """The effects over whole steps from those over halves of halves, by the polynomials through the stages."""
+        size = effects.shape[1]
+        effects = effects.reshape(len(effects), size, STAGES, size)
+        for k in range(halvings.max(initial=0)):
+            here = np.flatnonzero(halvings > k)
+            half = effects[here]
+            first, second = (np.einsum("ksjr,ji->ksir", half, share) for share in _HALVES)
+            slopes = np.zeros((len(here), size, size))
+            slopes[..., self.core] = a.reshape(len(effects), STAGES, size, -1)[here].mean(axis=1)[..., self.core]
+            phi = np.eye(size) + half.sum(axis=2) @ slopes
+            effects[here] = np.einsum("kst,ktir->ksir", phi, first) + second
+        return effects.reshape(len(effects), size, STAGES * size)
 
 
 def _influential(rates: Symbol, states: Symbol) -> list[bool]:

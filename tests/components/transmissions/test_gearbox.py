@@ -11,7 +11,13 @@ import powertrain as pt
 from powertrain.components.blocks import TimeTable
 from powertrain.components.differentials import ChurningLoss
 from powertrain.components.rotational import Clutch, ConstantTorque, IdealGear, Inertia
-from powertrain.components.transmissions import DualClutchGearbox, ManualGearbox, PowerShiftGearbox, SynchronisedGearbox
+from powertrain.components.transmissions import (
+    Automatic,
+    DualClutchGearbox,
+    ManualGearbox,
+    PowerShiftGearbox,
+    SynchronisedGearbox,
+)
 
 J_1, J_2, TORQUE = 0.1, 0.5, 40.0
 CONE = Clutch(fn_max=TORQUE, mue_pos=((0.0, 1.0),))
@@ -150,3 +156,10 @@ def test_a_row_of_numbers(ratios: Any, said: str) -> None:
 def test_ratios_decrease_from_gear_to_gear(kind: Any, ratios: tuple[float, ...], said: str) -> None:
     with pytest.raises(pt.ParameterError, match=rf"{kind.__name__}: yield from ratios_decrease.*\n.* {said}"):
         kind.of_ratios(*ratios)
+
+
+@pytest.mark.parametrize("gearbox", [ManualGearbox(), DualClutchGearbox(), Automatic()])
+@pytest.mark.parametrize("k", [0, -1, 99, 2.0, True])
+def test_a_gear_that_is_none(gearbox: Any, k: Any) -> None:
+    with pytest.raises(pt.ParameterError, match=rf"in_gear\({k}\): choose a gear from 1 to {gearbox.gear_count}"):
+        gearbox.in_gear(k)

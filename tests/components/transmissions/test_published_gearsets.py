@@ -14,6 +14,7 @@ import pytest
 from gears_by_hand import by_hand
 
 import powertrain as pt
+from powertrain.components.differentials import ChurningLoss
 from powertrain.components.transmissions import (
     SIMPSON_THREE,
     Automatic,
@@ -122,6 +123,36 @@ def test_published_ratios(name: str) -> None:
     scheme, maker = SCHEMES[name], name.split()[0]
     ratios = [scheme.ratio(gear.name) for gear in (*scheme.forward, *scheme.reverse)]
     np.testing.assert_allclose(ratios, PUBLISHED[maker], atol=DIGITS.get(maker, 1e-3))
+
+
+def wolfrom(eta: float) -> Automatic:
+    """Stepped planets (36, 33) on a sun (18), in a held ring (90) and a turning one (87), with the efficiency of a mesh."""
+    scheme = GearScheme.of(
+        Lever("sun", "in", "planets", "carrier", -36 / 18, eta),
+        Lever("held ring", "planets", "housing", "carrier", 90 / 36, eta),
+        Lever("ring", "planets", "out", "carrier", 87 / 33, eta),
+        elements={},
+        gears={"1": ""},
+    )
+    return Automatic.of(scheme, churning=ChurningLoss(d=0))
+
+
+@pytest.mark.parametrize(("torque", "efficiency"), [(1.0, 0.720540), (-1.0, 0.617314)])
+def test_a_wolfrom_gear(torque: float, efficiency: float) -> None:
+    """By hand: torques balance at the planets and, without one at the carrier, between sun and rings."""
+    table = gear_table(wolfrom(0.99), torque)
+    assert table.loc["1", ["ratio", "efficiency"]].tolist() == pytest.approx([116.0, efficiency], rel=1e-5)
+
+
+def test_a_wolfrom_gear_that_locks_itself() -> None:
+    """Below 0.974 in each mesh the ring cannot drive, and the sun drives under a load in either direction."""
+    assert not gear_table(wolfrom(0.975), -1.0).isna()["efficiency"].any()
+    for torque, said in (
+        (1.0, "several operating points at 1 N.m in gear 1, which locks itself"),
+        (-1.0, "no operating"),
+    ):
+        with pytest.raises(pt.ParameterError, match=said):
+            gear_table(wolfrom(0.973), torque)
 
 
 def test_an_idle_set_beside_a_brake() -> None:

@@ -193,6 +193,15 @@ def test_a_side_force_beyond_the_grip_is_counted(wheel: Wheel) -> None:
         assert counted == (result.statistics["steps"] if beyond else 0)
 
 
+def test_a_spinning_tyre_has_less_grip_for_the_side_force() -> None:
+    """At a slip of 0.3 the formula has fallen to 0.776: nothing is left for a force along the road while 0.9 is taken to the side."""
+    fast = Drum(wheel=MagicFormulaWheel(), rolling=tr.ConstantSpeed(v_fixed=3), turning=rot.ConstantSpeed(w_fixed=13))
+    for side, spun in ((0.7, False), (0.9, True)):
+        result = pt.simulate(Cornering(drum=fast, side=Constant(k=side)), 1.0)
+        assert (result.statistics["outside side force over load"] > 0) == spun
+        assert (abs(result["drum.wheel.f"][-1]) < 10) == spun
+
+
 @pytest.mark.parametrize(("kind", "left"), [(SlipWheel, 1e-12), (MagicFormulaWheel, 1e-5)])
 def test_a_smooth_road_gives_nothing(kind: type[SlipWheel | MagicFormulaWheel], left: float) -> None:
     """Next to nothing: a millionth of the load is left to the Magic Formula tyre, 1e-6 g for a second."""
