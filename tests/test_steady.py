@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from cases import few
+from joined import joined
 from split_path import closed_form
 
 import powertrain as pt
+from powertrain.components.blocks import Constant
 from powertrain.components.cvu import CVU
-from powertrain.components.differentials import FundamentalDifferential
+from powertrain.components.differentials import FundamentalDifferential, PlanetaryGear
 from powertrain.components.rotational import (
     BearingFriction,
     Brake,
@@ -838,3 +840,23 @@ def test_a_brake_that_its_peak_holds_may_slide_as_well() -> None:
     )
     peaks = pt.steady(plant, {"brake.peak": [1.0, 1.1, 1.3], "tau": 12.0}, outputs="J.w")
     assert peaks.status.values.tolist() == [OK, OK, SEVERAL]
+
+
+@pytest.mark.parametrize("eta", [1.0, 0.95])
+def test_an_unloaded_planetary_gear_on_a_held_carrier_may_spin(eta: float) -> None:
+    """Nothing slows sun and ring down, so every speed is an operating point; a bearing that the sun cannot overcome holds them."""
+    parts = PlanetaryGear(ratio=2.0, eta_ab=eta, eta_ba=eta), *[Inertia(J=1.0)] * 3, Brake(fn_max=10.0), Constant(k=1.0)
+    ends = "0.carrier=1.flange_a=4.flange_a 0.sun=2.flange_a 0.ring=3.flange_a 5.y=4.f_normalized"
+    free, held = (
+        joined(*parts, joints=ends),
+        joined(*parts, BearingFriction(tau_pos=((0.0, 1.0),)), joints=f"{ends} 2.flange_b=6.flange_a"),
+    )
+    spinning = pt.simulate(free, 50.0, starts={"parts[2].w": 10.0, "parts[1].w": 0.0})
+    assert spinning["parts[2].w"][-1] == pytest.approx(10.0)
+    found, first, fixed = (
+        pt.steady(model, {}, outputs="parts[2].w", first=one)
+        for model, one in ((free, False), (free, True), (held, False))
+    )
+    assert found.status == SEVERAL
+    assert first["parts[2].w"] == fixed["parts[2].w"] == 0.0
+    assert fixed.status == OK
