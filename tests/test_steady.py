@@ -860,3 +860,27 @@ def test_an_unloaded_planetary_gear_on_a_held_carrier_may_spin(eta: float) -> No
     assert found.status == SEVERAL
     assert first["parts[2].w"] == fixed["parts[2].w"] == 0.0
     assert fixed.status == OK
+
+
+@pytest.mark.parametrize("ratio", [1.5, 49.0])
+@pytest.mark.parametrize("driven", [True, False])
+def test_a_rig_in_which_torque_circulates(ratio: float, driven: bool) -> None:
+    """A shaft is twisted by 0.01 rad between two gears whose ratios cancel, in round-off for 49. With others it would wind up."""
+    drive = ConstantSpeed(w_fixed=100.0) if driven else ConstantTorque(tau_constant=3.0)
+    parts = (
+        drive,
+        Inertia(J=0.1),
+        IdealGear(ratio=ratio),
+        SpringDamper(c=1e4, d=1.0, phi_rel0=0.01),
+        IdealGear(ratio=1 / ratio),
+    )
+    ends = "0.flange=1.flange_a=2.flange_a=5.flange_a 2.flange_b=3.flange_a 3.flange_b=4.flange_a 4.flange_b=1.flange_b"
+    plant = pt.compile(joined(*parts, BearingFriction(tau_pos=((0.0, 1.0), (100.0, 2.0))), joints=ends))
+    outputs = ["parts[3].tau", "parts[1].w", "parts[0].flange.tau"]
+    found = pt.steady(plant, {}, outputs=outputs)
+    assert found.status == OK
+    w, tau = (100.0, 2.0) if driven else (200.0, 3.0)
+    np.testing.assert_allclose([found[name] for name in outputs], [-100.0, w, -tau], rtol=1e-9)
+    if driven:
+        with pytest.raises(pt.ParameterError, match=r"parts\[3\].tau depends on an angle that only rotates"):
+            pt.steady(plant, {}, outputs=outputs, parameters={"parts[4].ratio": 1.0})
