@@ -26,6 +26,8 @@ from powertrain.components.rotational import (
     Gear,
     IdealGear,
     Inertia,
+    LossyGear,
+    OneWayClutch,
     QuadraticSpeedDependentTorque,
     SpringDamper,
     Torque,
@@ -884,3 +886,25 @@ def test_a_rig_in_which_torque_circulates(ratio: float, driven: bool) -> None:
     if driven:
         with pytest.raises(pt.ParameterError, match=r"parts\[3\].tau depends on an angle that only rotates"):
             pt.steady(plant, {}, outputs=outputs, parameters={"parts[4].ratio": 1.0})
+
+
+def test_a_law_without_a_limit_yields_before_others_that_share_its_torque() -> None:
+    """Of 3 N.m at the carrier a lossless gear passes 2 N.m on to the sun, by Willis' equation; nothing accelerates.
+
+    Sun and ring turn together through a freewheel and a gear, each of which could carry more.
+    """
+    parts = (
+        *(ConstantTorque(tau_constant=-3.0), PlanetaryGear(ratio=0.5), OneWayClutch(fn_max=10.0), Constant(k=1.0)),
+        *(
+            LossyGear(ratio=2.0, lossTable=((0.0, 0.9, 0.8, 0.5, 1.0),)),
+            *[Inertia(J=J) for J in (4.0, 0.5, 10.0, 0.5, 0.5)],
+        ),
+        QuadraticSpeedDependentTorque(tau_nominal=-5.0, w_nominal=10.0, TorqueDirection=False),
+    )
+    ends = "0.flange=1.carrier=6.flange_a 1.sun=5.flange_b 5.flange_a=2.flange_a 3.y=2.f_normalized 1.ring=4.flange_a=7.flange_a"
+    model = joined(*parts, joints=f"{ends} 4.support=2.flange_b=8.flange_a 4.flange_b=9.flange_a=10.flange")
+    found = pt.steady(model, {}, outputs=["parts[2].tau", *(f"parts[{k}].a" for k in range(5, 10))])
+    assert found.status == OK
+    assert found["parts[2].tau"] == pytest.approx(2.0, rel=1e-9)
+    for k in range(5, 10):
+        assert found[f"parts[{k}].a"] == pytest.approx(0.0, abs=1e-9)
