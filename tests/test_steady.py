@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from cases import few
+from joined import joined
 from split_path import closed_form
 
 import powertrain as pt
+from powertrain.components.blocks import Constant
 from powertrain.components.cvu import CVU
-from powertrain.components.differentials import FundamentalDifferential
+from powertrain.components.differentials import FundamentalDifferential, PlanetaryGear
 from powertrain.components.rotational import (
     BearingFriction,
     Brake,
@@ -24,6 +26,8 @@ from powertrain.components.rotational import (
     Gear,
     IdealGear,
     Inertia,
+    LossyGear,
+    OneWayClutch,
     QuadraticSpeedDependentTorque,
     SpringDamper,
     Torque,
@@ -838,3 +842,69 @@ def test_a_brake_that_its_peak_holds_may_slide_as_well() -> None:
     )
     peaks = pt.steady(plant, {"brake.peak": [1.0, 1.1, 1.3], "tau": 12.0}, outputs="J.w")
     assert peaks.status.values.tolist() == [OK, OK, SEVERAL]
+
+
+@pytest.mark.parametrize("eta", [1.0, 0.95])
+def test_an_unloaded_planetary_gear_on_a_held_carrier_may_spin(eta: float) -> None:
+    """Nothing slows sun and ring down, so every speed is an operating point; a bearing that the sun cannot overcome holds them."""
+    parts = PlanetaryGear(ratio=2.0, eta_ab=eta, eta_ba=eta), *[Inertia(J=1.0)] * 3, Brake(fn_max=10.0), Constant(k=1.0)
+    ends = "0.carrier=1.flange_a=4.flange_a 0.sun=2.flange_a 0.ring=3.flange_a 5.y=4.f_normalized"
+    free, held = (
+        joined(*parts, joints=ends),
+        joined(*parts, BearingFriction(tau_pos=((0.0, 1.0),)), joints=f"{ends} 2.flange_b=6.flange_a"),
+    )
+    spinning = pt.simulate(free, 50.0, starts={"parts[2].w": 10.0, "parts[1].w": 0.0})
+    assert spinning["parts[2].w"][-1] == pytest.approx(10.0)
+    found, first, fixed = (
+        pt.steady(model, {}, outputs="parts[2].w", first=one)
+        for model, one in ((free, False), (free, True), (held, False))
+    )
+    assert found.status == SEVERAL
+    assert first["parts[2].w"] == fixed["parts[2].w"] == 0.0
+    assert fixed.status == OK
+
+
+@pytest.mark.parametrize("ratio", [1.5, 49.0])
+@pytest.mark.parametrize("driven", [True, False])
+def test_a_rig_in_which_torque_circulates(ratio: float, driven: bool) -> None:
+    """A shaft is twisted by 0.01 rad between two gears whose ratios cancel, in round-off for 49. With others it would wind up."""
+    drive = ConstantSpeed(w_fixed=100.0) if driven else ConstantTorque(tau_constant=3.0)
+    parts = (
+        drive,
+        Inertia(J=0.1),
+        IdealGear(ratio=ratio),
+        SpringDamper(c=1e4, d=1.0, phi_rel0=0.01),
+        IdealGear(ratio=1 / ratio),
+    )
+    ends = "0.flange=1.flange_a=2.flange_a=5.flange_a 2.flange_b=3.flange_a 3.flange_b=4.flange_a 4.flange_b=1.flange_b"
+    plant = pt.compile(joined(*parts, BearingFriction(tau_pos=((0.0, 1.0), (100.0, 2.0))), joints=ends))
+    outputs = ["parts[3].tau", "parts[1].w", "parts[0].flange.tau"]
+    found = pt.steady(plant, {}, outputs=outputs)
+    assert found.status == OK
+    w, tau = (100.0, 2.0) if driven else (200.0, 3.0)
+    np.testing.assert_allclose([found[name] for name in outputs], [-100.0, w, -tau], rtol=1e-9)
+    if driven:
+        with pytest.raises(pt.ParameterError, match=r"parts\[3\].tau depends on an angle that only rotates"):
+            pt.steady(plant, {}, outputs=outputs, parameters={"parts[4].ratio": 1.0})
+
+
+def test_a_law_without_a_limit_yields_before_others_that_share_its_torque() -> None:
+    """Of 3 N.m at the carrier a lossless gear passes 2 N.m on to the sun, by Willis' equation; nothing accelerates.
+
+    Sun and ring turn together through a freewheel and a gear, each of which could carry more.
+    """
+    parts = (
+        *(ConstantTorque(tau_constant=-3.0), PlanetaryGear(ratio=0.5), OneWayClutch(fn_max=10.0), Constant(k=1.0)),
+        *(
+            LossyGear(ratio=2.0, lossTable=((0.0, 0.9, 0.8, 0.5, 1.0),)),
+            *[Inertia(J=J) for J in (4.0, 0.5, 10.0, 0.5, 0.5)],
+        ),
+        QuadraticSpeedDependentTorque(tau_nominal=-5.0, w_nominal=10.0, TorqueDirection=False),
+    )
+    ends = "0.flange=1.carrier=6.flange_a 1.sun=5.flange_b 5.flange_a=2.flange_a 3.y=2.f_normalized 1.ring=4.flange_a=7.flange_a"
+    model = joined(*parts, joints=f"{ends} 4.support=2.flange_b=8.flange_a 4.flange_b=9.flange_a=10.flange")
+    found = pt.steady(model, {}, outputs=["parts[2].tau", *(f"parts[{k}].a" for k in range(5, 10))])
+    assert found.status == OK
+    assert found["parts[2].tau"] == pytest.approx(2.0, rel=1e-9)
+    for k in range(5, 10):
+        assert found[f"parts[{k}].a"] == pytest.approx(0.0, abs=1e-9)

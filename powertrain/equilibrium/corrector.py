@@ -140,6 +140,30 @@ def undetermined(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Mask:
     return np.asarray(drifts.any(axis=1) | grows.any(axis=1))
 
 
+def adrift(laws: SteadyLaws, at: Iterates, rest: AtRest) -> tuple[Iterates, Mask]:
+    """The points moved along a motion that only laws without a limit oppose, and where there is one.
+
+    Laws at rest between equal limits, such as those of unloaded meshes, hold nothing. Here they slide.
+    """
+    n, moves, points = laws.unknowns, laws.rates.size, np.arange(len(at.y))
+    mode = at.modes[:, laws.law_modes]
+    idle = laws.tied & (mode == STUCK) & ~rest.given
+    if not moves or not idle.any():
+        return at, np.zeros(len(at.y), bool)
+    idle &= ~laws.next_modes(at, rest).open
+    moved = replace(at, y=at.y.copy(order="K"), modes=at.modes.copy(order="K"))
+    moved.modes[:, laws.law_modes] = np.where(idle, FORWARD, mode)
+    right = np.zeros((moves, n + laws.count, len(at.y))).T
+    right[:, laws.rates, np.arange(moves)] = 1.0
+    change = laws.pattern.solver(laws.equations(laws.fixed(moved, rest), at.z)[0])(right)
+    drifts = np.abs(change[:, laws.rated, np.arange(moves)])
+    most = drifts.argmax(axis=1)
+    with np.errstate(all="ignore"):
+        moved.y[:] += change[points, :n, most] / drifts[points, most, None]
+    moved.modes[:] = laws.next_modes(replace(moved, modes=at.modes), rest).modes
+    return moved, idle.any(axis=1) & (drifts[points, most] > NEUTRAL)
+
+
 def folded(laws: SteadyLaws, at: Iterates, rest: AtRest) -> list[tuple[Index, Mask]]:
     """Modes that tell which side drives, and the points at which the determinant of the equations has another sign with the other side.
 

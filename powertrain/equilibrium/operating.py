@@ -137,7 +137,10 @@ class Solver:
         return np.asarray((margins >= 0.0).all(axis=0))
 
     def _limit(self, grid: Rows, points: Points) -> None:
-        """Laws at rest share a torque by compliance; what exceeds the static limit of one law is passed on to the others."""
+        """Laws at rest share a torque by compliance; what exceeds the static limit of one law is passed on to the others.
+
+        Under a growing load the law with the largest torque over its limit yields first, which may spare the others.
+        """
         count = len(self._shared)
         modes, candidates = points.modes[:count], ~points.rest[:count] & (points.status == OK)
         slides = (modes == FORWARD) | (modes == BACKWARD)
@@ -152,4 +155,7 @@ class Solver:
             above, below = stuck & (torque > upper + known), stuck & (torque < lower - known)
             if not (above | below).any():
                 return
-            modes[above], modes[below] = FORWARD, BACKWARD
+            over = np.where(above, (torque - upper) / (np.abs(upper) + known), -np.inf)
+            over = np.where(below, (lower - torque) / (np.abs(lower) + known), over)
+            first = over == over.max(axis=0)
+            modes[above & first], modes[below & first] = FORWARD, BACKWARD

@@ -186,16 +186,28 @@ def relative_rate(i: int, turning: Turning, xdot: Symbol) -> Symbol:
     return xdot[i] - sum((row[i] * xdot[k] for k, row in turning.items() if i in row), Symbol(0))
 
 
-def lost_outputs(placed: Placed, cyclic: Sequence[int], turning: Turning) -> list[bool]:
-    """The requested expressions that depend on how far the model has turned."""
+def lost_outputs(placed: Placed, cyclic: Sequence[int], turning: Turning) -> tuple[list[bool], bool]:
+    """The requested expressions that depend on how far the model has turned, and whether others would with other parameters.
+
+    Gears may cancel, as in a rig in which the torque of a twisted shaft circulates: slopes are zero except for round-off of their
+    terms, whose sizes show with other parameters.
+    """
     wanted, x = placed.put(placed.asked.wanted), placed.dae.x
-    lost: NDArray[np.bool_] = np.asarray(dependence(wanted, [x[i] for i in cyclic if i not in turning]).any(axis=1))
-    values = {key(s): float(v) for s, v in zip(scalars(placed.dae.p), placed.parameters, strict=True)}
-    slopes = generic_values(ca.jacobian(column(wanted), x), values).full() if turning else np.zeros((len(wanted), 0))
+    alone = [i for i in cyclic if i not in turning]
+    depends = np.asarray(dependence(wanted, [x[i] for i in alone]))
+    if not turning and not depends.any():
+        return [False] * len(wanted), False
+    jacobian, parameters = ca.jacobian(column(wanted), x), scalars(placed.dae.p)
+    slopes, others = (
+        generic_values(jacobian, {key(s): float(v) for s, v in zip(parameters, values, strict=True)}).full()
+        for values in (placed.parameters, placed.parameters * np.linspace(1.1, 1.9, len(parameters)))
+    )
+    sizes = np.maximum(np.abs(slopes), np.abs(others))
+    lost = depends & ~(np.abs(slopes[:, alone]) < _NOTHING * sizes[:, alone])
+    found: NDArray[np.bool_] = lost.any(axis=1)
     for i, shares in turning.items():
         direction = np.zeros(x.numel())
         for j, share in (shares | {i: 1.0}).items():
             direction[j] = share
-        # Angles turn together at ratios of the parameters: their slopes cancel except for round-off of the largest.
-        lost = np.asarray(lost | (np.abs(slopes @ direction) > _NOTHING * (np.abs(slopes) @ np.abs(direction))))
-    return [bool(lost[i]) for i in range(len(wanted))]
+        found |= np.abs(slopes @ direction) > _NOTHING * (sizes @ np.abs(direction))
+    return [bool(each) for each in found], bool((depends & ~lost).any())

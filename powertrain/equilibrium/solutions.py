@@ -20,9 +20,9 @@ from powertrain.dae.friction import BACKWARD, STUCK
 from powertrain.dae.tolerances import SAME
 from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation, relaxed
-from powertrain.equilibrium.corrector import corrected, folded, undetermined
+from powertrain.equilibrium.corrector import adrift, corrected, folded, undetermined
 from powertrain.equilibrium.laws import SteadyLaws
-from powertrain.equilibrium.points import AtRest, Index, Mask, SolvedPoints, taken
+from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, SolvedPoints, taken
 from powertrain.equilibrium.system import Balance
 from powertrain.language.reals import Array
 
@@ -96,23 +96,26 @@ class Solutions:
         for sides, folds in folded(laws, at, rest):
             if folds.any():
                 others = known[folds]
-                also = others[self._driven(best.some(others), grid[others], side[others], sides)]
+                driven = best.some(others).at(grid[others])
+                driven.modes[:, sides] = 1.0 - driven.modes[:, sides]
+                also = others[self._another(best.some(others), driven, side[others])]
                 several[also] = True
                 differing[np.ix_(also, sides)] = True
+        moved, free = adrift(laws, at, rest)
+        loose = known[free]
+        several[loose[self._another(best.some(loose), moved.some(free), side[loose])]] = True
         resting = np.zeros_like(best.given)
         if rest.given.any():
             after = laws.next_modes(at, rest)
             resting[known] = rest.given & after.still & after.open
         return Best(best, several, resting, differing, apart)
 
-    def _driven(self, found: SolvedPoints, grid: Array, side: Array, modes: Index) -> Mask:
-        """Whether there are other solutions with the other side driving; ``modes`` tell which side drives."""
-        other = found.some(np.arange(len(grid)))
-        other.modes[:, modes] = 1.0 - other.modes[:, modes]
-        end, good = corrected(self.laws, other.at(grid), other.at_rest(side), firm=True)
-        other.y[:], other.modes[:], other.tau[:] = end.y, end.modes, end.tau
-        good &= self._differ(grid, found, other)
-        good[good] = self.within(grid[good], other.some(good))
+    def _another(self, found: SolvedPoints, begin: Iterates, side: Array) -> Mask:
+        """Whether the search from ``begin`` leads to other solutions than those found."""
+        end, good = corrected(self.laws, begin, found.at_rest(side), firm=True)
+        other = replace(found, y=end.y, modes=end.modes, tau=end.tau)
+        good &= self._differ(begin.grid, found, other)
+        good[good] = self.within(begin.grid[good], other.some(good))
         return good
 
     def _nothing(self, rest: AtRest) -> SolvedPoints:

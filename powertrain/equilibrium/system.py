@@ -72,7 +72,8 @@ class Equilibrium:
     ``rows`` are zero at ``u``; ``blocks`` are the numbers of rows and unknowns that belong together, in order of solution.
     ``solved`` are inputs and parameters found symbolically; ``common`` are all parameters, then all inputs.
     ``turning``: which outputs depend on angles that merely turn. ``together``: some states were left out because they turn together, at
-    ratios that hold for the present parameters. ``balance`` is the same problem for given torques of the laws.
+    ratios that hold for the present parameters, or outputs do not depend on such states for these. ``balance`` is the same problem for
+    given torques of the laws.
     """
 
     grid: list[Symbol]
@@ -141,6 +142,7 @@ def _reduced(
         return _changed(placed.put(expressions), old, new)
 
     wanted = {key(s) for s in placed.free.values()}
+    lost, cancelled = lost_outputs(placed, cyclic, turning)
     return Equilibrium(
         grid=list(placed.axis.values()),
         u=[symbols[j] for j in implicit],
@@ -154,8 +156,8 @@ def _reduced(
         rates=final([dae.xdot[state_of(placed.compiled, n)] for n in asked.held]),
         laws=[_mapped(law, final) for law in placed.laws],
         guards=[_mapped(g, final) for g in dae.guards if g.action == "error"],
-        turning=lost_outputs(placed, cyclic, turning),
-        together=bool(turning),
+        turning=lost,
+        together=bool(turning) or cancelled,
         balance=balance,
     )
 
