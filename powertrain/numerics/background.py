@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import warnings
 from collections.abc import Callable, Mapping
@@ -44,6 +45,12 @@ class _Thread:
     """Builds one library at a time and leaves a core for the runs. It ends with the program; unfinished builds are dropped."""
 
     def __init__(self) -> None:
+        self._begin()
+        if hasattr(os, "register_at_fork"):
+            os.register_at_fork(after_in_child=self._begin)
+
+    def _begin(self) -> None:
+        """Nothing is asked for yet, and nothing runs: a forked process does not have the threads of its parent."""
         self._queue: SimpleQueue[Build] = SimpleQueue()
         self._lock = threading.Lock()
         self._running = False

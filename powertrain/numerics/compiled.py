@@ -184,7 +184,7 @@ def compiler(what: str = "compile=True") -> tuple[str, ...]:
     if not found:
         raise PowertrainError(
             f"{what} needs a C compiler, and neither cc, gcc nor clang is on the path. Install one, for example with "
-            "pip install ziglang, or leave compile=False."
+            "pip install 'powertrain[compiler]', or leave compile=False."
         )
     return tuple(found)
 
