@@ -218,3 +218,7 @@ def __getattr__(name: str) -> Any:
     found = getattr(import_module(_ANALYSES[name]), name)
     globals()[name] = found
     return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "components", "vehicles"})

@@ -37,7 +37,7 @@ from powertrain.language.component import Component
 from powertrain.language.packing import packed_model
 from powertrain.language.reals import Array
 from powertrain.nonfinite import explain
-from powertrain.present import Watch, told, watcher
+from powertrain.present import Bar, Watch, told, watcher
 from powertrain.result import Result
 from powertrain.signals import signals_of
 
@@ -192,7 +192,8 @@ class Plant(Generic[M]):
         given = by_name("inputs", inputs)
         x, z, m, report = self._begun(engine, start, p, given, starts, guesses)
         knots = {s.name: (s.times, s.values) for s in self._schedules(given) if s.name in given}
-        watch = told(self.compiled, p, watcher(progress, start, stop))
+        shown = watcher(progress, start, stop)
+        watch = told(self.compiled, p, shown)
         try:
             trajectory = engine.run(
                 x, p, m, z, start=start, stop=stop, rtol=rtol, atol=atol, max_step=max_step, progress=watch
@@ -207,6 +208,9 @@ class Plant(Generic[M]):
                     error.args = (f"{error}{why and chr(10) + '  '}{why}",)
                 error.result = Result(self.compiled, error.result, grid, p, report, record, str(error), knots)
             raise
+        finally:
+            if isinstance(shown, Bar):
+                shown.close()
         return Result(self.compiled, trajectory, grid, p, report, record, inputs=knots)
 
     def initialize(

@@ -44,15 +44,13 @@ class Bar:
     """A progress bar over the time of a simulation (s), with what ``say`` tells of the present."""
 
     def __init__(self, start: float, stop: float, say: Callable[[Present[Any]], str] | None = None) -> None:
-        self._start, self._stop, self._say, self._bar = start, stop, say, _bar(start, stop)
+        self._start, self._say, self._bar = start, say, _bar(start, stop)
 
     def __call__(self, now: Present[Any]) -> None:
         """Show the time reached."""
         texts = (self._say(now) if self._say is not None else "", building())
         self._bar.set_postfix_str(", ".join(text for text in texts if text), refresh=False)
         self._bar.update(now.time - self._start - self._bar.n)
-        if now.time >= self._stop:
-            self.close()
 
     def close(self) -> None:
         """Leave it as it is."""

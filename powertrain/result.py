@@ -183,7 +183,7 @@ class Result(Generic[M]):
         """The compiled model, for analyses of this run. A pickled result compiles its model again."""
         if self._compiled is None:
             compiled, here = compile_model(self.model), self._signals
-            if [s.numel() for s in signals_of(compiled).inputs] != [s.numel() for s in here.inputs]:
+            if signals_of(compiled).layout != here.layout:
                 raise ParameterError(
                     "the result was pickled with another version of powertrain or of the model; simulate again"
                 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from reprlib import repr as short
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NoReturn, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -167,6 +167,22 @@ class Running(Generic[M]):
         before = int(signal.times.searchsorted(times[0]))
         left = np.interp(times[0], signal.times[: before + 1], signal.values[: before + 1])
         return np.append(signal.times[:before], times), np.concatenate([signal.values[:before], [left], values[:-1]])
+
+    def __copy__(self) -> Running[M]:
+        """A run of its own, which goes on from here."""
+        other: Running[M] = Running.__new__(Running)
+        other.__dict__.update(self.__dict__)
+        other._pieces, other._set = self._pieces.copy(), {name: values.copy() for name, values in self._set.items()}
+        return other
+
+    def __deepcopy__(self, memo: Any) -> Running[M]:
+        return self.__copy__()
+
+    def __reduce__(self) -> NoReturn:
+        raise ParameterError(
+            "a run that is advanced step by step cannot be sent to another process; send the plant and run.state, which can be pickled, "
+            "and there set the state of a run that plant.start() begins with the same parameters"
+        )
 
     def __repr__(self) -> str:
         return f"Running({type(self._signals.model).__name__} at t = {self.time:g} s)"

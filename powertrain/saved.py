@@ -31,8 +31,14 @@ class Saved:
         self.time: Array = np.asarray(data["time"].values, float)
         self.name = str(data.attrs.get("model", "run"))
         self.message = str(data.attrs.get("message", ""))
-        self.parameters: dict[str, float] = json.loads(data.attrs.get("parameters", "{}"))
-        self.events = [(float(t), str(law), str(said)) for t, law, said in json.loads(data.attrs.get("events", "[]"))]
+        try:
+            self.parameters: dict[str, float] = dict(json.loads(data.attrs.get("parameters", "{}")))
+            listed = [(float(t), str(law), str(said)) for t, law, said in json.loads(data.attrs.get("events", "[]"))]
+        except (TypeError, ValueError):
+            raise ParameterError(
+                "the dataset is not a saved run: its attributes parameters and events are not those that save writes; save the run again"
+            ) from None
+        self.events = listed
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._signals)

@@ -78,6 +78,11 @@ class Signals:
         self._local = threading.local()
 
     @property
+    def layout(self) -> tuple[object, ...]:
+        """What all compilations of one model share: names of signals and parameters, and the sizes of the arrays of a run."""
+        return self.names, list(self.parameters), [s.numel() for s in self.inputs]
+
+    @property
     def source(self) -> Source:
         """The source of the model, whose components are what selectors see."""
         if self._source is None:

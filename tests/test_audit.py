@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import ClassVar
 
 import casadi as ca
@@ -103,7 +104,7 @@ def test_connections_that_reach_into_a_part() -> None:
 
 def test_tables_over_time() -> None:
     result = pt.simulate(Oscillator(), 2.0)
-    audit = energy_audit(result)
+    audit = pickle.loads(pickle.dumps(energy_audit(result)))
     assert np.array_equal(audit.time, result.time)
     assert np.allclose(audit.power["torque.flange"], -result["torque.tau"] * result["J1.w"])
     assert np.allclose(audit.energy[""], audit.energy["J1"] + audit.energy["J2"] + audit.energy["shaft"])

@@ -19,9 +19,10 @@ HEAVY = [
 ]
 
 
-def test_import_loads_no_heavy_module() -> None:
+def test_import_loads_no_heavy_module_and_lists_what_there_is() -> None:
     program = (
-        f"import sys, powertrain, powertrain.components; print(*(name for name in {HEAVY!r} if name in sys.modules))"
+        "import sys, powertrain, powertrain.components; print(*{*powertrain.__all__, 'components'}.difference(dir(powertrain)), "
+        f"*(name for name in {HEAVY!r} if name in sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.split() == []

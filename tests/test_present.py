@@ -7,6 +7,7 @@ from small_models import CoupledClutches
 
 import powertrain as pt
 from powertrain.components import DriveCycle
+from powertrain.present import Bar
 from powertrain.trials import drive_cycle
 from powertrain.vehicles import ManualCar, PowerSplitHybrid
 
@@ -52,6 +53,16 @@ def test_a_consumption_is_told_from_a_hundred_metres_on(capsys: pytest.CaptureFi
     shown = capsys.readouterr().err
     assert "0.0 km]" in shown
     assert "l/100" not in shown
+
+
+def test_the_bar_of_a_run_that_ends_early_is_closed() -> None:
+    def interrupted(now: pt.Present[CoupledClutches]) -> str:
+        raise KeyboardInterrupt
+
+    bar = Bar(0.0, 1.5, interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        pt.simulate(CoupledClutches(), 1.5, progress=bar)
+    assert bar._bar.disable  # by which tqdm knows that it is closed
 
 
 def part(end: float = 60.0) -> DriveCycle:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gc
 import importlib.util
 import json
@@ -355,6 +356,17 @@ def test_files_that_cannot_be_written_are_named(result: Result[Drive], tmp_path:
     (tmp_path / name).mkdir()
     with pytest.raises(pt.ParameterError, match=f"{name} cannot be written"):
         result.save(tmp_path / name)
+
+
+def test_a_folder_that_cannot_be_entered_is_named(
+    result: Result[Drive], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(path: Path) -> bool:
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "is_dir", refuse)
+    with pytest.raises(pt.ParameterError, match=r"run\.csv cannot be written: Permission denied"):
+        result.save(tmp_path / "run.csv")
 
 
 def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import random
 from typing import Any
 
@@ -60,6 +62,24 @@ def test_the_same_state_goes_on_the_same(plant: pt.Plant[Engaging]) -> None:
         for values, same in ((state.x, first.x), (state.z, first.z), (state.m, first.m)):
             assert values.tobytes() == same.tobytes()
     assert kept.x.tobytes() != first.x.tobytes()
+
+
+def test_a_copy_goes_on_by_itself(plant: pt.Plant[Engaging]) -> None:
+    run = commanded(plant.start(starts=STARTS), 12)
+    whole = commanded(plant.start(starts=STARTS), 20).result()
+    for other in copy.copy(run), copy.deepcopy(run):
+        np.testing.assert_array_equal(commanded(other, 8).result()["engine.w"], whole["engine.w"])
+    assert run.result().time[-1] == run.time < whole.time[-1]
+    assert run.result().inputs["press"][0][-1] < run.time
+
+
+def test_what_goes_to_another_process_is_the_state(plant: pt.Plant[Engaging]) -> None:
+    run = commanded(plant.start(starts=STARTS), 12)
+    with pytest.raises(pt.ParameterError, match=r"send the plant and run\.state"):
+        pickle.dumps(run)
+    other = pickle.loads(pickle.dumps(plant)).start()
+    other.state = pickle.loads(pickle.dumps(run.state))
+    assert commanded(other, 8)["engine.w"] == commanded(run, 8)["engine.w"]
 
 
 def test_discrete_variables_are_part_of_the_state() -> None:

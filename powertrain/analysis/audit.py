@@ -101,6 +101,10 @@ class EnergyAudit:
         )
         self._stored = last - first
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Numbers only: what remains to be evaluated at ``time`` is evaluated."""
+        return {**self.__dict__, "_values": self._values, "_at": None}
+
     @cached_property
     def _values(self) -> EnergyValues:
         """The terms at ``time``."""

@@ -76,10 +76,10 @@ def _write_matlab(data: xr.Dataset, path: Path) -> None:
     """A MATLAB 5 file: one variable for every signal and coordinate, and their names, units and descriptions."""
     from scipy.io import savemat
 
-    content: dict[str, Any] = {}
+    content: dict[str, Any] = {"info": {}}
     names: list[str] = []
     for name, values in {**data.coords, **data.data_vars}.items():
-        plain = re.sub(r"\W", "_", str(name))[:63]
+        plain = re.sub(r"\W", "_", str(name), flags=re.ASCII)[:63]
         key, count = plain, 1
         while key in content or not key[0].isalpha():
             key, count = f"s{count}_{plain}"[:63], count + 1
@@ -94,7 +94,7 @@ def _write_matlab(data: xr.Dataset, path: Path) -> None:
     }
     savemat(
         path,
-        {**content, "info": {key: _cells(texts) for key, texts in info.items()}},
+        content | {"info": {key: _cells(texts) for key, texts in info.items()}},
         long_field_names=True,
         oned_as="column",
     )

@@ -17,7 +17,7 @@ from powertrain.language.checks import checked_condition
 from powertrain.language.component import Component, children, place_parts
 from powertrain.language.connectors import Connector, Signal, declared
 from powertrain.language.dimensions import measure
-from powertrain.language.fields import Discrete, Parameter, Quantity, Variable
+from powertrain.language.fields import Discrete, Parameter, Quantity, Variable, is_symbolic
 from powertrain.language.law import Law
 from powertrain.language.laws import Connection
 from powertrain.language.recorder import Place, reading
@@ -58,12 +58,23 @@ def _refuse_other(model: object) -> None:
         )
 
 
+def _refuse_outdated(component: Component, path: str) -> None:
+    """ParameterError for a component that was pickled when its class had other fields."""
+    fields = {name for name, spec in component._fields.items() if not is_symbolic(spec)}
+    if differing := sorted(fields ^ set(component._values)):
+        raise ParameterError(
+            f"{path or 'the model'}: this {type(component).__name__} was pickled with another version of its class, which differs in "
+            f"{', '.join(differing)}; make it again"
+        )
+
+
 def _bind(component: Component, path: str, flat: Flat, above: tuple[int, ...] = ()) -> Component:
     """A copy of ``component`` whose quantities are symbols with the names of their paths."""
     if id(component) in above:
         raise ModelError(
             f"{path}: {type(component).__name__} contains itself; a component may not contain itself as a part"
         )
+    _refuse_outdated(component, path)
     bound: Component = object.__new__(type(component))
     state: dict[str, Any] = dict(component.__dict__)
     state["_path"] = path

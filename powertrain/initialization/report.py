@@ -72,7 +72,7 @@ class InitialReport:
         pairs = enumerate(zip(self._asked, self._values.tolist(), strict=True))
         return tuple(StartCondition(a.label, a.source, v, a.unit) for i, (a, v) in pairs if (i in self._chosen) == used)
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         rows = [(c.label, with_unit(f"{c.value:.6g}", c.unit), c.source) for c in self.used]
         rows += [
             (c.label, with_unit(f"{c.value:.6g}", c.unit), f"{c.source}; not needed, it follows from the others")

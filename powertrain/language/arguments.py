@@ -179,9 +179,9 @@ def path(what: str, value: Any) -> str:
 def writing(file: str | os.PathLike[str]) -> Iterator[None]:
     """Around what writes a file: ParameterError where there is no such folder, and where the file cannot be written."""
     folder = Path(file).parent
-    if not folder.is_dir():
-        raise ParameterError(f"{os.fspath(file)} cannot be written: there is no folder {folder}")
     try:
+        if not folder.is_dir():
+            raise ParameterError(f"{os.fspath(file)} cannot be written: there is no folder {folder}")
         yield
     except OSError as error:
         raise ParameterError(f"{os.fspath(file)} cannot be written: {error.strerror}") from None

@@ -233,7 +233,7 @@ class Component(metaclass=_Kind):
         return Symbol(0)
 
     def __repr__(self) -> str:
-        given = {n: v for n, v in self._values.items() if not is_default(self._fields[n], v)}
+        given = {n: v for n, v in self._values.items() if n not in self._fields or not is_default(self._fields[n], v)}
         text = f"{type(self).__name__}({', '.join(f'{n}={v!r}' for n, v in given.items())})"
         return text if len(text) <= LONGEST_TEXT else _abridged(type(self).__name__, given)
 

@@ -159,7 +159,8 @@ def _built(code: str, compiler: tuple[str, ...], entry: Path) -> Path:
         source.write_text(code, encoding="utf-8")
         done = _run([*compiler, *FLAGS, str(source), "-o", str(built), "-lm"])
         if done.returncode:
-            raise PowertrainError(f"the C compiler {shlex.join(compiler)} failed:\n{done.stderr[-2000:]}")
+            said = f"failed with exit status {done.returncode}:\n{done.stderr[-2000:]}"
+            raise PowertrainError(f"the C compiler {shlex.join(compiler)} {said.rstrip()}")
         digest = _digest(built)
         named.write_text(digest, encoding="ascii")
         library = built.replace(entry.parent / f"powertrain_{digest}.so")
@@ -170,10 +171,11 @@ def _built(code: str, compiler: tuple[str, ...], entry: Path) -> Path:
 def compiler(what: str = "compile=True") -> tuple[str, ...]:
     """The command of the C compiler with its arguments: that of ``CC``, one on the path, or the one of the package ziglang.
 
-    PowertrainError if there is none, with ``what`` needs it.
+    ``CC`` is the path of a compiler, or a command in the syntax of a shell. PowertrainError if there is none, with ``what`` needs it.
     """
+    given = os.environ.get("CC") or ""
     try:
-        chosen = shlex.split(os.environ.get("CC") or "")
+        chosen = [given] if shutil.which(given) else shlex.split(given)
     except ValueError as error:
         raise PowertrainError(f"the environment variable CC is not a command: {error}") from None
     found = chosen or [path for name in ("cc", "gcc", "clang") if (path := shutil.which(name))][:1]
@@ -182,7 +184,7 @@ def compiler(what: str = "compile=True") -> tuple[str, ...]:
     if not found:
         raise PowertrainError(
             f"{what} needs a C compiler, and neither cc, gcc nor clang is on the path. Install one, for example with "
-            "pip install ziglang, or leave compile=False."
+            "pip install 'powertrain[compiler]', or leave compile=False."
         )
     return tuple(found)
 

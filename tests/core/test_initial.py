@@ -56,7 +56,7 @@ def test_torque_as_a_start(sprung: pt.Plant) -> None:  # type: ignore[type-arg]
 
 
 def test_report_says_what_was_used(sprung: pt.Plant) -> None:  # type: ignore[type-arg]
-    report = str(sprung.simulate(1e-6, starts={"parts[1].w_rel": 3.0}).report)
+    report = repr(sprung.simulate(1e-6, starts={"parts[1].w_rel": 3.0}).report)
     lines = {line.split()[0]: line for line in reversed(report.splitlines())}
     assert "3 rad/s" in lines["parts[1].w_rel"]
     assert "given for this run" in lines["parts[1].w_rel"]

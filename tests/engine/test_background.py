@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import time
+from multiprocessing import get_context
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 from models import COUPLED_PARAMETERS, COUPLED_START, coupled_clutches
@@ -14,7 +17,7 @@ from small_models import Ball
 from powertrain.engine.simulator import Simulator
 from powertrain.engine.trajectory import Trajectory
 from powertrain.errors import ParameterError
-from powertrain.numerics.background import progress
+from powertrain.numerics.background import Build, begin, progress
 from powertrain.plant import compile as compiled_model
 
 needs_compiler = pytest.mark.skipif(
@@ -56,6 +59,25 @@ def test_a_run_begins_without_machine_code_and_later_runs_have_it(cache: Path) -
     assert np.array_equal(final(other).final, later.final)
     assert not other._builds._waiting, "what the cache has is used at once"
     assert libraries == {path.name: path.stat().st_mtime_ns for path in cache.glob("*.so")}
+
+
+def build(name: str) -> None:
+    """A small library by the thread of this process."""
+    x = ca.SX.sym("x")
+    assert isinstance(begin({"f": ca.Function(name, [x], [2 * x])}), Build)
+    built()
+
+
+@needs_compiler
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked here")
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")
+def test_a_forked_process_builds_in_a_thread_of_its_own() -> None:
+    build("powertrain_parent")
+    child = get_context("fork").Process(target=build, args=("powertrain_child",), daemon=True)
+    child.start()
+    child.join(20.0)
+    child.kill()
+    assert child.exitcode == 0
 
 
 def test_without_a_compiler_runs_go_on_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:

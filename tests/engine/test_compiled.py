@@ -128,7 +128,7 @@ def test_without_a_place_to_write_the_functions_stay_as_they_are(
     [
         ("/nowhere/cc", "/nowhere/cc cannot be run"),
         ("'cc", "CC is not a command"),
-        ("false", "the C compiler false failed"),
+        ("false", "the C compiler false failed with exit status 1"),
     ],
 )
 def test_a_compiler_that_does_not_work_is_named(
@@ -143,6 +143,17 @@ def test_a_compiler_may_have_arguments(cache: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setenv("CC", "cc -pipe")
     assert float(compile_functions(doubled())["f"](0.0)) == 0.0
     assert len(libraries(cache)) == 1
+
+
+def test_a_compiler_may_lie_in_a_folder_with_spaces(
+    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "with a space"
+    folder.mkdir()
+    (folder / "cc").symlink_to(str(shutil.which("cc") or shutil.which("gcc")))
+    for command in str(folder / "cc"), f"'{folder / 'cc'}' -pipe":
+        monkeypatch.setenv("CC", command)
+        assert float(compile_functions(doubled())["f"](0.0)) == 0.0
 
 
 def test_minima_and_maxima_are_those_of_the_library(cache: Path) -> None:

@@ -37,6 +37,25 @@ class OwnTorque(pt.Component):
         yield pt.connect(self.source.flange, self.J1.flange_a)
 
 
+def test_what_was_pickled_with_other_fields_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = OwnTorque(law=drag)
+    packed = pickle.dumps((model, pt.compile(model).simulate(1.0)))
+    fields = {name: spec for name, spec in rot.Inertia._fields.items() if name != "J"}
+    monkeypatch.setattr(rot.Inertia, "_fields", {**fields, "mass": pt.parameter("kg", "Mass")})
+    old, result = pickle.loads(packed)
+    assert repr(old.J1) == "Inertia(J=1.0)"
+    assert result["J1.w"].size == result.time.size
+    said = "J1: this Inertia was pickled with another version of its class, which differs in J, mass"
+    refused(pt.ParameterError, said, do=lambda: pt.compile(old))
+    refused(pt.ParameterError, said, do=lambda: pt.energy_audit(result))
+
+
+def test_a_result_with_other_signals_than_its_model_is_refused() -> None:
+    result = pickle.loads(pickle.dumps(pt.simulate(OwnTorque(law=drag), 1.0)))
+    result._signals.names[0] = "as it was called before"
+    refused(pt.ParameterError, "pickled with another version of powertrain or of the model", do=lambda: result.compiled)
+
+
 def run(plant: pt.Plant[Any]) -> float:
     return float(plant.simulate(1.0, starts={"J1.w": 1.0})["J1.w"][-1])
 

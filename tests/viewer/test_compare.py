@@ -100,6 +100,9 @@ def test_what_is_refused() -> None:
             pt.compare(*arguments)
     with pytest.raises(pt.ParameterError, match="two different names"):
         pt.compare(SOFT, STIFF, names=("a", "a"))
+    for attribute in "parameters", "events":
+        with pytest.raises(pt.ParameterError, match="not a saved run: its attributes parameters and events"):
+            pt.compare(SOFT, STIFF.to_xarray().assign_attrs({attribute: "[1]"}))
     with pytest.raises(pt.ParameterError, match="no common time"):
         pt.compare(SOFT, PLANT.simulate(5.0, start=4.0))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import webbrowser
 from collections.abc import Callable
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from click.testing import CliRunner
 from pages import Page
 from scipy.io import loadmat
@@ -127,6 +129,17 @@ def test_a_saved_run_is_converted(saved: Path, tmp_path: Path) -> None:
     )
     assert not (tmp_path / "b.csv").exists()
     assert "must end in .csv or .mat or .nc or .html" in called("convert", str(saved), str(tmp_path / "b.xyz"), code=2)
+
+
+def test_names_that_matlab_does_not_allow_are_replaced(tmp_path: Path) -> None:
+    names = ("φ", "info", "gear.φ", "gear_φ", "_x")
+    data = xr.Dataset({name: ("time", [0.0, k]) for k, name in enumerate(names, 1)}, coords={"time": [0.0, 1.0]})
+    data.to_netcdf(tmp_path / "a.nc")
+    called("convert", str(tmp_path / "a.nc"), str(tmp_path / "a.mat"))
+    matlab = loadmat(tmp_path / "a.mat", simplify_cells=True)
+    variables = dict(zip(matlab["info"]["name"], matlab["info"]["variable"], strict=True))
+    assert [matlab[variables[name]][1] for name in names] == [1, 2, 3, 4, 5]
+    assert all(re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name) for name in variables.values())
 
 
 @pytest.mark.slow
