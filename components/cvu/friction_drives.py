@@ -55,7 +55,7 @@ class VBelt(_Creeping):
 
     ``clamp`` is the axial clamping force of the sheaves. Both flanks of a pulley transmit friction, so the belt carries at most F_max.
     Below F_max it creeps in proportion to the load; at F_max it slips as a whole. The power tau (V w_a - w_b) is lost. That r_a + r_b is
-    constant is accurate to (r_b - r_a)^2/(2 pi C), with C the distance of the shafts. V > 0. For bearings and belt bending add
+    constant is accurate to (r_b - r_a)^2/(pi C), with C the distance of the shafts. V > 0. For bearings and belt bending add
     rotational.BearingFriction, ChurningLoss.
     """
 

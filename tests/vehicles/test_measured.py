@@ -314,6 +314,16 @@ def test_gears_have_the_spread_and_end_at_the_top_ratio(car: TestCar) -> None:
     assert steps[:-1] / steps[1:] == pytest.approx(progression(car))
 
 
+@pytest.mark.parametrize(
+    "car", [car for car in CARS.values() if car.transmission in ("automatic", "dual clutch")], ids=lambda car: car.name
+)
+def test_a_full_accelerator_shifts_the_largest_step_at_the_rated_speed(car: TestCar) -> None:
+    vehicle, gears = build(car, Technology()), np.array(ratios(car))
+    schedule, rated = vehicle.schedule, float(vehicle.engine.w_limit) / 1.12
+    speeds = np.array([up for up, _ in schedule.speeds]) * (1 + float(schedule.eager))
+    assert (speeds * gears[:-1]).max() * car.axle_ratio / RADIUS == pytest.approx(rated)
+
+
 @pytest.mark.parametrize("name", ["Toyota Prius power split", "Tesla Model 3 Long Range AWD electric"])
 def test_a_battery_of_twice_the_power_is_charged_with_twice_the_power(name: str) -> None:
     """And gives twice the power, with the same efficiency: it has twice the cells in parallel."""
