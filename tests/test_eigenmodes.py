@@ -110,7 +110,7 @@ def test_models_and_signals_without_vibrations_are_refused() -> None:
 
 @pytest.mark.parametrize(("d", "modes"), [(14.0, 2), (14.3, 1)])
 def test_an_overdamped_motion_is_no_vibration(d: float, modes: int) -> None:
-    """Inertias 1 and 1 about a fixed middle: they move apart with critical damping 2 root(2 c J/2)/2 = 14.14, and a third one beside them."""
+    """Two inertias of 1 kg.m2 are critically damped at d = root(2 c J) = 14.14 N.m.s/rad; a third one beside them vibrates at 20 rad/s."""
     chain = Chain(
         inertias=tuple(Inertia(J=J) for J in (1.0, 1.0, 1e6, 1.0)),
         springs=(SpringDamper(c=100.0, d=d), SpringDamper(c=0.0, d=0.0), SpringDamper(c=400.0, d=0.0)),

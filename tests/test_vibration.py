@@ -401,7 +401,11 @@ def test_functions_of_the_frequency_are_checked() -> None:
             )
     with pytest.raises(pt.ParameterError, match="must be a speed in rad/s, and not 0"):
         pt.order_response(
-            CHAIN, {"inertias[0].w": [9.0, 0.0]}, torque, ["inertias[3].phi"], parameters={"springs[0].d": lambda f: 1 / f}
+            CHAIN,
+            {"inertias[0].w": [9.0, 0.0]},
+            torque,
+            ["inertias[3].phi"],
+            parameters={"springs[0].d": lambda f: 1 / f},
         )
 
 
