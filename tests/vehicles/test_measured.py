@@ -465,6 +465,17 @@ def test_an_engine_of_much_power_per_litre_is_rated_at_a_higher_speed() -> None:
     assert rated[1] == pytest.approx(6200)
 
 
+@pytest.mark.parametrize("name", ["Mazda MX-5 manual", "Volkswagen Golf GTI manual"])
+def test_the_preferred_torque_has_the_shared_mean_effective_pressure(name: str) -> None:
+    """p = 4 pi tau/V."""
+    technology, car = Technology(), CARS[name]
+    curve = technology.engine(car).curve
+    assert curve is not None
+    torque = technology.preferred(car) * float(curve.values.max())
+    shared = technology.pressure_turbo if "GTI" in name else technology.pressure
+    assert 4 * np.pi * torque / car.displacement == pytest.approx(1e5 * shared)
+
+
 @pytest.mark.slow
 def test_a_car_is_driven_by_its_data() -> None:
     """Half the road load and a tenth more mass change consumption as they should, so that nothing of a car is ignored."""
