@@ -108,6 +108,18 @@ def test_models_and_signals_without_vibrations_are_refused() -> None:
         pt.eigenmodes(Swing(), ["second.w"], at={"press": 0.0, "first.w": 0.0, "clutch.w_rel": 0.0})
 
 
+@pytest.mark.parametrize(("d", "modes"), [(14.0, 2), (14.3, 1)])
+def test_an_overdamped_motion_is_no_vibration(d: float, modes: int) -> None:
+    """Two inertias of 1 kg.m2 are critically damped at d = root(2 c J) = 14.14 N.m.s/rad; a third one beside them vibrates at 20 rad/s."""
+    chain = Chain(
+        inertias=tuple(Inertia(J=J) for J in (1.0, 1.0, 1e6, 1.0)),
+        springs=(SpringDamper(c=100.0, d=d), SpringDamper(c=0.0, d=0.0), SpringDamper(c=400.0, d=0.0)),
+    )
+    found = pt.eigenmodes(chain)
+    assert found.sizes["mode"] == modes
+    assert float(found["frequency"][-1]) == pytest.approx(20 / (2 * np.pi), rel=1e-5)
+
+
 class Geared(pt.Component):
     """Two inertias, free, with a gear and a spring between them: one vibration and one rigid-body motion."""
 

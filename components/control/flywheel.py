@@ -36,7 +36,7 @@ class FlywheelDrive(Component):
     charge = (w_in - w_empty)/w_band within -1..1
     engaged = ((w_before/w_in - ratio_min)/band - 0.05)/0.95 within 0..1,  room = (w_full - w_in)/w_band within 0..1
     clutch = (engaged + launch accelerator) (1 - (1 - recovery) brake/b_open within 0..1)
-    friction = brake - recovery share engaged room brake within 0..share
+    friction = brake - recovery engaged room min(brake, share)
 
     In the denominators w_in is at least 1 rad/s, for a flywheel at rest.
     An actuator with the time constant T changes the ratio at the rate lead u/(T w_in): the pedals command an acceleration lead/T of the

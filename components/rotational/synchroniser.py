@@ -109,15 +109,13 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
         yield when(ca.logic_and(turned, self.passed < 0.5), reinit(self.passed, 1), name="ring passed", initially=True)
         reach = ca.logic_and(self.x > self.s_dog - CLEARANCE, ca.fabs(self.w_rel) < self.w_in)
         yield when(ca.logic_and(reach, self.passed > 0.5), reinit(self.inside, 1), name="dogs in", initially=True)
-        yield from self._started()
         yield when(self.x < self.s_dog - 2 * CLEARANCE, reinit(self.inside, 0), name="dogs out", initially=True)
         yield when(self.x < self.s_ring - 2 * CLEARANCE, reinit(self.passed, 0), name="ring free", initially=True)
 
-    def _started(self) -> Equations:
+    def initial(self) -> Equations:
         """A sleeve that a run starts beyond the ring, or beyond the edge of the dogs, has passed it before."""
-        beyond = self.x > self.s_ring + CLEARANCE, self.x > self.s_dog + CLEARANCE
-        for past, state, name in zip(beyond, (self.passed, self.inside), ("past the ring", "in the dogs"), strict=True):
-            yield when(ca.logic_and(past, state < 0.5), reinit(state, 1), name=name, initially=True)
+        for place, state in ((self.s_ring, self.passed), (self.s_dog, self.inside)):
+            yield state == ca.if_else(self.x > place + CLEARANCE, 1.0, 0.0)
 
     def _cone(self) -> Symbol:
         return self.cones * self.mue * self.radius / ca.sin(self.angle)

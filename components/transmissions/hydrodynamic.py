@@ -40,13 +40,16 @@ class _Hydrodynamic(TwoFlangesAndSupport, Lossy):
     tau_drive: Variable = variable("N.m", "Torque of the pump to drive the oil")
     tau_coast: Variable = variable("N.m", "Torque of the turbine to drive the oil, in overrun")
 
-    def _flows(self, capacity: Map) -> Equations:
-        """The two circulations, each with the square of the speed of its driving wheel; ``capacity`` ends with 0 at 1."""
+    def _flows(self, capacity: Map, scale: Symbol | float = 1.0) -> Equations:
+        """The two circulations, each with the square of the speed of its driving wheel; ``capacity`` ends with 0 at 1.
+
+        Torque over speed squared is ``scale capacity`` [N.m.s2/rad2].
+        """
         yield from self._balance()
         yield self.w_a == der(self.flange_a.phi - self.support.phi)
         yield self.w_b == der(self.flange_b.phi - self.support.phi)
-        yield self.tau_drive == capacity(self._ratio(self.w_b, self.w_a)) * self.w_a * ca.fabs(self.w_a)
-        yield self.tau_coast == capacity(self._ratio(self.w_a, self.w_b)) * self.w_b * ca.fabs(self.w_b)
+        yield self.tau_drive == scale * capacity(self._ratio(self.w_b, self.w_a)) * self.w_a * ca.fabs(self.w_a)
+        yield self.tau_coast == scale * capacity(self._ratio(self.w_a, self.w_b)) * self.w_b * ca.fabs(self.w_b)
 
     def _ratio(self, driven: Symbol, driving: Symbol) -> Symbol:
         """Speed ratio within 0..1; 0 if the wheels turn in opposite directions."""
@@ -153,8 +156,8 @@ class FluidCoupling(_Hydrodynamic):
             raise ParameterError(
                 f"{where}: {self.table!r} is not a table of rows (nu, lambda) from nu = 0 to (1, 0) with lambda >= 0"
             )
-        yield from self._flows(_over_ratio(rows[:, 0], rows[:, 1], "lambda", "1"))
-        yield self.flange_a.tau == self.rho * self.D**5 * _stronger(self.tau_drive, -self.tau_coast)
+        yield from self._flows(_over_ratio(rows[:, 0], rows[:, 1], "lambda", "1"), self.rho * self.D**5)
+        yield self.flange_a.tau == _stronger(self.tau_drive, -self.tau_coast)
         yield self.flange_b.tau == -self.flange_a.tau
         yield from self._dissipate()
 

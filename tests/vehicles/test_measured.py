@@ -314,6 +314,16 @@ def test_gears_have_the_spread_and_end_at_the_top_ratio(car: TestCar) -> None:
     assert steps[:-1] / steps[1:] == pytest.approx(progression(car))
 
 
+@pytest.mark.parametrize(
+    "car", [car for car in CARS.values() if car.transmission in ("automatic", "dual clutch")], ids=lambda car: car.name
+)
+def test_a_full_accelerator_shifts_the_largest_step_at_the_rated_speed(car: TestCar) -> None:
+    vehicle, gears = build(car, Technology()), np.array(ratios(car))
+    schedule, rated = vehicle.schedule, float(vehicle.engine.w_limit) / 1.12
+    speeds = np.array([up for up, _ in schedule.speeds]) * (1 + float(schedule.eager))
+    assert (speeds * gears[:-1]).max() * car.axle_ratio / RADIUS == pytest.approx(rated)
+
+
 @pytest.mark.parametrize("name", ["Toyota Prius power split", "Tesla Model 3 Long Range AWD electric"])
 def test_a_battery_of_twice_the_power_is_charged_with_twice_the_power(name: str) -> None:
     """And gives twice the power, with the same efficiency: it has twice the cells in parallel."""
@@ -453,6 +463,17 @@ def test_an_engine_of_much_power_per_litre_is_rated_at_a_higher_speed() -> None:
     rated = [float(engine.w_limit) / 1.12 * 30 / np.pi for engine in engines]
     assert rated[0] == pytest.approx(120 * 135e3 / (0.002 * 11.4e5), rel=1e-6)
     assert rated[1] == pytest.approx(6200)
+
+
+@pytest.mark.parametrize("name", ["Mazda MX-5 manual", "Volkswagen Golf GTI manual"])
+def test_the_preferred_torque_has_the_shared_mean_effective_pressure(name: str) -> None:
+    """p = 4 pi tau/V."""
+    technology, car = Technology(), CARS[name]
+    curve = technology.engine(car).curve
+    assert curve is not None
+    torque = technology.preferred(car) * float(curve.values.max())
+    shared = technology.pressure_turbo if "GTI" in name else technology.pressure
+    assert 4 * np.pi * torque / car.displacement == pytest.approx(1e5 * shared)
 
 
 @pytest.mark.slow

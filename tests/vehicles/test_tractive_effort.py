@@ -94,6 +94,7 @@ def test_hybrids_say_what_must_be_held() -> None:
     [
         ([0.0, 10.0], (0.0,), "above 0 that increase"),
         ([20.0, 10.0], (0.0,), "above 0 that increase"),
+        ([10.0, 10.0], (0.0,), "above 0 that increase"),
         ([10.0], (0.0,), "two or more"),
         ([10.0, 20.0], (6.0,), "0.06 for 6 %"),
     ],

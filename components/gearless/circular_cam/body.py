@@ -8,7 +8,7 @@ import numpy as np
 
 from powertrain.components.gearless.circular_cam.design import CircularCams
 from powertrain.components.gearless.circular_cam.track import Array, Track
-from powertrain.components.gearless.solids import shell, volume
+from powertrain.components.gearless.solids import shell
 
 
 def cam_solids(cams: CircularCams, thickness: float = 0.008, points: int = 361) -> tuple[Array, Array]:
@@ -40,8 +40,7 @@ def _ring(track: Track, low: float, high: float, back: float, points: int) -> Ar
         return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), height], -1)
 
     flat = np.full_like(y, back)
-    triangles = shell(np.stack([line(low, flat), line(high, flat), line(high, y), line(low, y)], axis=1))
-    return triangles if volume(triangles) > 0 else triangles[:, ::-1]
+    return shell(np.stack([line(low, flat), line(high, flat), line(high, y), line(low, y)], axis=1))
 
 
 def roller_solid(track: Track, width: float, points: int = 36) -> Array:
@@ -53,5 +52,4 @@ def roller_solid(track: Track, width: float, points: int = 36) -> Array:
     def ring(x: float, size: float) -> Array:
         return np.stack([zero + x, size * y, size * z], -1)
 
-    triangles = shell(np.stack([ring(low, 0.0), ring(low, 1.0), ring(high, 1.0), ring(high, 0.0)], axis=1))
-    return triangles if volume(triangles) > 0 else triangles[:, ::-1]
+    return shell(np.stack([ring(low, 0.0), ring(low, 1.0), ring(high, 1.0), ring(high, 0.0)], axis=1))

@@ -42,7 +42,9 @@ def test_circular_cams_touch_their_rollers(theta: float) -> None:
     for track, solid in zip((TABLE_1.outer, TABLE_1.inner), cam_solids(TABLE_1, points=1441), strict=True):
         assert open_edges(solid) == 0
         assert volume(solid) > 0
-        assert open_edges(roller_solid(track, width)) == 0
+        roller = roller_solid(track, width)
+        assert open_edges(roller) == 0
+        assert volume(roller) == pytest.approx(np.pi * track.r**2 * width, rel=6e-3)
         for flip, turn in ((1.0, -theta), (-1.0, theta + 2 * np.pi / n)):
             points = solid.reshape(-1, 3) * [1.0, flip, flip]
             points = points[np.hypot(points[:, 0], points[:, 1]) > track.D / 2]

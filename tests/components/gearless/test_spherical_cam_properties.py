@@ -25,7 +25,7 @@ from powertrain.components.gearless.spherical_cam import (
     SphericalCam,
     SphericalCamDifferential,
 )
-from powertrain.components.gearless.spherical_cam.rollers import Algebra, locking, rollers
+from powertrain.components.gearless.spherical_cam.rollers import Algebra, _balance, locking, rollers
 
 ROUGH = CamFriction(mu_pin=1.0, pin=0.9, mu_thrust=1.0, mu_contact=0.7, mu_bearing=0.3)
 SPUN = "0.left=1.flange 0.right=2.flange 0.crown=3.flange"
@@ -170,3 +170,15 @@ def test_friction_is_numbers_of_the_model() -> None:
     assert pt.replace(plain, friction=rough).friction == rough == SphericalCamDifferential(**vars(rough)).friction
     with pytest.raises(pt.ParameterError, match=r"pin = 1 is outside its range \[0, 1\)"):
         SphericalCamDifferential(pin=1.0)
+
+
+def test_the_driving_rollers_balance_the_driven_ones_and_the_bearing() -> None:
+    """Substituted into b y = a + k |(A + y B)_xy| + m |(A + y B)_z|, with friction enough for every term to count."""
+    rng, k, m = np.random.default_rng(2), 0.3, 0.2
+    for _ in range(20):
+        a, b = rng.uniform(0.5, 2.0), rng.uniform(1.0, 2.0)
+        A, B = rng.normal(size=(2, 3))
+        y, surplus = _balance(a, b, tuple(A), tuple(B), (k, m), np)
+        if surplus > 0:
+            x_, y_, z_ = A + y * B
+            assert b * y == pytest.approx(a + k * np.hypot(x_, y_) + m * abs(z_), rel=1e-9)

@@ -75,6 +75,22 @@ def test_a_run_may_start_in_gear(direction: float) -> None:
         assert at(result, "w_rel", 0.2) == pytest.approx(0.0 if inside else 50 / J * 0.2, abs=1e-9)
 
 
+@pytest.mark.parametrize(("torque", "slip"), [(2900.0, 0.0), (3100.0, (3100 - 100) / J * 0.01)])
+def test_engaged_dogs_hold_their_capacity(torque: float, slip: float) -> None:
+    """They hold 3,000 N.m; beyond it they slip, with the 100 N.m of dogs that slide."""
+    parts = (
+        rot.Synchroniser(),
+        rot.Inertia(J=J),
+        rot.Inertia(J=1e3),
+        tr.ShiftActuator(),
+        TimeTable(table=((0.0, 9e-3),)),
+    )
+    wired = "0.flange_a=1.flange_a=5.flange 0.flange_b=2.flange_a 0.sleeve=3.flange 4.y=3.s_ref"
+    model = joined(*parts, rot.ConstantTorque(tau_constant=-torque), joints=wired)
+    result = run(model, 0.01, {"3.s": 9e-3, "1.w": DW, "2.w": DW}, rtol=1e-9)
+    assert at(result, "w_rel", 0.01) == pytest.approx(slip, rel=1e-4, abs=1e-9)
+
+
 def test_a_start_beyond_the_last_stop_is_rejected() -> None:
     parts = rot.Synchroniser(), tr.Mass(m=1), rot.Inertia(J=J), rot.Inertia(J=J)
     model = joined(*parts, joints="0.sleeve=1.flange_a 0.flange_a=2.flange_a 0.flange_b=3.flange_a")

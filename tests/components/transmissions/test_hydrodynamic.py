@@ -26,6 +26,9 @@ def held(part: pt.Component, w_a: float, w_b: float) -> tuple[float, float, floa
     loss = float(result["parts[0].lossPower"][-1])
     assert loss == pytest.approx(tau_a * w_a + tau_b * w_b, abs=1e-9)
     assert loss >= 0
+    if w_a * w_b >= 0:
+        drive, coast = (float(result[f"parts[0].tau_{wheel}"][-1]) for wheel in ("drive", "coast"))
+        assert tau_a == pytest.approx(drive - coast, rel=1e-9, abs=1e-9)
     return tau_a, tau_b, -tau_a - tau_b
 
 
