@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -293,28 +293,19 @@ def _ribbon(line: Points, low: float, high: float) -> Points:
 
 
 def _label_band(ax: Axes, line: Points, text: str, width: float) -> None:
+    from powertrain.figures.scaledtext import write
+
     steps = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
     middle = [np.interp(steps[-1] / 2, steps, line[:, i]) for i in range(2)]
     thin = width < 0.3
     place = middle[1] + (width / 2 + 0.06 if thin else 0.0)
-    _write(ax, middle[0], place, text, ha="center", va="bottom" if thin else "center", zorder=5)
-
-
-def _write(ax: Axes, x: float, y: float, text: str, size: float = _TEXT, **options: Any) -> None:
-    from powertrain.power.scaledtext import ScaledText
-
-    ax.add_artist(ScaledText(x, y, text, size, clip_on=False, **options))
-
-
-def _width(text: str) -> float:
-    """Width of the longest line of a text over its font size."""
-    from matplotlib.textpath import TextPath
-
-    return max(float(TextPath((0, 0), line, size=1).get_extents().x1) for line in text.split("\n"))
+    write(ax, middle[0], place, text, _TEXT, ha="center", va="bottom" if thin else "center", zorder=5)
 
 
 def _draw_bar(ax: Axes, v: _Bar, name: str) -> None:
     from matplotlib.patches import FancyBboxPatch, Rectangle
+
+    from powertrain.figures.scaledtext import width, write
 
     corner, colour = (v.x, v.y - v.height / 2), "0.25"
     if not v.component:
@@ -325,8 +316,8 @@ def _draw_bar(ax: Axes, v: _Bar, name: str) -> None:
     )
     ax.add_patch(box)
     text = name.replace(".", ".\n") if len(name) > 13 else name
-    size = min(_TEXT, 0.92 * v.width / _width(text), 0.75 * v.height / (text.count("\n") + 1))
-    _write(ax, v.x + v.width / 2, v.y, text, size, ha="center", va="center", zorder=6)
+    size = min(_TEXT, 0.92 * v.width / width(text), 0.75 * v.height / (text.count("\n") + 1))
+    write(ax, v.x + v.width / 2, v.y, text, size, ha="center", va="center", zorder=6)
 
 
 def _sinks(flow: _Drawn, bars: dict[str, _Bar]) -> dict[str, list[tuple[float, str]]]:
@@ -343,6 +334,8 @@ def _sinks(flow: _Drawn, bars: dict[str, _Bar]) -> dict[str, list[tuple[float, s
 
 def _draw_sink(ax: Axes, v: _Bar, amount: float, colour: str, largest: float) -> None:
     """An arrow below a component: loss left of its middle, storage right of it (up if energy is released)."""
+    from powertrain.figures.scaledtext import write
+
     w, top = max(abs(amount) / largest, _LEAST), v.y - v.height / 2
     side = -1 if colour == LOST else 1
     x = v.x + v.width / 2 + side * (w / 2 + 0.1)
@@ -354,7 +347,7 @@ def _draw_sink(ax: Axes, v: _Bar, amount: float, colour: str, largest: float) ->
     ax.fill(*tip.T, color=colour, linewidth=0, zorder=2)
     place = x + side * (w / 2 + 0.12)
     ha = "right" if side < 0 else "left"
-    _write(ax, place, top - 0.28, _watts(abs(amount), 3), 0.9 * _TEXT, color=colour, ha=ha, va="center", zorder=7)
+    write(ax, place, top - 0.28, _watts(abs(amount), 3), 0.9 * _TEXT, color=colour, ha=ha, va="center", zorder=7)
 
 
 def _watts(power: float, digits: int) -> str:
@@ -365,16 +358,8 @@ def _watts(power: float, digits: int) -> str:
 
 
 def _legend(ax: Axes, low: float, right: float, circulates: bool) -> None:
-    """The meaning of the colours below the diagram, in as many rows as its width requires."""
-    from matplotlib.patches import Rectangle
+    from powertrain.figures.scaledtext import legend
 
-    entries = [(THROUGH, "through power"), (AROUND, "circulating power")][: 1 + circulates]
-    x, y, end = 0.0, low - 0.3, max(right, 4.0)
-    for colour, text in [*entries, (LOST, "losses"), (STORED, "stored (up: released)")]:
-        width = 0.6 + 0.9 * _TEXT * _width(text)
-        if x > 0 and x + width > end:
-            x, y = 0.0, y - 0.4
-        ax.add_patch(Rectangle((x, y - 0.1), 0.45, 0.2, color=colour, linewidth=0))
-        _write(ax, x + 0.6, y, text, 0.9 * _TEXT, va="center")
-        x += width + 0.5
-    ax.update_datalim([(0.0, y - 0.2)])
+    entries = [("through power", THROUGH), ("circulating power", AROUND)][: 1 + circulates]
+    entries += [("losses", LOST), ("stored (up: released)", STORED)]
+    legend(ax, entries, (0.0, low - 0.3), max(right, 4.0), 0.9 * _TEXT)
