@@ -136,7 +136,7 @@ def main(picture: str | None = None) -> float:
         levels = pt.order_map(run, flywheel, engine, orders=4).sel(order=2.0)
         ax = axes[1, row]
         ax.semilogy(SPEEDS, linear, color="tab:blue", label="linear, forced")
-        ax.plot(levels["speed"], levels, color="tab:orange", label="run-up")
+        ax.plot(levels["speed"], levels, "--", color="tab:orange", label="run-up")
         ax.set(xlabel="speed [rad/s]", ylabel="second order of the flywheel [rad/s]", xlim=(80, 400), ylim=(1e-4, 50))
         ax.legend()
         quiet[name] = float(np.interp(200.0, SPEEDS, linear))

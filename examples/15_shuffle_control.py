@@ -97,7 +97,7 @@ def main(picture: str | None = None) -> dict[str, float]:
     figure, axes = plt.subplots(3, 1, figsize=(7, 8), layout="constrained")
     axes[0].plot(np.real(poles), np.imag(poles), ".", color="tab:blue", markersize=2)
     axes[0].plot(np.real(poles[best]), np.imag(poles[best]), "x", color="tab:red")
-    axes[0].set(xlim=(-60, 5), ylim=(0, 60), xlabel="real part [1/s]", ylabel="imaginary part [1/s]")
+    axes[0].set(xlim=(-55, 1), ylim=(-1, 20), xlabel="real part [1/s]", ylabel="imaginary part [1/s]")
     overshoot = {}
     for name, run in loops.items():
         axes[1].plot(run.time, -run["shaft.tau"], label=name)

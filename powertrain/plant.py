@@ -135,8 +135,10 @@ class Plant(Generic[M]):
 
         Parameters
         ----------
-        stop, start : float or str
-            End and start of the simulated time [s], also as texts such as "10 min".
+        stop : float or str
+            End of the simulated time [s], also as text such as "10 min".
+        start : float or str, optional
+            Its start.
         parameters : mapping of str to float, optional
             Values that replace those of the model, by name, in SI units.
         starts : mapping of str to float, optional

@@ -72,7 +72,7 @@ ORDER = [
     "vibration: eigenmodes tracking campbell",
     "power: paths circulation powergraph variator directedflow powerterms powerflow",
     "figures.layout",
-    "figures.plot figures.schematic power.powerdiagram power.powerplot",
+    "figures.plot figures.scaledtext figures.schematic power.powerdiagram power.powerplot",
     "viewer: operating_map decimation recording document exploring comparison",
     "__init__",
     "__main__",

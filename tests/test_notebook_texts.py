@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -93,6 +94,10 @@ def test_plants_runs_results_audits_maps_and_cycles() -> None:
         assert len(thing._repr_html_()) < 60_000, type(thing)
         assert len(repr(thing)) < 1500
     assert html(DriveCycle.named("wltc")).find(".//polyline") is not None
+    energies = [cell.text or "" for cell in html(pt.energy_audit(result)).iter("td")]
+    assert not any(re.search(r"\de[+-]", energy) for energy in energies), (
+        "round-off is zero, in the digits of the largest energy"
+    )
 
 
 def test_a_curve_keeps_its_extremes() -> None:

@@ -134,3 +134,15 @@ def test_axis_labels() -> None:
     assert axis_label([("a.w", "Speed"), ("b.w", "Other speed")], "rad/s") == "w [rad/s]"
     assert axis_label([("a.w", "Speed"), ("b.v", "Other speed")], "rad/s") == "[rad/s]"
     assert axis_label([("a.x", "Ratio")], "1") == "Ratio"
+
+
+def test_legend_of_many_signals_stands_beside_the_axes(result: Result[Stopping]) -> None:
+    ax = result.plot(*["disc.w"] * 40)
+    ax.figure.draw_without_rendering()
+    box = ax.get_legend()
+    assert box is not None
+    legend_box = box.get_window_extent()
+    assert legend_box.x0 > ax.get_window_extent().x1
+    assert legend_box.x1 <= ax.figure.bbox.x1
+    assert legend_box.y0 >= 0
+    assert len({str(line.get_color()) for line in ax.lines}) == 40

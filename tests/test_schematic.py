@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import pytest
 from cases import few
 from matplotlib.axes import Axes
@@ -36,7 +37,11 @@ MODELS = {
 
 def boxes(ax: Axes) -> dict[str, tuple[float, float]]:
     """The middle of each part's box, by the part's name."""
-    return {text.get_text(): text.get_position() for text in ax.texts if text.get_fontsize() == 8}
+    return {
+        text.get_text(): text.get_position()
+        for text in ax.texts
+        if text.get_zorder() == 4 and text.get_color() != "0.4"
+    }
 
 
 @pytest.mark.parametrize("name", few(MODELS, 3))
@@ -48,6 +53,18 @@ def test_boxes_stand_apart_and_within_the_picture(name: str) -> None:
         assert not one.overlaps(other)
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     assert all(left <= box.x0 and box.x1 <= right and low <= box.y0 and box.y1 <= high for box in found)
+
+
+@pytest.mark.parametrize("size", [None, (4.0, 3.0)])
+def test_texts_fit_their_boxes_in_axes_of_any_size(size: tuple[float, float] | None) -> None:
+    ax = pt.schematic(PowerSplitHybrid(), ax=plt.subplots(figsize=size)[1] if size else None)
+    ax.figure.draw_without_rendering()
+    boxes = [patch.get_window_extent() for patch in ax.patches if isinstance(patch, FancyBboxPatch)]
+    for text in ax.texts:
+        if text.get_zorder() == 4:
+            low, high = text.get_window_extent().get_points()
+            assert any(box.contains(*low) and box.contains(*high) for box in boxes), text
+    plt.close(ax.figure)
 
 
 def test_a_chain_is_a_straight_line_from_the_engine() -> None:

@@ -20,8 +20,8 @@ class ManualCar(GearedCar):
     """A front-wheel-drive car of 1,300 kg: engine, clutch, six-speed gearbox, final drive, wheels.
 
     The driver follows ``cycle``; the schedule shifts depending on vehicle speed, with a real clutch and real synchronisers. ``start_stop``
-    decides whether the engine runs: ``AlwaysOn()``, or ``StartStop()``, which stops it at rest. The loss of the gearbox is included in the
-    final drive. The numbers are invented, for a compact car with a 1.6 l engine.
+    decides whether the engine runs: ``AlwaysOn()``, or ``StartStop()``, which stops it at rest. The loss of the gearbox's meshes is
+    included in the final drive. The numbers are invented, for a compact car with a 1.6 l engine.
     ``front`` and ``rear`` accept axles, see ``Car``: ``DrivenAxle`` has a selectable differential, half shafts and two tyres.
     """
 

@@ -112,7 +112,7 @@ class PowerSplitControl(PowerSplit, HybridControl):
 
 
 class PlannedPowerSplit(PowerSplit):
-    """The same for an engine that is switched, and given a power, from outside: by a plan over time or a supervisor.
+    """A power split whose engine is switched, and given a power, from outside: by a plan over time or a supervisor.
 
     The equations are those of ``PowerSplit``; the engine runs where engine_on > 0.5, and power = engine_power, at least P_min, within
     the limits of ``PowerSplit``. Both are inputs of the model:

@@ -21,7 +21,7 @@ class RotationToTranslation(Component):
 
 
 class IdealRollingWheel(RotationToTranslation):
-    """A wheel that rolls without slip, without inertia and mass.
+    """A wheel without inertia or mass that rolls without slip.
 
     radius (flangeR.phi - supportR.phi) = flangeT.s - supportT.s,  radius flangeT.f + flangeR.tau = 0
     """
@@ -36,7 +36,7 @@ class IdealRollingWheel(RotationToTranslation):
 
 
 class IdealGearR2T(RotationToTranslation):
-    """A rack and pinion (or a screw) without inertia, mass and loss.
+    """A rack and pinion (or a screw) without inertia, mass or loss.
 
     flangeR.phi - supportR.phi = ratio (flangeT.s - supportT.s),  ratio flangeR.tau + flangeT.f = 0
     """

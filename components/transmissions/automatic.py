@@ -71,12 +71,13 @@ _PARTS = {"levers": _levers, "shafts": _shafts, "elements": _elements}
 class Automatic(ClutchToClutch):
     """An automatic gearset from its scheme: a differential for every lever, a part for every shift element, and inertias.
 
-    w_a - w_carrier = R_o (w_b - w_carrier) of every lever, with the loss of ``MeshLaw``
-    shift elements as ``Clutch``, ``Brake`` and, if they are freewheels, ``OneWayClutch``
+    w_a - w_carrier = R_o (w_b - w_carrier)
 
-    The law of ``ClutchToClutch`` presses the elements. Lever position k selects the k-th forward gear, 0 neutral, -1 the reverse gear.
-    Between two positions a shift is under way: a lever that moves from 7 to 0 shifts down through all gears, and one that jumps there, as
-    a selector does, opens all elements at once. Nothing here keeps the reverse gear open while the vehicle moves forward.
+    holds for every lever, with the loss of ``MeshLaw``. The shift elements are of class ``Clutch``, ``Brake`` or, if they are freewheels,
+    ``OneWayClutch``; the law of ``ClutchToClutch`` presses them.
+    Lever position k selects the k-th forward gear, 0 neutral, -1 the reverse gear. Between two positions a shift is under way: a lever that
+    moves from 7 to 0 shifts down through all gears, and one that jumps there, as a selector does, opens all elements at once. Nothing here
+    keeps the reverse gear open while the vehicle moves forward.
     Freewheels are never pressed. They let go in overrun: the output runs ahead and the engine does not brake, unless ``coast``
     presses the elements that the scheme has for this. If the input has fallen behind when gear k + 1 replaces a freewheel of gear k, its
     element pulls the input up: its torque is then larger by the torque factor times k_slip max(ratio_(k+1) w_out - w_in, 0) S_2 (1 - S_3).

@@ -151,8 +151,8 @@ class ManualGearbox(SynchronisedGears):
 
     ``gears`` and ``synchronisers`` have equal length; ``of_ratios`` creates both. The input shaft (with the idler gears and the clutch
     plate) and the output shaft have inertia, against which the synchronisers work. ``churning`` is the oil drag at the input shaft. The
-    meshes have no loss; of several gears in series only one has the loss, here the final drive. Errors:
-    ParameterError if the numbers of gears and synchronisers differ, and for ratios that do not decrease from gear to gear.
+    meshes have no loss: theirs is included in the final drive.
+    Errors: ParameterError if the numbers of gears and synchronisers differ, and for ratios that do not decrease from gear to gear.
     """
 
     synchronisers: tuple[Clutch, ...] = (SYNCHRONISER,) * 6

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
@@ -279,8 +280,14 @@ class EnergyAudit:
 
     def _repr_html_(self) -> str:
         table = self.components
+        largest = float(table[["sources", "lost", "stored"]].abs().to_numpy().max(initial=0.0)) / 1e3
+        decimals = max(0, 4 - math.floor(math.log10(largest))) if 0 < largest < math.inf else 0
         rows = [
-            (str(path) or "whole model", str(kind), *(f"{amount / 1e3:.4g}" for amount in amounts))
+            (
+                str(path) or "whole model",
+                str(kind),
+                *(f"{round(each / 1e3, decimals) or 0.0:.{decimals}f}" for each in amounts),
+            )
             for path, kind, *amounts in table[["type", "sources", "lost", "stored"]].itertuples()
             if "." not in str(path)
         ]

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, get_args
 
 import powertrain as pt
 from powertrain.language.checks import bare
@@ -94,7 +94,8 @@ def _default(spec: Any) -> str:
 
 def _kind(takes: Any) -> str:
     takes, unit = bare(takes)
-    said = takes.__name__ if isinstance(takes, type) else str(takes).replace("typing.", "").replace("NoneType", "None")
+    generic = get_args(takes) or not isinstance(takes, type)  # tuple[Inertia, ...] is a type, too
+    said = re.sub(r"\b(?:\w+\.)+(?=\w)", "", str(takes)).replace("NoneType", "None") if generic else takes.__name__
     return f"{said} [{unit}]" if unit else said
 
 

@@ -13,6 +13,8 @@ from powertrain.language.reals import Array
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+FEW = 10
+"""Lines with colours of their own and a legend inside the axes."""
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -37,12 +39,14 @@ def plot_signals(result: Any, *what: Any, ax: Axes | None = None, events: bool |
     if len(groups) > 2:
         said = "; ".join(f"{', '.join(label for label, _, _ in group)} [{unit}]" for unit, group in groups.items())
         raise ParameterError(f"a plot shows at most two units, not {said}; plot the others in separate Axes (ax=...)")
-    ax = axes_of(ax)
+    count = sum(map(len, groups.values()))
+    ax = axes_of(ax, None if count <= FEW else (9.0, 5.0))
     axes = [ax, ax.twinx()] if len(groups) == 2 else [ax]
     drawn = len(ax.lines)
+    colours = line_colours(drawn + count)
     for side, style, (unit, group) in zip(axes, ("-", "--"), groups.items(), strict=False):
         for label, _, values in group:
-            side.plot(result.time, values, **{"color": f"C{drawn % 10}", "linestyle": style, "label": label, **line})
+            side.plot(result.time, values, **{"color": colours[drawn], "linestyle": style, "label": label, **line})
             drawn += 1
         side.set_ylabel(axis_label([(label, doc) for label, doc, _ in group], unit))
         _name_modes(result, side, [label for label, _, _ in group])
@@ -51,9 +55,31 @@ def plot_signals(result: Any, *what: Any, ax: Axes | None = None, events: bool |
     ax.set_xlabel("Time [s]")
     ax.margins(x=0)
     ax.grid(visible=True, alpha=0.3)
-    handles = [handle for side in axes for handle in side.get_legend_handles_labels()[0]]
-    axes[-1].legend(handles=handles, loc="best")
+    legend_of(
+        axes[-1],
+        [handle for side in axes for handle in side.get_legend_handles_labels()[0]],
+        aside=0.15 * (len(axes) - 1),
+    )
     return ax
+
+
+def line_colours(count: int) -> list[Any]:
+    """The colours of the cycle for a few lines, else as many from a colour map."""
+    if count <= FEW:
+        return [f"C{k}" for k in range(count)]
+    from matplotlib import colormaps
+
+    return [colormaps["turbo"](k / (count - 1)) for k in range(count)]
+
+
+def legend_of(ax: Axes, handles: Sequence[Any], aside: float = 0.0) -> None:
+    """A legend in the axes, if it is short, else on their right; ``aside``: share of their width that stands there already."""
+    if len(handles) <= FEW:
+        ax.legend(handles=handles, loc="best")
+    else:
+        columns = -(-len(handles) // 24)
+        place = (1.02 + aside, 1.0)
+        ax.legend(handles=handles, loc="upper left", bbox_to_anchor=place, borderaxespad=0.0, fontsize=8, ncols=columns)
 
 
 def mark_events(result: Any, ax: Axes, pattern: str = "*") -> Axes:
@@ -111,14 +137,16 @@ def plot_overlaid(
     units = {unit for result in results for _, unit, _, _ in _signals(result, signals)}
     if len(units) > 1:
         raise ParameterError(f"plot: overlaid signals must have one unit, not {', '.join(sorted(units))}")
-    ax = axes_of(ax)
+    count = max(len(_signals(result, signals)) for result in results)
+    ax = axes_of(ax, None if count * len(results) <= FEW else (9.0, 5.0))
+    colours = line_colours(count)
     shown: list[tuple[str, str]] = []
     for result, name, style in zip(results, names, ("-", "--", ":", "-."), strict=False):
         for k, (label, _, doc, values) in enumerate(_signals(result, signals)):
-            ax.plot(result.time, values, color=f"C{k % 10}", linestyle=style, label=f"{label}, {name}")
+            ax.plot(result.time, values, color=colours[k], linestyle=style, label=f"{label}, {name}")
             shown.append((label, doc))
     ax.set(xlabel="Time [s]", ylabel=axis_label(shown, units.pop()))
     ax.margins(x=0)
     ax.grid(visible=True, alpha=0.3)
-    ax.legend(loc="best")
+    legend_of(ax, ax.get_legend_handles_labels()[0])
     return ax

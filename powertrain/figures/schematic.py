@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 SIGNAL = "0.62"
 _INCHES = 0.5
+_TEXT = 0.22
+"""Height of the names of components in the unit of the diagram."""
 
 
 def schematic(model: Component, *, signals: bool = True, ax: Axes | None = None) -> Axes:
@@ -35,6 +37,8 @@ def schematic(model: Component, *, signals: bool = True, ax: Axes | None = None)
 def _draw(ax: Axes, found: Layout) -> None:
     from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
+    from powertrain.figures.scaledtext import legend, width, write
+
     arrow: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 8, "lw": 0.8, "color": SIGNAL, "zorder": 1}
     for a, b in found.signals:
         start, end, bend = signal_ends(found.vertices[a], found.vertices[b])
@@ -50,12 +54,14 @@ def _draw(ax: Axes, found: Layout) -> None:
         style = "round,pad=0,rounding_size=0.08"
         ax.add_patch(FancyBboxPatch(corner, BOX, HIGH, boxstyle=style, fc="white", ec="0.25", lw=1, zorder=3))
         text: dict[str, Any] = {"ha": "center", "va": "center", "zorder": 4}
-        ax.text(vertex.x, vertex.y + 0.14, vertex.title, fontsize=8, **text)
-        ax.text(vertex.x, vertex.y - 0.17, vertex.kind, fontsize=5.5, color="0.4", **text)
-    for name, color in _legend(found):
-        ax.plot([], [], color=color, lw=2, label=name)
-    if ax.get_legend_handles_labels()[0]:
-        ax.legend(loc="lower center", ncols=4, fontsize=7, frameon=False)
+        size, small = (
+            min(h, 0.94 * BOX / width(said)) for h, said in ((_TEXT, vertex.title), (0.7 * _TEXT, vertex.kind or " "))
+        )
+        write(ax, vertex.x, vertex.y + 0.14, vertex.title, size, **text)
+        write(ax, vertex.x, vertex.y - 0.17, vertex.kind, small, color="0.4", **text)
+    entries, (left, right, low, _) = list(_legend(found)), found.limits
+    across = sum(1.1 + 0.9 * _TEXT * width(name) for name, _ in entries) - 0.5
+    legend(ax, entries, (max(left, (left + right - across) / 2), low + 0.25), right, 0.9 * _TEXT)
 
 
 def _legend(found: Layout) -> Iterator[tuple[str, str]]:

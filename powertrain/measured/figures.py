@@ -30,7 +30,7 @@ def plot_parity(found: pd.DataFrame, *, ax: Axes | None = None) -> Axes:
         ax.fill_between(ends, ends * (1 - band), ends * (1 + band), color="0.5", alpha=0.15, lw=0)
     ax.plot(ends, ends, color="0.4", lw=0.8)
     for (kind, cycle), rows in found.groupby(["transmission", "cycle"], sort=False):
-        label = f"{kind}" if cycle == "udds" else None
+        label = str(kind) if cycle == "udds" else None
         ax.plot(rows.measured, rows.predicted, CYCLES[str(cycle)], color=COLOURS[str(kind)], ms=5, label=label)
     ax.set(xscale="log", yscale="log", xlim=ends, ylim=ends, aspect="equal")
     ax.set(xlabel="Measured [miles per US gallon]", ylabel="Predicted [miles per US gallon]")
@@ -38,5 +38,7 @@ def plot_parity(found: pd.DataFrame, *, ax: Axes | None = None) -> Axes:
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_ticks(ticks, [str(t) for t in ticks])
         axis.set_ticks([], minor=True)
-    ax.legend(fontsize=8, loc="upper left")
+    for cycle, marker in CYCLES.items():
+        ax.plot([], [], marker, color="0.5", ms=5, label=cycle.upper())
+    ax.legend(fontsize=8, loc="upper left", title="bands: 3 % and 8 %", title_fontsize=8)
     return ax

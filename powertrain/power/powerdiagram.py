@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 
 Points = NDArray[np.float64]
 THROUGH, AROUND, LOST, STORED = "#4c8fbd", "#e8912d", "#c0392b", "#5a9e5a"
-_BOX, _BAR, _GAP, _SPACE, _LEAST, _TIP = 1.9, 0.14, 2.3, 0.75, 0.035, 0.22
+_BOX, _BAR, _GAP, _SPACE, _LEAST, _TIP, _TEXT = 1.9, 0.14, 2.3, 0.75, 0.035, 0.22, 0.23
+_INCH = 2.3 / (_BOX + _GAP)
+"""Size of the unit of the diagram in a figure of its own."""
 
 
 @dataclass(eq=False)
@@ -98,43 +100,48 @@ class _Drawn(Protocol):
 def plot_power_flow(flow: _Drawn, ax: Axes | None = None, *, names: dict[str, str] | None = None) -> Axes:
     """Sankey diagram of one point: power from component to component, circulating power in orange, losses downwards.
 
+    Texts scale with the diagram; a figure of its own has the size at which they are readable.
     ``names``: other names for components and connections. Raises ParameterError for several points, or one without a solution.
     """
     branches = flow.branches
     if not branches:
         raise ParameterError("plot: no power flows at this point; choose another instant or another point of the map")
     bars = _layers(flow, branches)
-    bands = _bands(flow, branches, bars)
+    sinks = _sinks(flow, bars)
+    largest = max(b.power for b in branches)
+    largest = max([largest, *(abs(amount) for amounts in sinks.values() for amount, _ in amounts)])
+    bands = _bands(flow, branches, bars, largest)
     _arrange(list(bars.values()), bands)
-    largest = max(band.power for band in bands)
     low = min(bar.y - bar.height / 2 for bar in bars.values()) - 1.0
-    scale, unit = _prefix(largest)
-    columns = max(bar.column for bar in bars.values()) + 1
-    ax = axes_of(ax, (max(6.0, 2.3 * columns), 4.2))
+    lines = []
     for band in bands:
         line, low = _centre_line(band, low)
+        lines.append(line)
+    high = max([bar.y + bar.height / 2 for bar in bars.values()] + [line[:, 1].max() + 0.5 for line in lines])
+    right = max([bar.x + bar.width for bar in bars.values()] + [line[:, 0].max() + 0.5 for line in lines])
+    ax = axes_of(ax, (_INCH * (right + 0.6), _INCH * (high - low + 1.2)))
+    for band, line in zip(bands, lines, strict=True):
         _draw_band(ax, line, band)
-        _label_band(ax, line, f"{band.power * scale:.4g} {unit}", band.width)
+        _label_band(ax, line, _watts(band.power, 4), band.width)
     for bar in bars.values():
         _draw_bar(ax, bar, (names or {}).get(bar.name, bar.name))
-        if bar.component:
-            _draw_sinks(ax, flow, bar, largest, scale, unit)
+        for amount, colour in sinks.get(bar.name, ()):
+            _draw_sink(ax, bar, amount, colour, largest)
+    _legend(ax, low, right, any(band.around > 0 for band in bands))
     ax.set_aspect("equal")
     ax.autoscale_view()
     ax.margins(0.02)
     ax.set_axis_off()
-    _legend(ax, any(band.around > 0 for band in bands))
     return ax
 
 
-def _bands(flow: _Drawn, branches: Sequence[Branch], bars: dict[str, _Bar]) -> list[_Band]:
+def _bands(flow: _Drawn, branches: Sequence[Branch], bars: dict[str, _Bar], largest: float) -> list[_Band]:
     """The bands between bars in their columns."""
     by_port: dict[str, float] = {}
     for strand in flow.strands()[0]:
         for k in strand.edges:
             port = flow.graph.terminals[k].port
             by_port[port] = by_port.get(port, 0.0) + strand.flow
-    largest = max(b.power for b in branches)
     return [
         _Band(
             bars[b.source],
@@ -286,15 +293,19 @@ def _ribbon(line: Points, low: float, high: float) -> Points:
 
 
 def _label_band(ax: Axes, line: Points, text: str, width: float) -> None:
+    from powertrain.figures.scaledtext import write
+
     steps = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
     middle = [np.interp(steps[-1] / 2, steps, line[:, i]) for i in range(2)]
     thin = width < 0.3
     place = middle[1] + (width / 2 + 0.06 if thin else 0.0)
-    ax.text(middle[0], place, text, ha="center", va="bottom" if thin else "center", fontsize=9, zorder=5)
+    write(ax, middle[0], place, text, _TEXT, ha="center", va="bottom" if thin else "center", zorder=5)
 
 
 def _draw_bar(ax: Axes, v: _Bar, name: str) -> None:
     from matplotlib.patches import FancyBboxPatch, Rectangle
+
+    from powertrain.figures.scaledtext import width, write
 
     corner, colour = (v.x, v.y - v.height / 2), "0.25"
     if not v.component:
@@ -305,51 +316,50 @@ def _draw_bar(ax: Axes, v: _Bar, name: str) -> None:
     )
     ax.add_patch(box)
     text = name.replace(".", ".\n") if len(name) > 13 else name
-    ax.text(v.x + v.width / 2, v.y, text, ha="center", va="center", fontsize=9, zorder=6)
+    size = min(_TEXT, 0.92 * v.width / width(text), 0.75 * v.height / (text.count("\n") + 1))
+    write(ax, v.x + v.width / 2, v.y, text, size, ha="center", va="center", zorder=6)
 
 
-def _draw_sinks(ax: Axes, flow: _Drawn, v: _Bar, largest: float, scale: float, unit: str) -> None:
-    """Losses and storage of a component, as arrows downwards."""
-    values = flow.data.sel(component=v.name)
-    x = v.x + v.width * 0.35
-    for amount, colour in ((float(values["loss"]), LOST), (float(values["stored"]), STORED)):
-        if abs(amount) <= max(FLOOR, 1e-6) * largest:
-            continue
-        w, top = max(abs(amount) / largest, _LEAST), v.y - v.height / 2
-        line = np.array([[x, top], [x, top - 0.2], [x, top - 0.45]])
-        if amount < 0:
-            line = line[::-1]
-        ax.fill(*_ribbon(line[:2], -w / 2, w / 2).T, color=colour, linewidth=0, zorder=2)
-        tip = np.array([line[1] + [w / 2 + 0.06, 0], line[2], line[1] - [w / 2 + 0.06, 0]])
-        ax.fill(*tip.T, color=colour, linewidth=0, zorder=2)
-        left = colour == LOST  # the two labels side by side, pointing away from each other
-        ax.text(
-            x - w / 2 - 0.12 if left else x + w / 2 + 0.12,
-            top - 0.3,
-            f"{abs(amount) * scale:.3g} {unit}",
-            fontsize=8,
-            color=colour,
-            ha="right" if left else "left",
-            va="center",
-            zorder=7,
-        )
-        x += v.width * 0.45
+def _sinks(flow: _Drawn, bars: dict[str, _Bar]) -> dict[str, list[tuple[float, str]]]:
+    """Loss and stored power of every component, with their colours, where they are not negligible."""
+    found: dict[str, list[tuple[float, str]]] = {}
+    least = max(FLOOR, 1e-6) * max(b.power for b in flow.branches)
+    for bar in bars.values():
+        if bar.component:
+            values = flow.data.sel(component=bar.name)
+            both = ((float(values["loss"]), LOST), (float(values["stored"]), STORED))
+            found[bar.name] = [(amount, colour) for amount, colour in both if abs(amount) > least]
+    return found
 
 
-def _prefix(largest: float) -> tuple[float, str]:
+def _draw_sink(ax: Axes, v: _Bar, amount: float, colour: str, largest: float) -> None:
+    """An arrow below a component: loss left of its middle, storage right of it (up if energy is released)."""
+    from powertrain.figures.scaledtext import write
+
+    w, top = max(abs(amount) / largest, _LEAST), v.y - v.height / 2
+    side = -1 if colour == LOST else 1
+    x = v.x + v.width / 2 + side * (w / 2 + 0.1)
+    line = np.array([[x, top], [x, top - 0.2], [x, top - 0.45]])
+    if amount < 0:
+        line = line[::-1]
+    ax.fill(*_ribbon(line[:2], -w / 2, w / 2).T, color=colour, linewidth=0, zorder=2)
+    tip = np.array([line[1] + [w / 2 + 0.06, 0], line[2], line[1] - [w / 2 + 0.06, 0]])
+    ax.fill(*tip.T, color=colour, linewidth=0, zorder=2)
+    place = x + side * (w / 2 + 0.12)
+    ha = "right" if side < 0 else "left"
+    write(ax, place, top - 0.28, _watts(abs(amount), 3), 0.9 * _TEXT, color=colour, ha=ha, va="center", zorder=7)
+
+
+def _watts(power: float, digits: int) -> str:
     for limit, unit in ((1e6, "MW"), (1e3, "kW")):
-        if largest >= limit:
-            return 1 / limit, unit
-    return 1.0, "W"
+        if power >= limit:
+            return f"{power / limit:.{digits}g} {unit}"
+    return f"{power:.{digits}g} W"
 
 
-def _legend(ax: Axes, circulates: bool) -> None:
-    from matplotlib.patches import Patch
+def _legend(ax: Axes, low: float, right: float, circulates: bool) -> None:
+    from powertrain.figures.scaledtext import legend
 
-    handles = [Patch(color=THROUGH, label="through power")]
-    if circulates:
-        handles.append(Patch(color=AROUND, label="circulating power"))
-    handles += [Patch(color=LOST, label="losses"), Patch(color=STORED, label="stored (up: released)")]
-    ax.legend(
-        handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), fontsize=8, frameon=False, ncols=len(handles)
-    )
+    entries = [("through power", THROUGH), ("circulating power", AROUND)][: 1 + circulates]
+    entries += [("losses", LOST), ("stored (up: released)", STORED)]
+    legend(ax, entries, (0.0, low - 0.3), max(right, 4.0), 0.9 * _TEXT)

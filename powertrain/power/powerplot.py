@@ -57,6 +57,7 @@ def plot_lever(
     if values["speed"].ndim != 1:
         raise ParameterError("a lever shows one point: choose one with isel(...) or sel(...)")
     speed, torque = values["speed"].values.astype(float), values["torque"].values.astype(float)
+    speed, torque = (np.where(np.abs(v) > 1e-9 * np.abs(v).max(), v, 0.0) for v in (speed, torque))  # round-off is zero
     R_o = _lever_ratio(name, speed, ratio)
     x = np.array([R_o, 1.0, 0.0])
     ax = axes_of(ax, (7.0, 4.6))
@@ -116,12 +117,13 @@ def plot_variator(
     ax = axes_of(ax, (7.5, 4.4))
     _shade(ax, along, cases)
     K = share["K"].values[order].astype(float)
-    handles = ax.plot(along, _cut(K, largest), color="C0", label="K")
+    alone = "o" if along.size == 1 else None
+    handles = ax.plot(along, _cut(K, largest), marker=alone, color="C0", label="K")
     if "K_o" in share:
         K_o = share["K_o"].values[order].astype(float)
         handles += ax.plot(along, _cut(K_o, largest), color="C0", ls="--", lw=1, label="$K_o$ (no losses)")
     right = ax.twinx()
-    handles += right.plot(along, flow.efficiency.values[order], color="C3", label="efficiency")
+    handles += right.plot(along, flow.efficiency.values[order], marker=alone, color="C3", label="efficiency")
     right.set_ylim(0, 1)
     right.set_ylabel("Efficiency", color="C3")
     ax.set_ylim(-largest, largest)
@@ -210,7 +212,7 @@ def _lever_ratio(name: str, speed: Array, ratio: float | None) -> float:
 
 def _draw_member(ax: Axes, name: str, x: float, speed: float, torque: float, length: float, rising: bool) -> None:
     """The point of a member, its torque as an arrow, and its label."""
-    power = torque * speed
+    power = torque * speed + 0.0  # no -0
     colour = "C2" if power > 0 else "C3" if power < 0 else "0.5"
     ax.plot([x, x], [0, speed], color="0.6", lw=1, zorder=1)
     ax.annotate(

@@ -38,8 +38,8 @@ def load(name: str | Path) -> Any:
     kind = text.partition("(")[0].partition(".")[0]
     if not (found := [entry for entry in vehicles() if is_named(entry.kind, kind)]):
         raise pt.ParameterError(
-            f"there is no vehicle {text!r}{suggestion(text, names())}; powertrain.vehicles.names() and "
-            "`powertrain list vehicles` list them, and parameter files end in .toml"
+            f"there is no vehicle {text!r}; powertrain.vehicles.names() and `powertrain list vehicles` list them, and parameter "
+            f"files end in .toml{suggestion(text, names())}"
         )
     return model_named(text, found)
 

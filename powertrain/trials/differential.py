@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 SAMPLES = 720
 """Angles of relative rotation that are evaluated."""
+LEAST_RANGE = 0.01
+"""Least range of efficiency of a plot, for differentials without losses."""
 
 
 class DifferentialBench(pt.Component):
@@ -86,10 +88,23 @@ def differential_map(
 
 
 def plot_differential_map(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
-    """Contours of efficiency over speed difference and torque."""
-    ax = axes_of(ax, (6.5, 4.5))
+    """Contours of efficiency over speed difference and torque.
+
+    Errors: ParameterError for fewer than two differences or torques, and where no efficiency is defined.
+    """
+    found = found.sortby(["difference", "torque"])
     values = found["efficiency"].transpose("torque", "difference")
-    filled = ax.contourf(found["difference"], found["torque"], values, levels=12, cmap="viridis")
-    ax.figure.colorbar(filled, ax=ax).set_label("efficiency [1]")
-    ax.set(xlabel=r"speed difference $\omega_L - \omega_R$ [rad/s]", ylabel="torque of the crown wheel [N.m]")
+    if min(values.shape) < 2 or not np.isfinite(values).any():
+        raise pt.ParameterError(
+            "plot_differential_map needs two speed differences and two torques at least, and an efficiency: power through the crown wheel; "
+            f"this map has {values.sizes['difference']} and {values.sizes['torque']}"
+        )
+    from matplotlib.ticker import MaxNLocator
+
+    low, high = float(values.min()), float(values.max())
+    levels = MaxNLocator(12).tick_values(min(low, high - LEAST_RANGE), high)
+    ax = axes_of(ax, (6.5, 4.5))
+    filled = ax.contourf(found["difference"], found["torque"], values, levels=levels, cmap="viridis")
+    ax.figure.colorbar(filled, ax=ax).set_label("Efficiency [1]")
+    ax.set(xlabel=r"Speed difference $\omega_L - \omega_R$ [rad/s]", ylabel="Torque of the crown wheel [N.m]")
     return ax

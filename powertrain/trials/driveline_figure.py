@@ -20,6 +20,8 @@ HATCHES = {"split": "", "series": "--", "positive recirculation": "//", "negativ
 """Cases of a variator's power flow."""
 STEP, CROWDED = 0.01, 0.2
 """Contour spacing of the efficiency, and the share of the operating points, those of least efficiency, where lines would crowd."""
+CLEAR = 0.04
+"""Least distance of a contour label from the edge and from others, relative to the axes."""
 FAINT = (1, 1, 1, 0.35)
 
 
@@ -45,17 +47,33 @@ def plot_driveline_map(found: xr.Dataset, run: CycleRun | None = None, *, ax: Ax
     filled = ax.contourf(speed, force, efficiency, levels=levels, cmap="viridis")
     drawn = levels[levels >= np.quantile(efficiency[force > 0], CROWDED)]
     lines = ax.contour(speed, force, efficiency, levels=drawn, colors="k", linewidths=0.4)
-    ax.clabel(lines, drawn[::2], fmt="%.2f", fontsize=7)
+    top = np.nanmax(force, axis=1)
+    ax.set(xlim=(0, speed.max()), ylim=(0, 1.05 * np.nanmax(force)))
+    _label(ax, lines, drawn[::2], np.vstack([np.column_stack([speed[:, 0], edge]) for edge in (top, 0 * top)]))
     bar = ax.figure.colorbar(filled, ax=ax)
     told = str(found["efficiency"].attrs["long_name"])
     bar.set_label(f"{told[0].lower()}{told[1:]} [1]")
-    ax.plot(speed[:, 0], np.nanmax(force, axis=1), color="k", lw=1.5, label="full accelerator")
+    ax.plot(speed[:, 0], top, color="k", lw=1.5, label="full accelerator")
     handles = _hatch(ax, found, speed, force) if "case" in found else []
     if run is not None:
         _points(ax, run)
-    ax.set(xlabel="Speed [km/h]", ylabel="Tractive force [N]", ylim=(0, 1.05 * np.nanmax(force)), xlim=(0, None))
+    ax.set(xlabel="Speed [km/h]", ylabel="Tractive force [N]")
     ax.legend(handles=[*ax.get_legend_handles_labels()[0], *handles], loc="upper right", fontsize=8)
     return ax
+
+
+def _label(ax: Axes, lines: Any, levels: Any, edge: Any) -> None:
+    """A label on each contour where it is farthest from the edge of the map and from other labels; none where it would touch them."""
+    size = np.array([ax.get_xlim()[1], ax.get_ylim()[1]])
+    taken, places = edge / size, []
+    for level, path in zip(lines.levels, lines.get_paths(), strict=True):
+        if level in levels and len(path.vertices):
+            distance = np.hypot(*(path.vertices[:, None] / size - taken).T).min(axis=0)
+            if distance.max() > CLEAR:
+                places.append(path.vertices[distance.argmax()])
+                taken = np.vstack([taken, places[-1] / size])
+    if places:
+        ax.clabel(lines, levels, fmt="%.2f", fontsize=7, manual=places)
 
 
 def _hatch(ax: Axes, found: xr.Dataset, speed: Any, force: Any) -> list[Any]:

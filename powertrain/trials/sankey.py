@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import powertrain as pt
 from powertrain.figures.plot import axes_of
 from powertrain.language.component import children
 from powertrain.trials.cycle import CycleRun
@@ -18,7 +19,7 @@ BEND, GAP, DOWN = 0.04, 0.2, 0.12
 
 
 def plot_energy_flow(run: CycleRun, *, ax: Axes | None = None) -> Axes:
-    """The energy supplied over a cycle [MJ], from left to right through the components in the order of the vehicle's fields.
+    """The energy supplied over a cycle [MJ], from left to right through the components, from engines and stores to the road.
 
     The height of the band is the remaining energy, initially ``run.supplied``: fuel, and the decrease of stored energy.
     The loss of each component branches off downwards, with its share of the supply. At the end remain losses too small to be drawn, and
@@ -26,8 +27,7 @@ def plot_energy_flow(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     """
     ax = axes_of(ax, (11, 4.5))
     table, supplied = run.audit.components, run.supplied
-    names = [name for name, _ in children(run.plant.model) if name in table.index]
-    shown = [(name, float(table["lost"][name]) / supplied) for name in names]
+    shown = [(name, float(table["lost"][name]) / supplied) for name in _from_tank_to_road(run) if name in table.index]
     shown = [(name, share) for name, share in shown if share > SMALL]
     ax.text(0.03, 0.5, f"supplied\n{supplied / 1e6:.3g} MJ", va="center", fontsize=9)
     left, x = 1.0, 0.35
@@ -43,6 +43,19 @@ def plot_energy_flow(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     ax.set_title(f"{run.title}: {abs(left):.1%} of the energy is stored or lost in small parts", fontsize=10)
     ax.axis("off")
     return ax
+
+
+def _from_tank_to_road(run: CycleRun) -> list[str]:
+    """The components of the vehicle by their distance from engines and stores along the connections; those without power come last."""
+    graph = pt.power_flow(run.result, at=run.result.time[0]).graph
+    whole = [name.partition(".")[0].partition("[")[0] for name in graph.components]
+    meets = [{whole[t.component] for t in graph.terminals if t.node == k} for k in range(len(graph.nodes))]
+    starts = (*run.anatomy.engines, *run.anatomy.stores)
+    distance = dict.fromkeys((path.partition(".")[0] for path in starts), 0)
+    for step in range(1, len(whole) + 1):
+        reached = {name for names in meets if any(n in distance for n in names) for name in names}
+        distance |= {name: step for name in reached if name not in distance}
+    return sorted((name for name, _ in children(run.plant.model)), key=lambda name: distance.get(name, len(whole) + 1))
 
 
 def _band(ax: Axes, start: float, end: float, height: float) -> None:

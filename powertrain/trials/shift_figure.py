@@ -31,7 +31,7 @@ def plot_shift(result: pt.Result[Any], number: int = 1, *, axes: Any = None) -> 
 
     table, model = shifts(result), result.model
     if number not in table.index:
-        raise pt.ParameterError(f"the run has {len(table)} shifts; there is no shift {number}")
+        raise pt.ParameterError(f"the run has {len(table)} shift{'s' * (len(table) != 1)}; there is no shift {number}")
     row, box = table.loc[number], clutch_to_clutch(model)
     axes = plt.subplots(4, 1, figsize=(7.5, 9), sharex=True, layout="constrained")[1] if axes is None else axes
     stop = row["time"] + duration(result) + AFTER
@@ -63,9 +63,14 @@ def plot_shift(result: pt.Result[Any], number: int = 1, *, axes: Any = None) -> 
 
 
 def plot_shift_quality(result: pt.Result[Any], *, ax: Axes | None = None) -> Axes:
-    """Jerk over slip energy of all shifts of a run: upshifts and downshifts, labelled with their gears."""
-    ax = axes_of(ax, (7, 4.5))
+    """Jerk over slip energy of all shifts of a run: upshifts and downshifts, labelled with their gears.
+
+    Errors: ParameterError for a run without shifts.
+    """
     table = shift_quality(result)
+    if table.empty:
+        raise pt.ParameterError("plot_shift_quality: the run has no shifts")
+    ax = axes_of(ax, (7, 4.5))
     up = table["to"] > table["from"]
     for part, marker, said in ((table[up], "^", "upshifts"), (table[~up], "v", "downshifts")):
         ax.scatter(part["slip energy"] / 1e3, part["jerk"], marker=marker, label=said, alpha=0.8)

@@ -44,6 +44,8 @@ def test_losses_are_never_negative_and_torques_balance(kind: Differential) -> No
 
 def test_figure_and_bad_differences() -> None:
     ax = plot_differential_map(differential_map(BevelDifferential(eta=0.9), DIFFERENCES, [100.0, 200.0]))
-    assert "speed difference" in ax.get_xlabel()
+    assert "Speed difference" in ax.get_xlabel()
+    with pytest.raises(pt.ParameterError, match="this map has 1 and 2"):
+        plot_differential_map(differential_map(BevelDifferential(), [1.0], [100.0, 200.0]))
     with pytest.raises(pt.ParameterError, match="a speed difference of 0 rad/s is not allowed"):
         differential_map(BevelDifferential(), [0.0], [100.0])

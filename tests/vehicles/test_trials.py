@@ -232,6 +232,9 @@ def test_energy_flow_shows_every_loss_in_scale(town: CycleRun) -> None:
     lost = town.audit.components["lost"]
     wanted = {n for n in lost.index if n and "." not in n and lost[n] > 2e-3 * supplied}
     assert shown == {"supplied", *wanted}
+    places = {text.get_text().split("\n")[0]: text.get_position()[0] for text in ax.texts}
+    along = [name for name in ("engine", "transmission", "front", "body", "rear") if name in places]
+    assert sorted(along, key=lambda name: places[name]) == along
     widths = [w.width or 0.0 for w in ax.patches if isinstance(w, Wedge)]
     assert max(widths) == pytest.approx(float(lost["engine"]) / supplied)
 
