@@ -138,7 +138,7 @@ def test_axis_labels() -> None:
 
 def test_legend_of_many_signals_stands_beside_the_axes(result: Result[Stopping]) -> None:
     ax = result.plot(*["disc.w"] * 40)
-    ax.figure.draw_without_rendering()
+    ax.figure.canvas.draw()
     box = ax.get_legend()
     assert box is not None
     legend_box = box.get_window_extent()

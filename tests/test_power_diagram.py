@@ -25,13 +25,13 @@ def flow() -> pt.PowerFlow:
 @pytest.mark.parametrize("size", [None, (6.4, 4.8), (2.0, 1.5)])
 def test_texts_do_not_overlap_in_axes_of_any_size(flow: pt.PowerFlow, size: tuple[float, float] | None) -> None:
     ax = flow.isel(r=0).plot(ax=plt.subplots(figsize=size)[1] if size else None)
-    ax.figure.draw_without_rendering()
+    ax.figure.canvas.draw()
     inside = ax.figure.bbox.padded(1)
     for text in ax.texts:
         assert all(inside.contains(*corner) for corner in text.get_window_extent().get_points()), text
     for one, other in combinations(ax.texts, 2):
         assert not one.get_window_extent().overlaps(other.get_window_extent()), (one, other)
-    plt.close(ax.figure)
+    plt.close("all")
 
 
 def test_straight_branch_of_a_split_passes_the_variable_unit(flow: pt.PowerFlow) -> None:

@@ -58,13 +58,13 @@ def test_boxes_stand_apart_and_within_the_picture(name: str) -> None:
 @pytest.mark.parametrize("size", [None, (4.0, 3.0)])
 def test_texts_fit_their_boxes_in_axes_of_any_size(size: tuple[float, float] | None) -> None:
     ax = pt.schematic(PowerSplitHybrid(), ax=plt.subplots(figsize=size)[1] if size else None)
-    ax.figure.draw_without_rendering()
+    ax.figure.canvas.draw()
     boxes = [patch.get_window_extent() for patch in ax.patches if isinstance(patch, FancyBboxPatch)]
     for text in ax.texts:
         if text.get_zorder() == 4:
             low, high = text.get_window_extent().get_points()
             assert any(box.contains(*low) and box.contains(*high) for box in boxes), text
-    plt.close(ax.figure)
+    plt.close("all")
 
 
 def test_a_chain_is_a_straight_line_from_the_engine() -> None:

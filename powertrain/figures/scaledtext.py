@@ -20,8 +20,11 @@ class ScaledText(Text):
         self.height = height
 
     def _fit(self) -> None:
-        (_, low), (_, high) = self.axes.transData.transform([(0, 0), (0, self.height)])
-        points = abs(high - low) * 72 / self.get_figure(root=True).dpi
+        axes, figure = self.axes, self.get_figure(root=True)
+        if axes is None or figure is None:
+            return
+        (_, low), (_, high) = axes.transData.transform([(0, 0), (0, self.height)])
+        points = abs(high - low) * 72 / figure.dpi
         self.set_fontsize(points)
         self.set_path_effects([withStroke(linewidth=0.15 * points, foreground="white", alpha=0.5)])
 
