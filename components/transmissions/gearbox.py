@@ -57,9 +57,9 @@ class Shiftable(TwoFlanges):
         """The transmission at constant speed, where a gearset in one gear is a pair of gears."""
         return self
 
-    def _place(self, k: int) -> int:
+    def _place(self, k: object) -> int:
         """The place of gear k among the forward gears."""
-        if not isinstance(k, Integral) or isinstance(k, bool) or not 1 <= k <= self.gear_count:
+        if isinstance(k, bool) or not isinstance(k, Integral) or not 1 <= int(k) <= self.gear_count:
             raise ParameterError(f"{type(self).__name__}.in_gear({k!r}): choose a gear from 1 to {self.gear_count}")
         return int(k) - 1
 

@@ -34,7 +34,7 @@ def hessian(plant: Plant[Any] | Component, of: Any, wrt: Sequence[str], **option
     One run, the tangents of its states for all unknowns (forward) and the adjoint of the result (backward) give the second derivatives of
     all steps and events, which are summed: the curvature of the motion of events, of resets and impacts, of laws that stick, and of
     corners such as those of a friction curve. They are as accurate as the run, except for corners that it passes twice within a step, and
-    for a run at rest, whose long steps leave out the vibrations that a change would excite; ``max_step`` helps with both. If the model
+    for vibrations that a step of a run at rest leaves out, more than forty periods of them; ``max_step`` helps with both. If the model
     looks up maps, the second derivatives are central differences of gradients, which take 2 n further runs for n unknowns.
 
     Parameters

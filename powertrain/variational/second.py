@@ -12,6 +12,7 @@ variational equations, so the sum is the exact derivative of what ``pt.gradient`
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +26,7 @@ from powertrain.variational.curvature import Curvature, Tangents, tangents
 from powertrain.variational.functional import Functional
 from powertrain.variational.instants import NotDifferentiable
 from powertrain.variational.partials import Block
-from powertrain.variational.record import Record
+from powertrain.variational.record import Record, Steps
 from powertrain.variational.saltation import row_of
 from powertrain.variational.sweeps import Model, Passage, Read, passage
 from powertrain.variational.transitions import Batch, stage_tangents, transitions
@@ -35,6 +36,9 @@ _STATIONARY = 1e-3
 """An extremum between events is within this share of a step of a zero of the signal's rate."""
 _EQUAL = 1e-6
 _ROUND_OFF = 1e-12
+_HALVINGS = 8
+"""Most halvings of a step of a run at rest: 256 pieces resolve forty periods of a vibration."""
+NO_CUTS = np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -87,12 +91,14 @@ class SecondOrder:
             )
         return found
 
-    def _forward(self, result: Result[Any], wanted: Unknowns, of: Functional) -> _Way:
-        """The run and its tangents."""
+    def _forward(self, result: Result[Any], wanted: Unknowns, of: Functional, cuts: Array = NO_CUTS) -> _Way:
+        """The run and its tangents, in pieces where its steps do not resolve them."""
         model = self.model
-        through = passage(model, result, wanted, of, np.zeros(0))
+        through = passage(model, result, wanted, of, cuts)
         run, q = through.run, wanted.plain
         kept = list(model.flow.linear(run.steps, run.p))
+        if not cuts.size and (pieces := self._pieces(run.steps, kept)).size:
+            return self._forward(result, wanted, of, pieces)
         phi, psi = transitions(model.flow, run.steps, kept)
         s, at, before = through.begin, np.empty((len(phi) + 1, *through.begin.shape)), []
         for i in range(len(phi) + 1):
@@ -103,6 +109,15 @@ class SecondOrder:
             if i < len(phi):
                 s = phi[i] @ s + psi[i] @ q
         return _Way(through, phi, kept, q, at, before)
+
+    def _pieces(self, steps: Steps, kept: Sequence[Batch]) -> Array:
+        """The instants at which steps of a run at rest are cut: they do not resolve the vibrations of the tangents."""
+        found = [NO_CUTS]
+        for batch in kept:
+            times, durations = steps.times[batch.here], steps.durations[batch.here]
+            counts = 2 ** self.model.flow.halvings(durations, batch.slopes.s).clip(max=_HALVINGS)
+            found += [t + h * np.arange(1, n) / n for t, h, n in zip(times, durations, counts, strict=True)]
+        return np.concatenate(found)
 
     def _steps(self, way: _Way, ends: Block) -> Matrix:
         """Contribution of the steps: f'' at every stage, along its tangents, times the effect of the stage on the objective."""

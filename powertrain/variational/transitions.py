@@ -92,11 +92,11 @@ class VariationalRates:
         for here, samples in batches(steps):
             slopes = self.partials(samples, p)
             durations = steps.durations[here]
-            halvings = self._halvings(durations, slopes.s)
+            halvings = self.halvings(durations, slopes.s)
             effects = self.effects(durations / 2.0**halvings, slopes.s)
             yield Batch(here, self._joined(effects, halvings, slopes.s), slopes, samples)
 
-    def _halvings(self, durations: Array, a: Block) -> NDArray[np.int64]:
+    def halvings(self, durations: Array, a: Block) -> NDArray[np.int64]:
         """How often each step is halved for its transition: a run at rest takes steps of any length, which leave out its vibrations.
 
         The spectral radius is at most ||A^8||^(1/8). Steps over which A changes are as long as the motion allows.
