@@ -180,3 +180,13 @@ def test_adaptors_pass_motion_one_way_and_force_the_other() -> None:
     )  # fmt: skip
     np.testing.assert_allclose(adapted["parts[0].s"], direct["parts[0].s"], atol=1e-9)
     np.testing.assert_allclose(adapted["parts[1].a"], adapted["parts[0].a"], atol=1e-12)
+
+
+def test_a_shift_actuator_supplies_the_work_of_its_force() -> None:
+    """800 N move its own mass and another one, 1 kg each, by 20 mm: 16 J, half of it in either mass."""
+    parts = tr.ShiftActuator(m=1, f_max=800, d=0), tr.Mass(m=1), Constant(k=1)
+    result = run(joined(*parts, joints="0.flange=1.flange_a 2.y=0.s_ref"), 0.01)
+    shares = pt.energy_audit(result).components
+    assert result["parts[1].s"][-1] == pytest.approx(0.02)
+    assert shares["sources"]["parts[0]"] == pytest.approx(16)
+    assert [shares["stored"][f"parts[{k}]"] for k in (0, 1)] == pytest.approx([8, 8])

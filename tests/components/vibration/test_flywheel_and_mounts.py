@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from joined import joined, run
 
 import powertrain as pt
 from powertrain.components.engines import Engine, MappedEngine, WillansEngine
@@ -231,3 +232,15 @@ def test_free_torque_is_held_by_the_stop() -> None:
     run = pt.simulate(Loaded(flywheel=DualMassFlywheel(arc=ArcSpring(mue=0))), 4.0)
     phi = (900 + 400 * 0.6 + 2e4 * 0.95) / (400 + 400 + 2e4)
     assert abs(run["flywheel.stages.phi_rel"][-1]) == pytest.approx(phi, rel=1e-3)
+
+
+def test_a_staged_spring_stores_the_work_that_it_takes() -> None:
+    """From 4 rad/s 1 kg.m2 comes to rest where 100/2 x^2 + 900/2 (x - 0.1)^2 = 8 J, in the second stage."""
+    x = float(np.roots([500.0, -90.0, 4.5 - 8.0]).max())
+    spring = StagedSpring(stages=((0.0, 100.0), (0.1, 900.0)))
+    model = joined(spring, Inertia(J=1), Fixed(), joints="0.flange_b=1.flange_a 0.flange_a=2.flange")
+    result = run(model, 0.06, {"1.w": 4.0}, rtol=1e-9)
+    stored, w = pt.energy_audit(result).components["stored"], result["parts[1].w"]
+    assert stored["parts[0]"] == pytest.approx(8 - w[-1] ** 2 / 2, rel=1e-6)
+    longer = run(model, 0.3, {"1.w": 4.0}, rtol=1e-9)
+    assert longer["parts[1].phi"].max() == pytest.approx(x, rel=1e-4)
