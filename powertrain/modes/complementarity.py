@@ -288,7 +288,7 @@ class _Problem:
             mode = first if w[i] > 0.0 else -first if up.get(k) else STUCK
             yield k, mode if k < self.laws.frictions else CLOSED if mode == STUCK else OPEN
 
-    def _sliding(self, tau: Long) -> Iterator[tuple[int, float]]:
+    def _sliding(self, tau: NDArray[np.floating]) -> Iterator[tuple[int, float]]:
         """Sliding friction laws and their modes; the torques may change the limits of a law that these free."""
         free = self.laws.may_free & (self.width_0 + self.width_slope @ tau <= NO_WIDTH)
         for k in np.flatnonzero(~self.rest[: self.laws.frictions]).tolist():
