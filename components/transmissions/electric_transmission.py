@@ -107,7 +107,7 @@ class ElectricTransmission(TransmissionOfRanges):
         shift, gear, lock = self.shifts[k], self.fixed_gears[k], self.locks[k]
         over, wanted = self._over(shift), self.ratio.value
         up = ca.logic_and(over > 0, wanted > shift)
-        down = ca.logic_and(over < 0, wanted < (1 - HYSTERESIS) * shift)
+        down = ca.logic_and(over < 0, wanted < shift - HYSTERESIS * abs(shift))
         yield when(ca.logic_and(up, self.range < k + 0.5), reinit(self.range, k + 1))
         yield when(ca.logic_and(down, self.range > k + 0.5), reinit(self.range, k))
         yield connect(self.flange_a, gear.flange_a)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,8 @@ import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant
 from powertrain.components.cvu import ElectricPair, RatioActuator
-from powertrain.components.transmissions import ElectricTransmission, Network, OverallRatio, UnitLoss, flow
+from powertrain.components.transmissions import ElectricTransmission, Lever, Network, OverallRatio, UnitLoss, flow
+from powertrain.components.transmissions.network import HOUSING
 from powertrain.components.transmissions.ratio import factors_of_unit
 from powertrain.design.parts import pair_of
 
@@ -143,6 +145,25 @@ def test_it_begins_in_the_range_of_its_speeds(r: float, k: int) -> None:
     assert (result["transmission.range"] == k).all()
     assert (result["transmission.place"] == k).all()
     assert result["output.w"][-1] / result["engine.w"][-1] == pytest.approx(r, rel=2e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("part", "k"), [(1.01, 1), (1.03, 0)])
+def test_a_shift_in_reverse_has_the_hysteresis_of_one_forward(part: float, k: int) -> None:
+    """The AHS-2 with its output reversed: 1 % below the shift it keeps the upper range, 3 % below it changes down."""
+    levers = (*TWO_MODE.levers, Lever("reverse", "out", "back", HOUSING, -1.0))
+    reversed_ = replace(TWO_MODE, levers=levers, output="back")
+    spans = [(-2.0, -SHIFT, reversed_.range(C2)), (-SHIFT, 0.0, reversed_.range(C1))]
+    pair = pair_of(UnitLoss(0.85, 0.85), torque=400, speed=2000, power=1e5)
+    actuator, load = RatioActuator(T=0.1, rate=0.5, ratio_start=-0.5), rot.ConstantTorque(tau_constant=80)
+    model = RatioBench(transmission=ElectricTransmission.of(spans, pair), actuator=actuator, load=load)
+    w = factors_of_unit(spans[1][2]) @ [200.0, -100.0]
+    starts = {"engine.w": 200.0, "output.w": -100.0}
+    starts |= {f"transmission.pair.machine_{side}.w": speed for side, speed in zip("ab", w, strict=True)}
+    result = pt.simulate(model, 3.0, starts=starts, inputs={"wanted": -part * SHIFT})
+    assert result["output.w"][-1] / result["engine.w"][-1] == pytest.approx(-part * SHIFT, rel=2e-3)
+    assert result["transmission.range"][0] == 1
+    assert result["transmission.range"][-1] == k
 
 
 def test_what_no_pair_can_drive() -> None:
