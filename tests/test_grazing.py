@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 from powertrain.dae.tolerances import EPS
-from powertrain.variational.instants import EventLaws
+from powertrain.variational.instants import grazing
 
 LAW: Any = SimpleNamespace(name="law", where="here")
-LAWS = EventLaws(*([SimpleNamespace()] * 4))  # type: ignore[arg-type]
 
 
 def grazes(slope: float, fallen: float, h: float) -> bool:
-    return LAWS._grazing(LAW, 1.0, slope, fallen, h) is not None
+    return grazing(LAW, 1.0, slope, fallen, h) is not None
 
 
 @pytest.mark.parametrize("h", [0.1, 2.0])

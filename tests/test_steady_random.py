@@ -93,7 +93,7 @@ def test_nothing_accelerates_at_an_operating_point(seed: int) -> None:
     model = driveline(lambda several: rng.choice(list(several)), rng.randint(6, 14), careless=False)
     etas = [rng.choice((1.0, 0.95)) for _ in model.parts]
     parts = [
-        PlanetaryGear(ratio=part.ratio, eta_ab=eta, eta_ba=eta) if isinstance(part, rot.IdealPlanetary) else part
+        PlanetaryGear(ratio=float(part.ratio), eta_ab=eta, eta_ba=eta) if isinstance(part, rot.IdealPlanetary) else part
         for part, eta in zip(model.parts, etas, strict=True)
     ]
     plant = pt.compile(pt.replace(model, {"parts": tuple(parts)}))

@@ -134,23 +134,13 @@ class SpeedSchedule(Shifting, Switching):
     def check(self) -> Equations:
         """A shift ends before the next one begins; otherwise lever, clutch and throttle would jump."""
         yield from super().check()
-        yield self.duration <= self.dwell  # a shift ends before the next one
+        yield sum(getattr(self, stage) for stage in self.stages) <= self.dwell  # a shift ends before the next one
 
     def initial(self) -> Equations:
         """No shift is going on, and no kick-down is remembered."""
         yield from super().initial()
         yield self.began == time - LONG
         yield self.kicked == time - LONG
-
-    @property
-    def duration(self) -> Symbol:
-        """Duration of a shift [s]."""
-        return sum((getattr(self, stage) for stage in self.stages), Symbol(0.0))
-
-    @property
-    def kick_dwell(self) -> Symbol:
-        """Minimum time from a shift to a kick-down [s]: it follows at once unless shifts interrupt the torque."""
-        return self.dwell if self.interrupts else self.duration
 
     @classmethod
     def for_gears(
@@ -197,6 +187,7 @@ class SpeedSchedule(Shifting, Switching):
 
     def shifts(self, now: Driving, limits: KickLimits) -> Shifts:
         """Which shift is due."""
+        pause = sum((getattr(self, stage) for stage in self.stages), Symbol(0.0)) if self.interrupts else 0.0
         rule = ShiftRule(
             self.speeds,
             self.eager,
@@ -205,7 +196,7 @@ class SpeedSchedule(Shifting, Switching):
             self.patience,
             self.braking,
             skips=self.interrupts,
-            pause=self.duration if self.interrupts else 0.0,
+            pause=pause,
         )
         return rule.shifts(now, limits)
 
@@ -237,11 +228,11 @@ class SpeedSchedule(Shifting, Switching):
         )
         limits = self.w_earliest, self.w_latest, self.w_down, self.w_kick
         due = self.shifts(now, KickLimits(*(limit.value for limit in limits)))
-        rested, ended = (ca.logic_and(time - self.began > t, self._begun()) for t in (self.dwell, self.kick_dwell))
+        rested = ca.logic_and(time - self.began > self.dwell, self._begun())
         marks = reinit(self.before, self.gear), reinit(self.began, time)
         yield when(ca.logic_and(due.up, rested), reinit(self.gear, due.above), *marks)
         yield when(ca.logic_and(due.down, rested), reinit(self.gear, due.below), *marks)
-        kicks = ca.logic_and(due.kick_down, ended)
+        kicks = ca.logic_and(due.kick_down, rested)
         yield when(kicks, reinit(self.gear, self.gear - 1), reinit(self.kicked, time), *marks)
         brakes = ca.logic_and(self._begun(), ca.logic_and(self.brake.value > PRESSED, self.braking > 0))
         yield when(brakes, reinit(self.slowing, 1))
@@ -329,8 +320,8 @@ class PowerShiftSchedule(SpeedSchedule):
     throttle = accelerator (1 - cut 4 x (1 - x)) in an upshift with x = t/t_shift within 0..1, else accelerator
     clutch = (w - w_open - rise)/(w_closed - w_open)
 
-    ``w_down`` is ``w_kick`` if the gearbox states its ratios, else 0. A kick-down waits for the shift before it to end, not for ``dwell``.
-    In an upshift the engine gives up kinetic energy; ``cut`` reduces its torque meanwhile, so that the shift is not felt as a push.
+    ``w_down`` is ``w_kick`` if the gearbox states its ratios, else 0. In an upshift the engine gives up kinetic energy; ``cut`` reduces its
+    torque meanwhile, so that the shift is not felt as a push.
     Errors: as for ``GearSchedule``.
     """
 

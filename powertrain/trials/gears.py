@@ -127,21 +127,19 @@ class _Shifter:
 
     def __init__(self, vehicle: pt.Component, maps: list[xr.Dataset]) -> None:
         schedule = getattr(vehicle, _named(vehicle, SpeedSchedule))
-        self.dwell, self.kick_dwell = float(schedule.dwell), float(schedule.kick_dwell)
-        self.per_speed = [per_speed(found) for found in maps]
+        self.dwell, self.per_speed = float(schedule.dwell), [per_speed(found) for found in maps]
         self.shifts = _shifts(vehicle)
         self.gear, self.began, self.kicked, self.slowing = 1, -np.inf, -np.inf, False
 
     def decide(self, t: float, v: float, pedal: float, *, braked: bool, grade: float) -> None:
         """Update the gear at time t [s] for the speed v [m/s], the pedal position, or the brakes, and the slope tan(alpha)."""
         self.slowing = braked or (self.slowing and pedal <= RESUMED)
-        if t - self.began < self.kick_dwell:
+        if t - self.began < self.dwell:
             return
         w = v * self.per_speed[self.gear - 1]
         up, down, kick_down, above, below = self.shifts(v, w, pedal, self.gear, t - self.kicked, self.slowing, grade)
-        rested = t - self.began >= self.dwell
-        if kick_down or (rested and (up or down)):
-            self.gear = int(self.gear - 1 if kick_down else above if up else below)
+        if up or down or kick_down:
+            self.gear = int(above if up else below if down else self.gear - 1)
             self.began, self.kicked = t, t if kick_down else self.kicked
 
 

@@ -79,7 +79,7 @@ class EventLaws:
             flat = None
             if not (self._sticks(law, left, right) and falls[j] < 0.0):
                 h = t - float(run.instants.before.t[k])
-                flat = self._grazing(law, t, float(falls[j]), float(earlier[j] - slopes.value[j]), h)
+                flat = grazing(law, t, float(falls[j]), float(earlier[j] - slopes.value[j]), h)
             slope = float(falls[j]) or -1.0
             found.append(Shift(law.name, law.index, -slopes.s[j] / slope, -slopes.q[j] / slope, j, flat))
         return found
@@ -139,33 +139,34 @@ class EventLaws:
         noise = {j: -2.0 * EPS / float(falls[j]) for j in laws}
         return [j for j in laws if since[first] - since[j] <= noise[first] + noise[j] + _ROUNDING * t]
 
-    def _grazing(self, law: Law | When, t: float, slope: float, fallen: float, h: float) -> NotDifferentiable | None:
-        """An indicator that arrives at zero with zero slope moves its instant without bound.
-
-        It is approximated by a parabola over the step before; ``depth`` is how far that would fall below zero.
-        """
-        if slope == 0.0 and fallen > _SHALLOW:
-            return NotDifferentiable(
-                f"{law.name} ({law.where}) switches at t = {t:.9g} s where its condition ends at zero, at the kink of a limited "
-                "signal. The run has no derivative there; write the condition in terms of the signal before its limit"
-            )
-        straight = -slope * h
-        bent = fallen - straight
-        depth = straight**2 / (4.0 * bent) if bent > EPS else np.inf
-        if slope < 0.0 and straight > _GRAZING * fallen and depth > _SHALLOW:
-            return None
-        return NotDifferentiable(
-            f"{law.name} ({law.where}) only just switches at t = {t:.9g} s: its indicator reaches zero with a slope of {slope:.3g} 1/s "
-            f"after a fall of {fallen:.3g} in {h:.3g} s. A small change of a parameter may remove this event, so the run has no "
-            "derivative there; choose parameters for which the law switches clearly or not at all"
-        )
-
     def names(self, run: Record, k: int) -> str:
         """The laws that switch at event k."""
         left, right = run.instants.left.m[k], run.instants.right.m[k]
         dae = self.system.dae
         names = [law.name for law in (*dae.laws, *dae.whens) if left[law.index] != right[law.index]]
         return ", ".join(dict.fromkeys([*names, *(name for name, _ in run.instants.extra[k])])) or "without a law"
+
+
+def grazing(law: Law | When, t: float, slope: float, fallen: float, h: float) -> NotDifferentiable | None:
+    """An indicator that arrives at zero with zero slope moves its instant without bound.
+
+    It is approximated by a parabola over the step before; ``depth`` is how far that would fall below zero.
+    """
+    if slope == 0.0 and fallen > _SHALLOW:
+        return NotDifferentiable(
+            f"{law.name} ({law.where}) switches at t = {t:.9g} s where its condition ends at zero, at the kink of a limited "
+            "signal. The run has no derivative there; write the condition in terms of the signal before its limit"
+        )
+    straight = -slope * h
+    bent = fallen - straight
+    depth = straight**2 / (4.0 * bent) if bent > EPS else np.inf
+    if slope < 0.0 and straight > _GRAZING * fallen and depth > _SHALLOW:
+        return None
+    return NotDifferentiable(
+        f"{law.name} ({law.where}) only just switches at t = {t:.9g} s: its indicator reaches zero with a slope of {slope:.3g} 1/s "
+        f"after a fall of {fallen:.3g} in {h:.3g} s. A small change of a parameter may remove this event, so the run has no "
+        "derivative there; choose parameters for which the law switches clearly or not at all"
+    )
 
 
 def without_effect(shift: Shift, change: Array, rates: Array, lasting: float) -> bool:
