@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import random
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 import pytest
 from cases import few
-from drivelines import driveline
 
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.cvu import CVU
-from powertrain.components.differentials import PlanetaryGear
 
 OK, STUCK, SEVERAL, NOT_FOUND = 0, 1, 2, 6
 CONSTANT = ((0.0, 1.0),)
@@ -84,26 +81,6 @@ def test_steady_is_where_simulations_end(seed: int) -> None:
     if status == OK:
         for name in names:
             assert point[name].item() == pytest.approx(result[name][-1], rel=1e-5, abs=1e-5)
-
-
-@pytest.mark.parametrize("seed", few(range(200), 8))
-def test_nothing_accelerates_at_an_operating_point(seed: int) -> None:
-    """Drivelines with planetary gears whose meshes are laws, lossless ones among them, which hold nothing."""
-    rng = random.Random(seed)
-    model = driveline(lambda several: rng.choice(list(several)), rng.randint(6, 14), careless=False)
-    etas = [rng.choice((1.0, 0.95)) for _ in model.parts]
-    parts = [
-        PlanetaryGear(ratio=float(part.ratio), eta_ab=eta, eta_ba=eta) if isinstance(part, rot.IdealPlanetary) else part
-        for part, eta in zip(model.parts, etas, strict=True)
-    ]
-    plant = pt.compile(pt.replace(model, {"parts": tuple(parts)}))
-    accelerations = [f"parts[{i}].a" for i, part in enumerate(parts) if isinstance(part, rot.Inertia)]
-    try:
-        point = pt.steady(plant, {}, outputs=accelerations, time=0.7)
-    except pt.ParameterError:
-        return  # a motion is forced that accelerates, or nothing determines a speed
-    if point.status.item() == OK:
-        np.testing.assert_allclose([point[name].item() for name in accelerations], 0.0, atol=1e-6)
 
 
 class Geared(pt.Component):
