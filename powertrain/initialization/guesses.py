@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import casadi as ca
 
@@ -14,15 +15,27 @@ from powertrain.language.symbols import free_symbols, key, scalars
 _SHOWN = 12
 
 
+class Place(NamedTuple):
+    """The unknown that a signal slope * unknown + offset guesses, by its index in y = (x, z)."""
+
+    unknown: int
+    slope: float
+    offset: float
+
+    def put(self, y: Array, value: float) -> None:
+        """Put the unknown for a value of the signal into ``y``."""
+        y[self.unknown] = (value - self.offset) / self.slope
+
+
 class Guesses:
-    """Signals of the form slope * unknown + offset with numbers, each of which guesses its unknown in y = (x, z)."""
+    """The signals of a model that guess an unknown each."""
 
     def __init__(self, compiled: Compiled) -> None:
         self._signals, dae = compiled.signals, compiled.dae
         self._position = {key(s): i for i, s in enumerate([*scalars(dae.x), *scalars(dae.z)])}
 
-    def place(self, name: str) -> tuple[int, float, float] | None:
-        """The index of the unknown, the slope and the offset of a signal; None if it does not have this form."""
+    def place(self, name: str) -> Place | None:
+        """The place of a signal; None if it is not an affine expression of one unknown with numbers as coefficients."""
         signal = self._signals.get(name)
         inside = free_symbols(signal.expression) if signal else []
         if signal is None or len(inside) != 1 or key(inside[0]) not in self._position:
@@ -31,14 +44,13 @@ class Guesses:
         if not slope.is_constant() or not float(slope):
             return None
         offset = float(ca.substitute(signal.expression, inside[0], 0))
-        return self._position[key(inside[0])], float(slope), offset
+        return Place(self._position[key(inside[0])], float(slope), offset)
 
     def put(self, guesses: Mapping[str, float], y: Array) -> None:
         """Put the guesses that have a place into ``y``."""
         for name, value in guesses.items():
-            if found := self.place(name):
-                place, slope, offset = found
-                y[place] = (value - offset) / slope
+            if place := self.place(name):
+                place.put(y, value)
 
     def check(self, names: Mapping[str, float]) -> None:
         """ParameterError for a name that guesses nothing."""

@@ -76,17 +76,17 @@ class _Plan:
         values = [signal_condition(compiled, n, 0.0, "given for this run") for n in names if n not in self.held]
         self.conditions = conditions = [*values, *self.discretes.others, *declared]
         given, dae = len(values), compiled.dae
-        self.n, self.rows, self.guesses = dae.x.numel(), StartRows(dae, conditions), Guesses(compiled)
+        self.rows, self.guesses = StartRows(dae, conditions), Guesses(compiled)
+        self.n, self.nz = dae.x.numel(), self.rows.implicit
         self.guess = np.zeros(self.rows.jacobian.unknowns)
         self.guesses.put({u.name: u.guess for u in compiled.variables.values() if u.guess}, self.guess)
         places = [None if self.rows.linear else self.guesses.place(c.label) for c in conditions]
         self.known = [place for place in places[:given] if place is not None]
         self.plain = np.array([place is not None for place in places[:given]], bool)
         self.declared = np.array([c.value for c in conditions[given:]])
-        for found, value in zip(places[given:], self.declared.tolist(), strict=True):
-            if found is not None:
-                place, slope, offset = found
-                self.guess[place] = (value - offset) / slope
+        for place, value in zip(places[given:], self.declared.tolist(), strict=True):
+            if place is not None:
+                place.put(self.guess, value)
         self.implied = np.array(
             [i < given or not (given or c.source == DECLARED) for i, c in enumerate(conditions)], bool
         )
@@ -99,9 +99,9 @@ class _Plan:
         y = self.guess.copy()
         self.guesses.check(guesses)
         self.guesses.put(guesses, y)
-        target = np.concatenate([np.zeros(self.rows.implicit), given, self.declared])
-        for (place, slope, offset), value in zip(self.known, given[self.plain].tolist(), strict=True):
-            y[place] = (value - offset) / slope  # from another start Newton's method may not converge
+        target = np.concatenate([np.zeros(self.nz), given, self.declared])
+        for place, value in zip(self.known, given[self.plain].tolist(), strict=True):
+            place.put(y, value)  # from another start Newton's method may not converge
         discretes = self.discretes.set(t, y, m, p)
         self.rows.solve_single(t, y, m, p, target)
         for _ in range(_ROUNDS):
@@ -124,7 +124,7 @@ class _Plan:
             return Choice(self.rows.jacobian, [], [])
         choice, open_rows = self._choose(self.rows.at(t, y, m, p)[1])
         if open_rows or choice.displaces:
-            y[self.n :] += 1e-3 * (1.0 + np.abs(y[self.n :])) * np.linspace(0.7, 1.3, self.rows.implicit)
+            y[self.n :] += 1e-3 * (1.0 + np.abs(y[self.n :])) * np.linspace(0.7, 1.3, self.nz)
             choice, open_rows = self._choose(self.rows.at(t, y, m, p)[1])
         if open_rows:
             raise InitializationError(self._singular(open_rows))
@@ -167,11 +167,7 @@ class _Plan:
         )
 
     def _label(self, row: int) -> str:
-        return (
-            self.conditions[row - self.rows.implicit].label
-            if row >= self.rows.implicit
-            else self.compiled.dae.equation(row)
-        )
+        return self.conditions[row - self.nz].label if row >= self.nz else self.compiled.dae.equation(row)
 
     def _choose(self, nonzeros: Array) -> tuple[Choice, list[int]]:
         """As ``independent``; choices are kept."""
@@ -186,10 +182,10 @@ class _Plan:
         return choice, open_rows
 
     def _report(self, t: float, y: Array, m: Array, p: Array, target: Array, choice: Choice) -> InitialReport:
-        values = target[self.rows.implicit :]
+        values = target[self.nz :]
         left = choice.left[self.implied[choice.left]]
         if len(left):
-            reached = self.rows.at(t, y, m, p)[0][self.rows.implicit :]
+            reached = self.rows.at(t, y, m, p)[0][self.nz :]
             for i in left[~(np.abs(reached - values)[left] <= MISSED * (1.0 + np.abs(reached[left])))].tolist():
                 self._refuse(self.conditions[i], float(values[i]), float(reached[i]))
         notes = partial(self._notes, t, y.copy(), m.copy(), p.copy(), choice)
@@ -216,23 +212,20 @@ class _Plan:
         """A note on variables that do not start at zero only because others do."""
         left = choice.left[self.defaults[choice.left]]
         reached, nonzeros = (np.array(found).ravel() for found in self.rows.function(t, y, m, p))
-        missed = left[np.abs(reached[self.rows.implicit + left]) > MISSED]
-        kept = np.flatnonzero(np.isin(choice.chosen - self.rows.implicit, np.flatnonzero(self.defaults)))
+        missed = left[np.abs(reached[self.nz + left]) > MISSED]
+        kept = np.flatnonzero(np.isin(choice.chosen - self.nz, np.flatnonzero(self.defaults)))
         if not len(missed) or not len(kept):
             return ()
-        solve, jacobian = choice.factors(nonzeros[None]), self.rows.product(self.rows.implicit + missed, nonzeros)
+        solve, jacobian = choice.factors(nonzeros[None]), self.rows.product(self.nz + missed, nonzeros)
 
         def changes(starts: Array) -> tuple[Array, Array]:
-            right, moved = (
-                np.zeros((1, len(choice.owned), starts.shape[1])),
-                np.zeros((self.rows.jacobian.unknowns, starts.shape[1])),
-            )
+            right, moved = np.zeros((1, len(choice.owned), starts.shape[1])), np.zeros((len(y), starts.shape[1]))
             right[0, kept] = starts
             moved[choice.owned] = solve(right)[0]
             return jacobian(moved), np.array(self._rates(t, y, m, p) @ moved)
 
-        conditions = [self.conditions[i - self.rows.implicit] for i in choice.chosen[kept]]
-        values = reached[self.rows.implicit + missed].tolist()
+        conditions = [self.conditions[i - self.nz] for i in choice.chosen[kept]]
+        values = reached[self.nz + missed].tolist()
         note = not_unique([self.conditions[i] for i in missed], values, conditions, changes)
         return (note,) if note else ()
 
