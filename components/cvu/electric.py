@@ -42,9 +42,7 @@ class ElectricVariator(VariableUnit):
         """Speed control, link control, and energy balance of the link."""
         V = self._ratio()
         within(self.E, 0.0, ca.inf, name="energy in the link of the two machines", unit="J")
-        yield from self._balance()
-        yield self.w_a == der(self.flange_a.phi - self.support.phi)
-        yield self.w_b == der(self.flange_b.phi - self.support.phi)
+        yield from self._turn()
         yield self.w_slide == V * self.w_a - self.w_b
         yield self.tau_b == -_limited(self.k * self.w_slide, self.tau_max_b)
         rotating = self.copper * self.tau_b**2 + self.iron * (self.w_a**2 + self.w_b**2)

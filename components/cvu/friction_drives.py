@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
+from powertrain import Equations, Parameter, Symbol, Variable, parameter, variable
 from powertrain.components.cvu.interfaces import VariableUnit
 
 
@@ -29,9 +29,7 @@ class _Creeping(VariableUnit):
     tau: Variable = variable("N.m", "Torque of the contact, seen at flange_b")
 
     def _contact(self, V: Symbol, tau_max: Symbol) -> Equations:
-        yield from self._balance()
-        yield self.w_a == der(self.flange_a.phi - self.support.phi)
-        yield self.w_b == der(self.flange_b.phi - self.support.phi)
+        yield from self._turn()
         yield self.w_slide == V * self.w_a - self.w_b
         rolling = ca.sqrt(self.slow**2 + (V * self.w_a) ** 2 / 2 + self.w_b**2 / 2)
         yield self.creep == self.w_slide / rolling

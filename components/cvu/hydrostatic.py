@@ -53,9 +53,7 @@ class HydrostaticUnit(VariableUnit):
     def equations(self) -> Equations:
         """Flow balance, and the torques of both machines."""
         V = self._ratio()
-        yield from self._balance()
-        yield self.w_a == der(self.flange_a.phi - self.support.phi)
-        yield self.w_b == der(self.flange_b.phi - self.support.phi)
+        yield from self._turn()
         yield self.C * der(self.p) == self.D_b * (V * self.w_a - self.w_b) - self.leakage * self.p - self._relieved()
         yield self.flange_a.tau == V * self.D_b * self.p + self.d_a * self.w_a + self.tau_a
         yield self.flange_b.tau == -self.D_b * self.p + self.d_b * self.w_b + self.tau_b

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powertrain import Equations, Input, Parameter, Symbol, Variable, parameter, signal_input, variable, within
+from powertrain import Equations, Input, Parameter, Symbol, Variable, der, parameter, signal_input, variable, within
 from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
 
 
@@ -22,6 +22,11 @@ class VariableUnit(TwoFlangesAndSupport, Lossy):
     def check(self) -> Equations:
         """The range must not be empty."""
         yield self.ratio_min < self.ratio_max
+
+    def _turn(self) -> Equations:
+        yield from self._balance()
+        yield self.w_a == der(self.flange_a.phi - self.support.phi)
+        yield self.w_b == der(self.flange_b.phi - self.support.phi)
 
     def _ratio(self) -> Symbol:
         """The ratio, which must stay within its range."""

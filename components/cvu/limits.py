@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from powertrain import Equations, Parameter, Symbol, Variable, connect, friction, parameter, variable
+from powertrain import Equations, Parameter, Variable, connect, friction, parameter, variable
 from powertrain.components.cvu.actuator import RatioActuator
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.cvu.unit import CVU
-from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
+from powertrain.components.rotational.interfaces import FrictionCoupling
 
 
-class TorqueLimiter(CompliantWithRelativeStates, Lossy):
+class TorqueLimiter(FrictionCoupling):
     """A coupling that slips when the torque exceeds tau_max in either direction.
 
     w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
@@ -24,10 +24,6 @@ class TorqueLimiter(CompliantWithRelativeStates, Lossy):
         yield from self._transmit()
         yield friction(self.w_rel, self.tau, -self.tau_max, self.tau_max)
         yield from self._dissipate()
-
-    def loss(self) -> Symbol:
-        """Torque times slip."""
-        return self.tau * self.w_rel
 
 
 class LimitedUnit(VariableUnit):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Map, Parameter, Symbol, Variable, der, friction, parameter, variable
+from powertrain import Equations, Map, Parameter, Symbol, Variable, friction, parameter, variable
 from powertrain.components.cvu.interfaces import VariableUnit
-from powertrain.components.differentials.mesh import checked_efficiency
 from powertrain.components.driving_side import mesh_losses
+from powertrain.components.efficiency_map import mapped_efficiency
 
 AXES = {"ratio": "1", "w_a": "rad/s", "tau": "N.m"}
 """Arguments of a variable unit's efficiency: V, |w_a|, |T_a|; with their units."""
@@ -40,9 +40,7 @@ class CVU(VariableUnit):
     def equations(self) -> Equations:
         """A gear with a variable ratio."""
         V = self._ratio()
-        yield from self._balance()
-        yield self.w_a == der(self.flange_a.phi - self.support.phi)
-        yield self.w_b == der(self.flange_b.phi - self.support.phi)
+        yield from self._turn()
         yield self.w_b == V * self.w_a
         yield self.flange_a.tau == self.tauLoss - V * self.flange_b.tau
         eta_ab, eta_ba = self._efficiency("map_ab", self.eta_ab), self._efficiency("map_ba", self.eta_ba)
@@ -50,13 +48,8 @@ class CVU(VariableUnit):
         yield from self._dissipate()
 
     def _efficiency(self, name: str, constant: Symbol) -> Symbol:
-        """The map if there is one, else the constant."""
-        given: Map | None = getattr(self, name)
-        if given is None:
-            return constant
-        checked_efficiency(given, f"{self._path}.{name}", AXES)
         values = {"ratio": self.ratio.value, "w_a": ca.fabs(self.w_a), "tau": ca.fabs(self.flange_a.tau)}
-        return given(*(values[axis.name] for axis in given.axes))
+        return mapped_efficiency(self, name, constant, AXES, values)
 
     def loss(self) -> Symbol:
         """Torque loss times speed."""

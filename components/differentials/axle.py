@@ -105,9 +105,7 @@ class CrownGear(LossyPair):
 
     def equations(self) -> Equations:
         """The loss of the side that drives."""
-        yield from self._mesh()
-        yield friction(self.w_a, self.tauLoss, *mesh_losses(self.flange_a.tau, self.eta_ab, self.eta_ba))
-        yield from self._dissipate()
+        yield from self._mesh(*mesh_losses(self.flange_a.tau, self.eta_ab, self.eta_ba))
 
     @classmethod
     def from_teeth(cls, pinion: int, crown: int, *, eta_ab: float = 1.0, eta_ba: float = 1.0) -> Self:

@@ -6,9 +6,9 @@ import math
 
 import casadi as ca
 
-from powertrain import Equations, Map, Parameter, Symbol, friction, parameter
-from powertrain.components.differentials.mesh import checked_efficiency
+from powertrain import Equations, Map, Parameter, Symbol, parameter
 from powertrain.components.driving_side import mesh_losses
+from powertrain.components.efficiency_map import mapped_efficiency
 from powertrain.components.rotational.gear import LossyPair
 
 AXES = {"w": "rad/s", "tau": "N.m", "T": "K"}
@@ -50,11 +50,12 @@ class HypoidGear(LossyPair):
 
     def equations(self) -> Equations:
         """Kinematics, and the loss depending on the driving side."""
-        yield from self._mesh()
-        ab, ba = self._formula()
-        eta_ab, eta_ba = self._measured("map_ab", ab), self._measured("map_ba", ba)
-        yield friction(self.w_a, self.tauLoss, *mesh_losses(self.flange_a.tau, eta_ab, eta_ba))
-        yield from self._dissipate()
+        values = {"w": ca.fabs(self.w_a), "tau": ca.fabs(self.flange_a.tau), "T": self.heat_port.T}
+        etas = (
+            mapped_efficiency(self, name, formula, AXES, values)
+            for name, formula in zip(("map_ab", "map_ba"), self._formula(), strict=True)
+        )
+        yield from self._mesh(*mesh_losses(self.flange_a.tau, *etas))
 
     def efficiencies(self) -> tuple[float, float]:
         """Efficiencies by the formula, pinion driving and ring gear driving."""
@@ -64,11 +65,3 @@ class HypoidGear(LossyPair):
     def _formula(self) -> tuple[Symbol, Symbol]:
         normal, one, two = ca.cos(self.alpha), self.mue * ca.tan(self.beta_1), self.mue * ca.tan(self.beta_2)
         return (normal + two) / (normal + one), (normal - one) / (normal - two)
-
-    def _measured(self, name: str, formula: Symbol) -> Symbol:
-        given: Map | None = getattr(self, name)
-        if given is None:
-            return formula
-        checked_efficiency(given, f"{self._path}.{name}", AXES)
-        values = {"w": ca.fabs(self.w_a), "tau": ca.fabs(self.flange_a.tau), "T": self.heat_port.T}
-        return given(*(Symbol(values[axis.name]) for axis in given.axes))

@@ -21,6 +21,7 @@ from powertrain import (
 )
 from powertrain.components.differentials.interfaces import ThreeMembers
 from powertrain.components.driving_side import mesh_losses
+from powertrain.components.efficiency_map import mapped_efficiency
 from powertrain.components.rotational.interfaces import Lossy
 
 AXES = {"w_rel": "rad/s", "tau": "N.m", "angle": "rad", "T": "K"}
@@ -69,18 +70,14 @@ class MeshLaw(ThreeMembers, Lossy):
         yield from self._dissipate()
 
     def _efficiency(self, name: str, constant: Symbol) -> Symbol:
-        """The map if there is one, else the constant."""
         given: Map | None = getattr(self, name)
-        if given is None:
-            return constant
-        checked_efficiency(given, f"{self._path}.{name}", AXES)
-        _check_period(given, f"{self._path}.{name}")
         values = {"w_rel": ca.fabs(self.w_rel), "tau": ca.fabs(self.a.tau), "T": self.heat_port.T}
-        for axis in given.axes:
+        for k, axis in enumerate(given.axes if given else ()):
             if axis.name == "angle":
+                _check_period(given, k, f"{self._path}.{name}")
                 turned, period = self.a.phi - self.carrier.phi - axis.low, axis.high - axis.low
                 values["angle"] = axis.low + turned - period * ca.floor(turned / period)
-        return given(*(Symbol(values[axis.name]) for axis in given.axes))
+        return mapped_efficiency(self, name, constant, AXES, values)
 
     def loss(self) -> Symbol:
         """Torque loss times relative speed."""
@@ -101,28 +98,11 @@ class Mesh(MeshLaw):
         yield from self._mesh()
 
 
-def checked_efficiency(given: Map, where: str, axes: dict[str, str]) -> None:
-    """Reject a map whose values are not numbers in (0, 1] or whose axes are not among ``axes`` (name: unit)."""
-    for axis in given.axes:
-        if axes.get(axis.name) != axis.unit:
-            known = ", ".join(f"{name} [{unit}]" for name, unit in axes.items())
-            raise ParameterError(f"{where}: an efficiency cannot depend on {axis.name} [{axis.unit}], only on {known}")
-    if given.unit != "1":
-        raise ParameterError(f"{where}: {given.name} [{given.unit}] is not an efficiency [1]")
-    low, high = float(given.values.min()), float(given.values.max())
-    if not (low > 0 and high <= 1):
+def _check_period(given: Map, k: int, where: str) -> None:
+    """Reject a map that jumps where the angle, its axis k, starts over."""
+    axis, jump = given.axes[k], abs(given.values.take(-1, axis=k) - given.values.take(0, axis=k)).max()
+    if jump > JUMP:
         raise ParameterError(
-            f"{where}: an efficiency must be in (0, 1], but the values of this map are in [{low:g}, {high:g}]; in percent, the heading of "
-            "its column is eta [%]"
+            f"{where}: over the angle the map is periodic, from {axis.low:g} rad to {axis.high:g} rad, and must end with the values it "
+            f"begins with; they differ by up to {jump:g}"
         )
-
-
-def _check_period(given: Map, where: str) -> None:
-    """Reject a map that jumps where the angle starts over."""
-    for k, axis in enumerate(given.axes):
-        first, last = (given.values.take(end, axis=k) for end in (0, -1))
-        if axis.name == "angle" and abs(last - first).max() > JUMP:
-            raise ParameterError(
-                f"{where}: over the angle the map is periodic, from {axis.low:g} rad to {axis.high:g} rad, and must end with the values it "
-                f"begins with; they differ by up to {abs(last - first).max():g}"
-            )

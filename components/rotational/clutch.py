@@ -4,42 +4,28 @@ from __future__ import annotations
 
 import math
 
-import casadi as ca
+from powertrain import Equations, Parameter, Symbol, friction, parameter
+from powertrain.components.friction_table import at_rest
+from powertrain.components.pressed import DryFaces
+from powertrain.components.rotational.interfaces import FrictionCoupling
 
-from powertrain import Equations, Input, Parameter, Symbol, Variable, friction, parameter, signal_input, variable
-from powertrain.components.friction_table import Table, at_rest, at_speed
-from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
 
-
-class _Pressed(CompliantWithRelativeStates, Lossy):
+class Plates(DryFaces):
     """Partial: plates pressed together by a signal."""
 
-    mue_pos: Table = ((0.0, 0.5),)
-    peak: Parameter = parameter("1", "Break-away coefficient of friction relative to mue_pos(0)", default=1.0, min=1)
     cgeo: Parameter = parameter("m", "Friction radius times number of friction faces", default=1.0, min=0)
-    fn_max: Parameter = parameter("N", "Normal force at f_normalized = 1", min=0)
-    f_normalized: Input = signal_input("1", "Normal force over fn_max; the clutch is open where it is not positive")
-    fn: Variable = variable("N", "Normal force")
 
-    def _press(self) -> Equations:
-        yield from self._transmit()
-        yield self.fn == self.fn_max * self.f_normalized.value
-
-    def _limit(self) -> Symbol:
-        """Torque of the sliding plates at |w_rel|."""
-        return self.cgeo * ca.fmax(self.fn, 0) * at_speed(self, "mue_pos", self.w_rel, ("rad/s", "1"))
+    def _limit(self, w: Symbol) -> Symbol:
+        """Torque of the plates sliding at a speed w."""
+        return self.cgeo * self._friction(w, "rad/s")
 
     @property
     def capacity(self) -> Symbol:
         """Torque of the slowly sliding plates at f_normalized = 1 [N.m]."""
         return self.fn_max * self.cgeo * at_rest(self, "mue_pos")
 
-    def loss(self) -> Symbol:
-        """Friction torque times relative speed."""
-        return self.tau * self.w_rel
 
-
-class Clutch(_Pressed):
+class Clutch(Plates, FrictionCoupling):
     """Coulomb friction between two shafts, proportional to a normal force controlled by a signal.
 
     w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
@@ -54,13 +40,14 @@ class Clutch(_Pressed):
 
     def equations(self) -> Equations:
         """Friction in both directions."""
+        yield from self._transmit()
         yield from self._press()
-        limit = self._limit()
+        limit = self._limit(self.w_rel)
         yield friction(self.w_rel, self.tau, -limit, limit, peak=self.peak)
         yield from self._dissipate()
 
 
-class OneWayClutch(_Pressed):
+class OneWayClutch(Plates, FrictionCoupling):
     """A clutch with a freewheel in parallel: flange_b may run ahead of flange_a, against friction, but never fall behind.
 
     w_rel = der(flange_b.phi - flange_a.phi) >= 0,  tau = flange_b.tau = -flange_a.tau,  fn = fn_max f_normalized
@@ -72,6 +59,7 @@ class OneWayClutch(_Pressed):
 
     def equations(self) -> Equations:
         """Friction forward, locked backward."""
+        yield from self._transmit()
         yield from self._press()
-        yield friction(self.w_rel, self.tau, -math.inf, self._limit(), peak=self.peak)
+        yield friction(self.w_rel, self.tau, -math.inf, self._limit(self.w_rel), peak=self.peak)
         yield from self._dissipate()

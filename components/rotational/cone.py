@@ -6,24 +6,21 @@ import math
 
 import casadi as ca
 
-from powertrain import Equations, Input, Parameter, Symbol, Variable, friction, parameter, signal_input, variable
-from powertrain.components.friction_table import Table, at_rest, at_speed
-from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy, ShaftWithFriction
+from powertrain import Equations, Parameter, Symbol, friction, parameter
+from powertrain.components.friction_table import Table, at_rest
+from powertrain.components.pressed import DryFaces
+from powertrain.components.rotational.interfaces import FrictionCoupling, ShaftWithFriction
 
 
-class _Cone(Lossy):
+class _Cone(DryFaces):
     """Partial: cones pressed together by an axial force from a signal."""
 
     mue_pos: Table = ((0.0, 0.1),)
-    peak: Parameter = parameter("1", "Break-away coefficient of friction relative to mue_pos(0)", default=1.0, min=1)
     radius: Parameter = parameter("m", "Mean radius of the cones", default=0.1, above=0)
     angle: Parameter = parameter(
         "rad", "Half of the cone's opening angle", default=math.radians(12.5), above=0, max=math.pi / 2
     )
     cones: Parameter = parameter("1", "Number of friction cones that act in parallel", default=1.0, above=0)
-    fn_max: Parameter = parameter("N", "Axial force at f_normalized = 1", min=0)
-    f_normalized: Input = signal_input("1", "Axial force over fn_max; the cones are apart where it is not positive")
-    fn: Variable = variable("N", "Axial force")
 
     def check(self) -> Equations:
         """The cones must release by themselves when the force ends: tan(angle) exceeds the coefficient of friction at rest."""
@@ -31,11 +28,10 @@ class _Cone(Lossy):
 
     def _limit(self, w: Symbol) -> Symbol:
         """Torque of the cones sliding at speed w."""
-        wedge = self.cones * self.radius / ca.sin(self.angle)
-        return wedge * ca.fmax(self.fn, 0) * at_speed(self, "mue_pos", w, ("rad/s", "1"))
+        return self.cones * self.radius / ca.sin(self.angle) * self._friction(w, "rad/s")
 
 
-class ConeClutch(CompliantWithRelativeStates, _Cone):
+class ConeClutch(_Cone, FrictionCoupling):
     """A cone clutch between two shafts, pressed by an axial force from a signal.
 
     w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau,  fn = fn_max f_normalized
@@ -52,17 +48,13 @@ class ConeClutch(CompliantWithRelativeStates, _Cone):
     def equations(self) -> Equations:
         """Friction in both directions."""
         yield from self._transmit()
-        yield self.fn == self.fn_max * self.f_normalized.value
+        yield from self._press()
         limit = self._limit(self.w_rel)
         yield friction(self.w_rel, self.tau, -limit, limit, peak=self.peak)
         yield from self._dissipate()
 
-    def loss(self) -> Symbol:
-        """Friction torque times relative speed."""
-        return self.tau * self.w_rel
 
-
-class ConeBrake(ShaftWithFriction, _Cone):
+class ConeBrake(_Cone, ShaftWithFriction):
     """A cone brake between a shaft and the support, pressed by an axial force from a signal.
 
     w = der(flange_a.phi - support.phi),  flange_b.phi = flange_a.phi,  flange_a.tau + flange_b.tau = tau,  fn = fn_max f_normalized
@@ -74,6 +66,6 @@ class ConeBrake(ShaftWithFriction, _Cone):
     def equations(self) -> Equations:
         """A rigid shaft pressed against its support."""
         yield from self._turn()
-        yield self.fn == self.fn_max * self.f_normalized.value
+        yield from self._press()
         limit = self._limit(self.w)
         yield friction(self.w, self.tau, -limit, limit, peak=self.peak)

@@ -11,7 +11,6 @@ from powertrain import (
     Equations,
     Input,
     Parameter,
-    Symbol,
     discrete,
     friction,
     parameter,
@@ -21,10 +20,10 @@ from powertrain import (
     when,
 )
 from powertrain.components.rotational.backlash import NO_PLAY, _Play
-from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
+from powertrain.components.rotational.interfaces import FrictionCoupling
 
 
-class DogClutch(CompliantWithRelativeStates, Lossy):
+class DogClutch(FrictionCoupling):
     """Dogs that connect two shafts: they engage only at nearly equal speeds and disengage only at low torque.
 
     w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
@@ -53,10 +52,6 @@ class DogClutch(CompliantWithRelativeStates, Lossy):
         limit = switch(self.inside > 0.5, self.tau_max, 0.0)
         yield friction(self.w_rel, self.tau, -limit, limit)
         yield from self._dissipate()
-
-    def loss(self) -> Symbol:
-        """Torque times relative speed, while the remaining speed is removed."""
-        return self.tau * self.w_rel
 
 
 class ElasticDogClutch(_Play):

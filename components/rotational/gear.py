@@ -19,7 +19,7 @@ from powertrain import (
 )
 from powertrain.components.driving_side import mesh_losses
 from powertrain.components.friction_table import Table, at_speed
-from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
+from powertrain.components.rotational.interfaces import Lossy, TwoShaftsAndSupport
 
 EFFICIENCIES, ANY = (1e-6, 1.0), (-math.inf, math.inf)
 ROUNDING = 1e-12
@@ -28,22 +28,21 @@ LEAST = -1e-12
 """Largest value of eta_mf1 - 1/eta_mf2 that counts as a mesh loss."""
 
 
-class LossyPair(TwoFlangesAndSupport, Lossy):
+class LossyPair(TwoShaftsAndSupport, Lossy):
     """Partial: a gear pair with the loss torque tauLoss at flange_a."""
 
     ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b", exclude=(0.0,))
-    phi_a: Variable = variable("rad", "Angle of flange_a against the support")
-    phi_b: Variable = variable("rad", "Angle of flange_b against the support")
     w_a: Variable = variable("rad/s", "Speed of flange_a against the support")
     tauLoss: Variable = variable("N.m", "Torque loss at flange_a")
 
-    def _mesh(self) -> Equations:
-        yield from self._balance()
-        yield self.phi_a == self.flange_a.phi - self.support.phi
-        yield self.phi_b == self.flange_b.phi - self.support.phi
+    def _mesh(self, backward: Symbol, forward: Symbol) -> Equations:
+        """The torque loss is ``backward`` or ``forward`` depending on the direction of rotation, and anything between them at rest."""
+        yield from self._angles()
         yield self.phi_a == self.ratio * self.phi_b
         yield self.w_a == der(self.phi_a)
         yield self.flange_b.tau + self.ratio * (self.flange_a.tau - self.tauLoss) == 0
+        yield friction(self.w_a, self.tauLoss, backward, forward)
+        yield from self._dissipate()
 
     def loss(self) -> Symbol:
         """Torque loss times speed."""
@@ -63,9 +62,7 @@ class Gear(LossyPair):
 
     def equations(self) -> Equations:
         """The loss opposes the motion and grows with the driving torque."""
-        yield from self._mesh()
-        yield friction(self.w_a, self.tauLoss, *mesh_losses(self.flange_a.tau, self.efficiency, self.efficiency))
-        yield from self._dissipate()
+        yield from self._mesh(*mesh_losses(self.flange_a.tau, self.efficiency, self.efficiency))
 
 
 class LossyGear(LossyPair):
@@ -89,12 +86,9 @@ class LossyGear(LossyPair):
 
     def equations(self) -> Equations:
         """The four quadrants of speed and torque."""
-        yield from self._mesh()
         eta1, eta2, bearing1, bearing2 = self._losses()
         at_a = _bearing_at_a(eta1, eta2, bearing1, bearing2)
-        losses = mesh_losses(self.flange_a.tau, eta1, eta2, (bearing1, bearing2), at_a)
-        yield friction(self.w_a, self.tauLoss, *losses)
-        yield from self._dissipate()
+        yield from self._mesh(*mesh_losses(self.flange_a.tau, eta1, eta2, (bearing1, bearing2), at_a))
 
     def _losses(self) -> tuple[Symbol, Symbol, Symbol, Symbol]:
         """The columns of the table at |w_a|."""
@@ -121,7 +115,7 @@ def _is_row(row: object) -> bool:
 def _bearing_at_a(eta1: Symbol, eta2: Symbol, bearing1: Symbol, bearing2: Symbol) -> Symbol:
     """The part of the bearing friction on the side of flange_a; half of it if the mesh has no loss."""
     mesh = eta1 - 1 / eta2
-    if mesh.is_constant() and abs(float(mesh)) < 1e-12:
+    if mesh.is_constant() and float(mesh) > LEAST:
         return bearing1 / 2
     if mesh.is_constant():
         return (bearing1 - bearing2) / mesh

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from powertrain import Component, Equations, Parameter, Variable, parameter, port, variable
-from powertrain.components.rotational.interfaces import Flange, TwoFlangesAndSupport
+from powertrain import Component, Equations, Parameter, parameter, port
+from powertrain.components.rotational.interfaces import Flange, TwoShaftsAndSupport
 
 
-class IdealGear(TwoFlangesAndSupport):
+class IdealGear(TwoShaftsAndSupport):
     """A gear pair in a housing (the support) without inertia, elasticity or loss.
 
     phi_a = flange_a.phi - support.phi = ratio phi_b,  phi_b = flange_b.phi - support.phi
@@ -14,14 +14,10 @@ class IdealGear(TwoFlangesAndSupport):
     """
 
     ratio: Parameter = parameter("1", "Transmission ratio, speed of flange_a over speed of flange_b", exclude=(0.0,))
-    phi_a: Variable = variable("rad", "Angle of flange_a against the support")
-    phi_b: Variable = variable("rad", "Angle of flange_b against the support")
 
     def equations(self) -> Equations:
         """One ratio for angles and torques."""
-        yield from self._balance()
-        yield self.phi_a == self.flange_a.phi - self.support.phi
-        yield self.phi_b == self.flange_b.phi - self.support.phi
+        yield from self._angles()
         yield self.phi_a == self.ratio * self.phi_b
         yield self.ratio * self.flange_a.tau + self.flange_b.tau == 0
 

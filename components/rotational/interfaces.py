@@ -48,6 +48,18 @@ class TwoFlangesAndSupport(TwoFlanges):
         yield self.flange_a.tau + self.flange_b.tau + self.support.tau == 0
 
 
+class TwoShaftsAndSupport(TwoFlangesAndSupport):
+    """Partial: two shafts whose angles phi_a and phi_b count against the support."""
+
+    phi_a: Variable = variable("rad", "Angle of flange_a against the support")
+    phi_b: Variable = variable("rad", "Angle of flange_b against the support")
+
+    def _angles(self) -> Equations:
+        yield from self._balance()
+        yield self.phi_a == self.flange_a.phi - self.support.phi
+        yield self.phi_b == self.flange_b.phi - self.support.phi
+
+
 class ShaftWithFriction(TwoFlangesAndSupport, Lossy):
     """Partial: a rigid shaft with the friction torque tau on its support.
 
@@ -99,3 +111,11 @@ class CompliantWithRelativeStates(TwoFlanges):
         yield self.w_rel == der(self.phi_rel)
         yield self.flange_b.tau == self.tau
         yield self.flange_a.tau == -self.tau
+
+
+class FrictionCoupling(CompliantWithRelativeStates, Lossy):
+    """Partial: a friction torque tau between two shafts, with the loss tau w_rel."""
+
+    def loss(self) -> Symbol:
+        """Friction torque times relative speed."""
+        return self.tau * self.w_rel

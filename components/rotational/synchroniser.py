@@ -22,14 +22,14 @@ from powertrain import (
     variable,
     when,
 )
-from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
+from powertrain.components.rotational.interfaces import FrictionCoupling
 from powertrain.components.translational.interfaces import Flange as LinearFlange
 
 CLEARANCE = 1e-4
 """Distance in m from a row of teeth at which the sleeve reaches it."""
 
 
-class Synchroniser(CompliantWithRelativeStates, Lossy):
+class Synchroniser(FrictionCoupling):
     """A gear wheel (flange_a), the hub of its shaft (flange_b), and between them a cone, a blocking ring and dogs, shifted by a sleeve.
 
     x = direction (sleeve.s - supportT.s),  w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
@@ -131,7 +131,3 @@ class Synchroniser(CompliantWithRelativeStates, Lossy):
         [0.0309, 0.0241]
         """
         return float(self._cone()), float(self._index())
-
-    def loss(self) -> Symbol:
-        """Friction torque times relative speed."""
-        return self.tau * self.w_rel

@@ -68,12 +68,8 @@ class WormGear(LossyPair):
 
     def equations(self) -> Equations:
         """The loss of the loaded flank."""
-        yield from self._mesh()
         yield self.load == -self.flange_b.tau / self.ratio
-        eta_1, eta_2 = thread_efficiencies(self.lead, self.mue, self.alpha)
-        lower, upper = flank_losses(self.load, eta_1, eta_2)
-        yield friction(self.w_a, self.tauLoss, lower, upper)
-        yield from self._dissipate()
+        yield from self._mesh(*flank_losses(self.load, *thread_efficiencies(self.lead, self.mue, self.alpha)))
 
 
 class _LossyR2T(RotationToTranslation, Lossy):
@@ -94,8 +90,7 @@ class _LossyR2T(RotationToTranslation, Lossy):
         yield self.flangeR.tau == self.load + self.tauLoss
 
     def _rubs(self, eta_1: Symbol, eta_2: Symbol) -> Equations:
-        lower, upper = flank_losses(self.load, eta_1, eta_2)
-        yield friction(self.w, self.tauLoss, lower, upper)
+        yield friction(self.w, self.tauLoss, *flank_losses(self.load, eta_1, eta_2))
         yield from self._dissipate()
 
     def loss(self) -> Symbol:

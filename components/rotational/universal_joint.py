@@ -18,7 +18,7 @@ from powertrain import (
 )
 from powertrain.components.driving_side import mesh_losses
 from powertrain.components.friction_table import Table
-from powertrain.components.rotational.interfaces import Lossy, TwoFlangesAndSupport
+from powertrain.components.rotational.interfaces import Lossy, TwoShaftsAndSupport
 
 
 def passed_on(phi: Symbol, bent: Symbol) -> tuple[Symbol, Symbol]:
@@ -28,19 +28,7 @@ def passed_on(phi: Symbol, bent: Symbol) -> tuple[Symbol, Symbol]:
     return phi - late, bent / (cosine**2 + bent**2 * sine**2)
 
 
-class _Joint(TwoFlangesAndSupport):
-    """Partial: two shafts and the housing that carries their bearings."""
-
-    phi_a: Variable = variable("rad", "Angle of flange_a against the support")
-    phi_b: Variable = variable("rad", "Angle of flange_b against the support")
-
-    def _angles(self) -> Equations:
-        yield from self._balance()
-        yield self.phi_a == self.flange_a.phi - self.support.phi
-        yield self.phi_b == self.flange_b.phi - self.support.phi
-
-
-class UniversalJoint(_Joint):
+class UniversalJoint(TwoShaftsAndSupport):
     """A Cardan joint between two shafts at an angle, without inertia or loss; the second shaft turns nonuniformly.
 
     tan(phi_b) = cos(beta) tan(phi_a),  flange_a.tau + k flange_b.tau = 0,  k = w_b/w_a = cos(beta)/(1 - sin(beta)^2 sin(phi_a)^2)
@@ -61,7 +49,7 @@ class UniversalJoint(_Joint):
         yield self.flange_a.tau + ratio * self.flange_b.tau == 0
 
 
-class DoubleUniversalJoint(_Joint):
+class DoubleUniversalJoint(TwoShaftsAndSupport):
     """Two universal joints with a massless shaft between them; their nonuniformity cancels with equal angles and aligned forks.
 
     tan(phi_m) = cos(beta_a) tan(phi_a),  cos(beta_b) tan(phi_b + phase) = tan(phi_m + phase),  flange_a.tau + (w_b/w_a) flange_b.tau = 0
@@ -86,7 +74,7 @@ class DoubleUniversalJoint(_Joint):
         yield self.flange_a.tau + first * second * self.flange_b.tau == 0
 
 
-class ConstantVelocityJoint(_Joint, Lossy):
+class ConstantVelocityJoint(TwoShaftsAndSupport, Lossy):
     """A constant-velocity joint (Rzeppa, tripod) with an efficiency that depends on its angle.
 
     phi_a = phi_b,  w = der(phi_a),  flange_a.tau + flange_b.tau = tauLoss

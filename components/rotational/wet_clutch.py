@@ -10,18 +10,15 @@ import numpy as np
 from powertrain import (
     Axis,
     Equations,
-    Input,
     Map,
     Parameter,
     ParameterError,
     Symbol,
-    Variable,
     friction,
     parameter,
-    signal_input,
-    variable,
 )
-from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
+from powertrain.components.pressed import Pressed
+from powertrain.components.rotational.interfaces import FrictionCoupling
 from powertrain.components.thermal import HeatPort
 
 AXES = {"w_rel": "rad/s", "T": "K"}
@@ -40,7 +37,7 @@ PAPER_LINING = _paper()
 """Typical of a paper lining in transmission fluid: friction rises with speed, which prevents judder, and falls with temperature."""
 
 
-class WetClutch(CompliantWithRelativeStates, Lossy):
+class WetClutch(Pressed, FrictionCoupling):
     """A wet multi-plate clutch whose coefficient of friction depends on the relative speed and on the temperature of its plates.
 
     w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau,  fn = fn_max f_normalized
@@ -55,14 +52,11 @@ class WetClutch(CompliantWithRelativeStates, Lossy):
 
     mue: Map = PAPER_LINING
     cgeo: Parameter = parameter("m", "Friction radius times number of friction faces", default=1.0, min=0)
-    fn_max: Parameter = parameter("N", "Normal force at f_normalized = 1", min=0)
-    f_normalized: Input = signal_input("1", "Normal force over fn_max; the clutch is open where it is not positive")
-    fn: Variable = variable("N", "Normal force")
 
     def equations(self) -> Equations:
         """Friction in both directions."""
         yield from self._transmit()
-        yield self.fn == self.fn_max * self.f_normalized.value
+        yield from self._press()
         limit = self.cgeo * ca.fmax(self.fn, 0) * self._mue()
         yield friction(self.w_rel, self.tau, -limit, limit)
         yield from self._dissipate()
@@ -81,12 +75,8 @@ class WetClutch(CompliantWithRelativeStates, Lossy):
         values = {"w_rel": ca.fabs(self.w_rel), "T": self.heat_port.T}
         return self.mue(*(values[axis.name] for axis in self.mue.axes))
 
-    def loss(self) -> Symbol:
-        """Friction torque times relative speed."""
-        return self.tau * self.w_rel
 
-
-class PlateDrag(CompliantWithRelativeStates, Lossy):
+class PlateDrag(FrictionCoupling):
     """Drag of the oil film between the open plates of a wet clutch or brake.
 
     tau = flange_b.tau = -flange_a.tau = faces pi eta (r^4 - r_i^4)/(2 h) w_rel,  eta = viscosity exp(-beta (T - 293.15 K))
@@ -127,7 +117,3 @@ class PlateDrag(CompliantWithRelativeStates, Lossy):
         carried = 20 * eta * self.flow / (self.faces * math.pi * self.rho * self.h**3)
         covered = ca.fmax(inner, carried / ca.fmax(self.w_rel**2, carried / outer))
         return self.faces * math.pi * eta * (covered**2 - inner**2) / (2 * self.h) * self.w_rel
-
-    def loss(self) -> Symbol:
-        """Torque times relative speed."""
-        return self.tau * self.w_rel

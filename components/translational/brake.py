@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import casadi as ca
-
 from powertrain import (
     Equations,
-    Input,
     Parameter,
     Symbol,
     Variable,
     der,
     friction,
     parameter,
-    signal_input,
     variable,
 )
 from powertrain.components.friction_table import Table, at_speed
+from powertrain.components.pressed import DryFaces
 from powertrain.components.translational.interfaces import Lossy, TwoFlangesAndSupport
 
 
@@ -59,7 +56,7 @@ class SupportFriction(_SlidesOnSupport):
         yield friction(self.v, self.f, -limit, limit, peak=self.peak)
 
 
-class Brake(_SlidesOnSupport):
+class Brake(DryFaces, _SlidesOnSupport):
     """Coulomb friction between a rod and the support, proportional to a normal force controlled by a signal.
 
     s = flange_a.s - support.s = flange_b.s - support.s,  v = der(s),  flange_a.f + flange_b.f = f
@@ -69,16 +66,11 @@ class Brake(_SlidesOnSupport):
     ``mue_pos``: rows (speed m/s, coefficient of friction), linear between them and beyond the last.
     """
 
-    mue_pos: Table = ((0.0, 0.5),)
-    peak: Parameter = parameter("1", "Break-away coefficient of friction relative to mue_pos(0)", default=1.0, min=1)
     cgeo: Parameter = parameter("1", "Geometry factor, such as the number of friction faces", default=1.0, min=0)
-    fn_max: Parameter = parameter("N", "Normal force at f_normalized = 1", min=0)
-    f_normalized: Input = signal_input("1", "Normal force over fn_max; the brake is open where it is not positive")
-    fn: Variable = variable("N", "Normal force")
 
     def equations(self) -> Equations:
         """A rod pressed against its support."""
         yield from self._slide()
-        yield self.fn == self.fn_max * self.f_normalized.value
-        limit = self.cgeo * ca.fmax(self.fn, 0) * at_speed(self, "mue_pos", self.v, ("m/s", "1"))
+        yield from self._press()
+        limit = self.cgeo * self._friction(self.v, "m/s")
         yield friction(self.v, self.f, -limit, limit, peak=self.peak)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from powertrain import Map, ParameterError
 from powertrain.components.cvu.unit import AXES
-from powertrain.components.differentials.mesh import checked_efficiency
+from powertrain.components.efficiency_map import checked_efficiency
 from powertrain.components.transmissions.network import Array, Network
 
 STATUS = ("one solution", "an interval", "several solutions", "no solution", "efficiency of the unit not found")
