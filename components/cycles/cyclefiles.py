@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from powertrain import Heading, ParameterError, TextTable
+from powertrain.components.common_units import KM_H, MILE, MPH
 
-HOUR, MILE, FOOT = 3600.0, 1609.344, 0.3048
+HOUR, FOOT = 3600.0, 0.3048
 UNITS: dict[str, dict[str, float]] = {
     "time": {
         **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
@@ -19,8 +20,8 @@ UNITS: dict[str, dict[str, float]] = {
     "distance": {**dict.fromkeys(("m", "meters", "metres"), 1.0), "km": 1e3, "mi": MILE, "miles": MILE, "ft": FOOT},
     "speed": {
         **dict.fromkeys(("m/s", "mps", "ms", "meters/per/second"), 1.0),
-        **dict.fromkeys(("km/h", "kmh", "kph", "km/hr", "kmph"), 1e3 / HOUR),
-        **dict.fromkeys(("mph", "mi/h", "mile/h"), MILE / HOUR),
+        **dict.fromkeys(("km/h", "kmh", "kph", "km/hr", "kmph"), KM_H),
+        **dict.fromkeys(("mph", "mi/h", "mile/h"), MPH),
         **dict.fromkeys(("ft/s", "fps"), FOOT),
     },
     "grade": {**dict.fromkeys(("", "1", "fraction"), 1.0), **dict.fromkeys(("percent", "%", "pct"), 0.01)},

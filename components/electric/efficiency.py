@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain import Axis, Map, ParameterError, parameter
+from powertrain.components.common_units import RPM
 
 Array = NDArray[np.float64]
 Loss: TypeAlias = "float | str | Map"
 """A loss [W], the same everywhere or a curve."""
-RPM = 30 / np.pi
 LEAST = 0.01
 """Efficiency of a machine at its best point; fractions in a column in percent are below."""
 LOSS = parameter("W", "loss", default=0.0, min=0)
@@ -29,7 +29,7 @@ def losses_of_efficiency(table: Map, no_load: Loss | None, standstill: Loss | No
     speed, torque = table.axes
     w, tau = np.array(speed.points), np.array(torque.points)
     if w[0] < 0:
-        raise ParameterError(f"{where}: the table has a speed of {w[0] * RPM:g} rpm; speeds must not be negative")
+        raise ParameterError(f"{where}: the table has a speed of {w[0] / RPM:g} rpm; speeds must not be negative")
     turns, loaded = w > 0, tau != 0
     for zero, given, name in (~loaded, no_load, "no_load"), (~turns, standstill, "standstill"):
         if zero.any() and given is None:
@@ -57,7 +57,7 @@ def losses_of_efficiency(table: Map, no_load: Loss | None, standstill: Loss | No
 
 def _check_efficiencies(w: Array, tau: Array, eta: Array, where: str) -> None:
     for i, j in np.argwhere((eta <= 0) | (eta > 1)):
-        point = f"an efficiency of {eta[i, j]:g} at {w[i] * RPM:.4g} rpm and {tau[j]:g} N.m"
+        point = f"an efficiency of {eta[i, j]:g} at {w[i] / RPM:.4g} rpm and {tau[j]:g} N.m"
         advice = (
             "a column in percent is headed efficiency [%]"
             if eta[i, j] > 1

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import matplotlib.pyplot as plt
 import numpy as np
 
-from powertrain.components.electric.efficiency import RPM
+from powertrain.components.common_units import RPM
 from powertrain.components.electric.machine import ElectricMachine
 
 if TYPE_CHECKING:
@@ -26,14 +26,14 @@ def plot_machine_map(
     w = np.linspace(0.5, float(machine.w_max), 201)
     limit = machine.full_load(w)
     tau = np.linspace(-1, 1, 241)[:, None] * limit
-    speeds, efficiency = np.broadcast_to(w * RPM, tau.shape), machine.efficiency(w, tau)
+    speeds, efficiency = np.broadcast_to(w / RPM, tau.shape), machine.efficiency(w, tau)
     ax.contourf(speeds, tau, efficiency, [0.0, *levels, 1.0], cmap="viridis", alpha=0.4)
     lines = ax.contour(speeds, tau, efficiency, levels, colors="0.25", linewidths=0.6)
     ax.clabel(lines, [level for level in levels if level >= 0.85], fmt=lambda x: f"{100 * x:.0f} %", fontsize=8)
-    ax.plot(w * RPM, limit, "k", linewidth=1.8, label="Limit")
-    ax.plot(w * RPM, -limit, "k", linewidth=1.8)
+    ax.plot(w / RPM, limit, "k", linewidth=1.8, label="Limit")
+    ax.plot(w / RPM, -limit, "k", linewidth=1.8)
     ax.axhline(0, color="0.6", linewidth=0.6)
-    ax.set(xlabel="Speed [rpm]", ylabel="Torque [N.m]", xlim=(0, w[-1] * RPM * 1.02))
+    ax.set(xlabel="Speed [rpm]", ylabel="Torque [N.m]", xlim=(0, 1.02 * w[-1] / RPM))
     ax.set_title("Efficiency of machine and inverter: drives above, generates below", fontsize=10)
     ax.legend(loc="upper right", fontsize=8, framealpha=0.9)
     return ax

@@ -28,7 +28,8 @@ from powertrain import (
     signal_output,
     variable,
 )
-from powertrain.components.electric.efficiency import RPM, losses_of_efficiency
+from powertrain.components.common_units import RPM
+from powertrain.components.electric.efficiency import losses_of_efficiency
 from powertrain.components.electric.interfaces import DCTerminal
 from powertrain.components.evaluation import numbers
 from powertrain.components.limited import limited
@@ -225,12 +226,12 @@ class ElectricMachine(Lossy):
             y="tau",
             x_label="Speed [rpm]",
             y_label="Torque [N·m]",
-            x_values=w * RPM,
+            x_values=w / RPM,
             y_values=tau,
             values=efficiency,
             levels=LEVELS,
-            limits=(("limit", w * RPM, limit), ("limit, backward", w * RPM, -limit)),
-            x_scale=RPM,
+            limits=(("limit", w / RPM, limit), ("limit, backward", w / RPM, -limit)),
+            x_scale=1 / RPM,
         )
 
 

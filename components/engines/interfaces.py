@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, ClassVar
 
 import casadi as ca
@@ -30,6 +29,7 @@ from powertrain import (
     variable,
     within,
 )
+from powertrain.components.common_units import G_KWH, RPM
 from powertrain.components.evaluation import numbers
 from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import Flange
@@ -39,8 +39,6 @@ VOLUME = parameter("m3", "Displacement", above=0, max=0.1)
 """A displacement in SI units: more than 0.1 m3 was probably meant in litres."""
 SMALL = 1e-3
 """Smallest torque of combustion at full load [N.m]: at idle speed an engine may have none."""
-G_KWH, RPM = 3.6e9, 30 / math.pi
-"""One kg/J in g/kWh, one rad/s in rpm."""
 
 
 class Engine(Component):
@@ -219,7 +217,7 @@ class Engine(Component):
         full, motored = self.full_load(w), -self.motoring(w)
         tau = np.linspace(0.02 * float(full.max()), float(full.max()), 81)
         with np.errstate(invalid="ignore"):
-            used = np.where(tau[:, None] <= full, self.bsfc(w, tau[:, None]) * G_KWH, np.nan)
+            used = np.where(tau[:, None] <= full, self.bsfc(w, tau[:, None]) / G_KWH, np.nan)
         best = float(np.nanmin(used))
         return OperatingMap(
             quantity="Specific fuel consumption [g/kWh]",
@@ -227,11 +225,11 @@ class Engine(Component):
             y="tau",
             x_label="Speed [rpm]",
             y_label="Torque [N·m]",
-            x_values=w * RPM,
+            x_values=w / RPM,
             y_values=tau,
             values=used,
             levels=tuple(float(round(best * (1 + 0.1 * k))) for k in range(11)),
-            limits=(("full load", w * RPM, full), ("motored", w * RPM, motored)),
-            x_scale=RPM,
+            limits=(("full load", w / RPM, full), ("motored", w / RPM, motored)),
+            x_scale=1 / RPM,
             low_is_best=True,
         )

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
 
 from powertrain import Map, ParameterError
+from powertrain.components.common_units import G_KWH, RPM
 
 RATES = {"kg/s": 1.0, "g/s": 1e-3}
-SPECIFIC = {"kg/J": 1.0, "g/kWh": 1 / 3.6e9}
+SPECIFIC = {"kg/J": 1.0, "g/kWh": G_KWH}
 ROUND = 1e-9
 """Allowed deviation of a table's edges."""
 SLOW = 5.0
@@ -67,7 +67,7 @@ def _check_idle(table: Map) -> None:
         k = int(without_load.argmin())
         raise ParameterError(
             f"the fuel table has {table.values[k, 0]:g} {table.unit} at {tau[0]:g} N.m and {table.values[k, 1]:g} {table.unit} at "
-            f"{tau[1]:g} N.m and {w[k] * 30 / math.pi:.0f} rpm: the straight line through both, which gives the fuel below them, would let "
+            f"{tau[1]:g} N.m and {w[k] / RPM:.0f} rpm: the straight line through both, which gives the fuel below them, would let "
             "the engine idle without fuel; add lower torques to the table"
         )
 
@@ -100,7 +100,7 @@ def check_efficiency(table: Map, heating_value: float) -> None:
         return
     worst = np.unravel_index(lacking.argmax(), lacking.shape)
     raise ParameterError(
-        f"the fuel table has {table.values[worst]:g} {table.unit} at {speed[worst] * 30 / math.pi:.0f} rpm and {torque[worst]:g} N.m: that "
+        f"the fuel table has {table.values[worst]:g} {table.unit} at {speed[worst] / RPM:.0f} rpm and {torque[worst]:g} N.m: that "
         f"fuel has {heat[worst] / 1e3:.3g} kW, but the engine gives {power[worst] / 1e3:.3g} kW. Check the unit of the fuel, zeros in "
         f"place of missing points, and heating_value = {heating_value:g} J/kg"
     )
@@ -125,6 +125,6 @@ def _check_fast(table: Map, what: str) -> None:
     """No engine is as slow as one whose 6.000 rpm are read as 6 rpm."""
     if (high := table.axes[0].high) < SLOW:
         raise ParameterError(
-            f"the {what} table ends at {high:.3g} rad/s, {high * 30 / math.pi:g} rpm; check the unit of the speeds, and write 6000 rpm "
+            f"the {what} table ends at {high:.3g} rad/s, {high / RPM:g} rpm; check the unit of the speeds, and write 6000 rpm "
             "without a mark for thousands: 6.000 is 6"
         )

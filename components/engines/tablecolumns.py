@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
 from typing import NamedTuple
 from unicodedata import normalize
 
 from powertrain import Heading, ParameterError, TextTable
+from powertrain.components.common_units import RPM
 
-RPM, HP, LB, LBF_FT, PSI = math.pi / 30, 745.6998715822702, 453.59237, 1.3558179483314004, 6894.757293168361
+HP, LB, LBF_FT, PSI = 745.6998715822702, 453.59237, 1.3558179483314004, 6894.757293168361
 UNITS = {
     "speed": {"rad/s": 1.0, "radps": 1.0, **dict.fromkeys(("rpm", "1/min", "min1", "rev/min", "r/min", "u/min"), RPM)},
     "torque": {"nm": 1.0, "knm": 1e3, **dict.fromkeys(("lbfft", "ftlbf", "lbft", "ftlb", "ftlbs", "lbsft"), LBF_FT)},

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain import ParameterError, TextTable, arguments_checked
-from powertrain.components.engines.tablecolumns import RPM, Column
+from powertrain.components.common_units import RPM
+from powertrain.components.engines.tablecolumns import Column
 
 Array = NDArray[np.float64]
 APART = 1e-3

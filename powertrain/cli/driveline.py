@@ -12,11 +12,12 @@ from matplotlib.figure import Figure
 import powertrain as pt
 from powertrain.cli.options import progress
 from powertrain.cli.text import columns, number
+from powertrain.components.common_units import RPM
 from powertrain.components.control import Pedals
 from powertrain.trials import CycleRun, drive_cycle
+from powertrain.trials.anatomy import parts_of, variators
 from powertrain.trials.driveline import driveline_map
 from powertrain.trials.driveline_figure import plot_driveline_map
-from powertrain.trials.figures import RPM, parts_of, variators
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,7 +77,7 @@ def report(found: xr.Dataset, name: str) -> str:
             continue
         best = at.isel(accelerator=int(np.nanargmax(efficiency)))
         cells = [float(at.speed) * 3.6, float(at["force"].max()), float(best["force"]), float(best["efficiency"])]
-        cells += [float(best["w"]) * RPM, float(best["tau"])]
+        cells += [float(best["w"]) / RPM, float(best["tau"])]
         rows.append([*(number(cell, 4) for cell in cells), str(best["case"].values) if "case" in found else ""])
     flow = "power flow" if "case" in found else ""
     head = ("speed [km/h]", "largest force [N]", "best at [N]", "efficiency", "turns at [rpm]", "[N.m]", flow)

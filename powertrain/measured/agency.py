@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from powertrain import ParameterError
+from powertrain.components.common_units import KM_H, MPH
 
-POUND, POUND_FORCE, MPH, HORSEPOWER, MILE = 0.45359237, 4.4482216, 0.44704, 0.745699872, 1.609344
-"""In kg, N, m/s, kW and km."""
+POUND, POUND_FORCE, HORSEPOWER = 0.45359237, 4.4482216, 0.745699872
+"""In kg, N and kW."""
 TEXTS = {
     "transmission": "Tested Transmission Type",
     "gears": "# of Gears",
@@ -21,7 +22,7 @@ NUMBERS = {
     "rated_power_kW": ("Rated Horsepower", HORSEPOWER),
     "test_mass_kg": ("Equivalent Test Weight (lbs.)", POUND),
     "axle_ratio": ("Axle Ratio", 1.0),
-    "n_over_v_top_gear_rpm_per_kmh": ("N/V Ratio", 1 / MILE),
+    "n_over_v_top_gear_rpm_per_kmh": ("N/V Ratio", KM_H / MPH),
     "coast_A_N": ("Target Coef A (lbf)", POUND_FORCE),
     "coast_B_N_per_mps": ("Target Coef B (lbf/mph)", POUND_FORCE / MPH),
     "coast_C_N_per_mps2": ("Target Coef C (lbf/mph**2)", POUND_FORCE / MPH**2),

@@ -8,6 +8,7 @@ from typing import Any
 import powertrain as pt
 from powertrain.components.body import CoastDownBody, LumpedAxle, RollingAxle
 from powertrain.components.body.body import G_N
+from powertrain.components.common_units import MPH, RPM
 from powertrain.components.control import (
     AlwaysOn,
     Driver,
@@ -35,7 +36,7 @@ from powertrain.components.transmissions import (
 )
 from powertrain.components.wheels import RigidWheel, SlipWheel
 from powertrain.measured.record import SPREAD, TestCar
-from powertrain.measured.technology import BELT_SPREAD, ROTATING, RPM, Technology, rated_speed, stops
+from powertrain.measured.technology import BELT_SPREAD, ROTATING, Technology, rated_speed, stops
 from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.electric_car import BATTERY, ElectricCar
 from powertrain.vehicles.manual_car import ManualCar
@@ -47,7 +48,6 @@ RADIUS = 0.32
 PROGRESSION, PROGRESSION_MANUAL = 1.05, 1.1
 """Factor by which the step between two gears grows from the top gear down: 1.0 to 1.2, H. Naunheimer et al., Automotive Transmissions,
 2nd ed., 4.2. Manual gearboxes have few gears and take the middle of that range."""
-MPH = 0.44704
 MANUAL = 15 * MPH, 25 * MPH, 40 * MPH, 45 * MPH, 50 * MPH, 55 * MPH
 """Speeds [m/s] at which a manual gearbox is shifted up, 40 CFR 86.128-79."""
 DOWN = 0.82

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from powertrain.components.common_units import GALLON, MILE
 from powertrain.language.makers import arguments_checked
 from powertrain.measured.building import build
 from powertrain.measured.record import TestCar
@@ -18,8 +19,8 @@ CYCLES = COOL, _ = "udds", "hwfet"
 """The cycles, and the one on which engine and gearbox are only as warm as in the bags of the FTP."""
 CHARGER = 0.88
 """Efficiency from the wall into the battery: what is measured of an electric car comes from the wall."""
-LITRES_PER_GALLON = 235.214583
-"""1 l/100 km in miles per US gallon, upside down."""
+MPG = 1e8 * GALLON / MILE
+"""Miles per US gallon times litres per 100 km."""
 LITRE_OF_MODEL, LITRE_OF_TEST = 745.0 * 43.0e6, 743.5 * 43.0e6
 """Energy of a thousandth of a cubic metre of the model's gasoline, and of certification gasoline [mJ]: 40 CFR 600.113-12."""
 
@@ -53,7 +54,7 @@ def predict(car: TestCar, cycle: str, technology: Technology | None = None) -> P
         mpg = run.mpg(CHARGER)
     else:
         litres = charge_corrected(run) if run.anatomy.stores else run.litres_per_100km
-        mpg = LITRES_PER_GALLON / litres * (LITRE_OF_TEST / LITRE_OF_MODEL)
+        mpg = MPG / litres * (LITRE_OF_TEST / LITRE_OF_MODEL)
     return Prediction(car, cycle, mpg, getattr(car, cycle, math.nan), run.time_outside, run.message)
 
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from powertrain import Map
+from powertrain.components.common_units import RPM
 from powertrain.components.engines import WillansEngine
 from powertrain.measured.record import TestCar
 
-RPM = math.pi / 30
 BAR = 1e5
 NATURAL = ((0.15, 0.80), (0.35, 0.98), (0.65, 1.10), (0.85, 1.08), (1.0, 1.0), (1.12, 0.80))
 CHARGED = ((0.15, 0.55), (0.20, 0.70), (0.32, 1.25), (0.75, 1.25), (1.0, 1.0), (1.12, 0.75))

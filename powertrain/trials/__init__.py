@@ -11,7 +11,8 @@ from powertrain.trials.charge import (
     charge_sustaining,
     electric_share,
 )
-from powertrain.trials.cycle import CycleRun, drive_cycle
+from powertrain.trials.cycle import drive_cycle
+from powertrain.trials.cycle_run import CycleRun
 from powertrain.trials.driveline import driveline_map
 from powertrain.trials.gear_table import gear_table
 from powertrain.trials.management import Management, MethodComparison

@@ -9,9 +9,11 @@ from typing import Any
 import powertrain as pt
 from powertrain.components.body import Body, RoadProfile
 from powertrain.components.control import Pedals
+from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.cycles import CycleSpeed
 from powertrain.components.electric import Battery, ElectricMachine, PolarizedBattery
 from powertrain.components.engines import Engine
+from powertrain.components.transmissions.power_shift import ShiftedGears
 from powertrain.components.wheels import Wheel
 from powertrain.language.component import children
 
@@ -67,7 +69,7 @@ class Anatomy:
 def anatomy(vehicle: pt.Component) -> Anatomy:
     """Find the body, pedals, engines and other components of a vehicle. Errors: ParameterError for what is not a component."""
     _check_component(vehicle)
-    parts = list(_parts(vehicle))
+    parts = list(_parts(vehicle, (*ONE.values(), Engine, ElectricMachine, Battery, PolarizedBattery)))
 
     def of(*kinds: type[pt.Component]) -> tuple[str, ...]:
         return tuple(path for path, part in parts if isinstance(part, kinds))
@@ -108,10 +110,21 @@ def charge_at_start(vehicle: pt.Component, battery: str) -> float:
     return float(type(value_at(vehicle, battery))._fields["soc"].start)
 
 
-def _parts(whole: pt.Component, path: str = "") -> Iterator[tuple[str, pt.Component]]:
-    """All parts with their paths; parts inside bodies, engines and so on are not included."""
-    known = (*ONE.values(), Engine, ElectricMachine, Battery, PolarizedBattery)
+def parts_of(whole: pt.Component, *kinds: type[pt.Component]) -> Iterator[str]:
+    """The paths of all components of these classes; components inside such components are not included."""
+    return (path for path, part in _parts(whole, kinds) if isinstance(part, kinds))
+
+
+def variators(whole: pt.Component) -> Iterator[str]:
+    """The paths of all variable units; the gears of a power-shift gearbox, which has steps, are none."""
+    return (path for path in parts_of(whole, VariableUnit) if not isinstance(value_at(whole, path), ShiftedGears))
+
+
+def _parts(
+    whole: pt.Component, closed: tuple[type[pt.Component], ...], path: str = ""
+) -> Iterator[tuple[str, pt.Component]]:
+    """All parts with their paths, except those inside components of the ``closed`` classes."""
     for name, part in children(whole):
         yield f"{path}{name}", part
-        if not isinstance(part, known):
-            yield from _parts(part, f"{path}{name}.")
+        if not isinstance(part, closed):
+            yield from _parts(part, closed, f"{path}{name}.")

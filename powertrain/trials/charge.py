@@ -16,7 +16,8 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.errors import suggestion
 from powertrain.language.arguments import by_name, count, of_kind
 from powertrain.trials.anatomy import anatomy, charge_at_start
-from powertrain.trials.cycle import SHARE, CycleRun, drive_cycle, on_cycle
+from powertrain.trials.cycle import drive_cycle, on_cycle
+from powertrain.trials.cycle_run import SHARE, CycleRun
 
 NEC_TOLERANCE = 0.01
 """A test is charge-sustaining up to this net energy change relative to the energy of the fuel, SAE J1711."""

@@ -9,8 +9,8 @@ import numpy as np
 from powertrain.components.wheels import Wheel
 from powertrain.errors import ParameterError
 from powertrain.figures.plot import axes_of
-from powertrain.trials.cycle import CycleRun
-from powertrain.trials.figures import parts_of
+from powertrain.trials.anatomy import parts_of
+from powertrain.trials.cycle_run import CycleRun
 
 if TYPE_CHECKING:
     import xarray as xr

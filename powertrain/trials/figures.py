@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -10,24 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 import powertrain as pt
+from powertrain.components.common_units import KM_H, RPM
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.transmissions import Shiftable, VariableTransmission
-from powertrain.components.transmissions.power_shift import ShiftedGears
 from powertrain.components.wheels import WheelBrake
 from powertrain.figures.plot import axes_of
-from powertrain.language.component import children
 from powertrain.language.reals import Array
 from powertrain.power.powerplot import REGIMES
 from powertrain.power.variator import VARIATOR_CASES, port_motion
-from powertrain.trials.anatomy import anatomy, value_at
-from powertrain.trials.cycle import CycleRun
+from powertrain.trials.anatomy import anatomy, parts_of, value_at, variators
+from powertrain.trials.cycle_run import CycleRun
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-RPM = 30 / math.pi
-KM_H = 3.6
 POINTS = 2001
 """Samples of the power flow."""
 FAINT = 1e-3
@@ -78,11 +74,11 @@ def acceleration_figure(result: pt.Result[Any], name: str) -> Figure:
     figure = Figure(figsize=(9, 5.5), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
     body = anatomy(result.model).the("body")
-    v = result[f"{body}.v"] * KM_H
+    v = result[f"{body}.v"] / KM_H
     above.plot(result.time, v, color="C0")
     above.set(ylabel="Speed [km/h]", title=f"{name} with a full accelerator: {v.max():.0f} km/h")
     once = np.diff(result.time, append=np.inf) > 0.0  # an event appears twice
-    below.plot(result.time[once], np.gradient(v[once] / KM_H, result.time[once]), color="C1")
+    below.plot(result.time[once], np.gradient(v[once] * KM_H, result.time[once]), color="C1")
     settled = result.time[np.argmax(v >= SETTLED * v.max())]
     below.set(ylabel="Acceleration [m/s²]", xlabel="Time [s]", xlim=(0, 1.1 * settled))
     for ax in (above, below):
@@ -94,10 +90,10 @@ def plot_speed(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     """Speed [km/h] over time [s] with the cycle and the speed tolerance of the regulation; the line is red outside the tolerance."""
     ax = axes_of(ax, (9, 4))
     t, low, high = run.band
-    ax.fill_between(t, np.maximum(low, 0) * KM_H, high * KM_H, color="0.85", label="tolerance: ±2 km/h, ±1 s")
+    ax.fill_between(t, np.maximum(low, 0) / KM_H, high / KM_H, color="0.85", label="tolerance: ±2 km/h, ±1 s")
     times, wanted = run.cycle.times, run.cycle.speeds
-    ax.plot(times, wanted * KM_H, color="0.45", lw=0.8, ls="--", label=f"cycle {run.cycle.name}")
-    time, v = run.result.time, run.speed * KM_H
+    ax.plot(times, wanted / KM_H, color="0.45", lw=0.8, ls="--", label=f"cycle {run.cycle.name}")
+    time, v = run.result.time, run.speed / KM_H
     ax.plot(time, v, color="C0", lw=1.1, label="vehicle")
     outside = run.excess != 0
     if outside.any():
@@ -111,8 +107,8 @@ def plot_prime_movers_and_ratio(run: CycleRun, *, ax: Axes | None = None) -> Axe
     ax = axes_of(ax, (9, 4))
     time, lines, top = run.result.time, [], 1.0
     for (path, colour), speed in _movers(run, "w"):
-        lines += ax.plot(time, speed * RPM, color=colour, lw=0.9, label=f"speed of {path}")
-        top = max(top, float(speed.max()) * RPM)
+        lines += ax.plot(time, speed / RPM, color=colour, lw=0.9, label=f"speed of {path}")
+        top = max(top, float(speed.max()) / RPM)
     ax.set(ylabel="Speed [rpm]", xlabel="Time [s]")
     ax.set_ylim(top=1.3 * top)
     found = transmission_ratio(run)
@@ -184,7 +180,7 @@ def plot_operating_points(run: CycleRun, *, ax: Axes | None = None) -> Axes:
     """
     ax = axes_of(ax, (9, 4))
     path = _on_a_map(run, ax)
-    w, tau = run.result[f"{path}.w"] * RPM, run.result[f"{path}.tau"]
+    w, tau = run.result[f"{path}.w"] / RPM, run.result[f"{path}.tau"]
     engine = path in run.anatomy.engines
     rate = run.result[f"{path}.fuel_rate"] if engine else np.abs(run.result[f"{path}.power"])
     fuel = rate * np.gradient(run.result.time)
@@ -238,20 +234,6 @@ def transmission_ratio(run: CycleRun) -> Array | None:
     w_in, w_out = run.result.evaluate(ports).T
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(np.abs(w_in) > SLOW, w_out / w_in, np.nan)
-
-
-def parts_of(model: pt.Component, kind: type[pt.Component], path: str = "") -> Iterator[str]:
-    """The paths of all components of a class; components inside such components are not included."""
-    for name, part in children(model):
-        if isinstance(part, kind):
-            yield f"{path}{name}"
-        else:
-            yield from parts_of(part, kind, f"{path}{name}.")
-
-
-def variators(model: pt.Component) -> Iterator[str]:
-    """The paths of all variable units; the gears of a power-shift gearbox, which has steps, are none."""
-    return (path for path in parts_of(model, VariableUnit) if not isinstance(value_at(model, path), ShiftedGears))
 
 
 def _short(lost: Any, path: str) -> str:

@@ -22,7 +22,8 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.language.arguments import one_of
 from powertrain.language.reals import Array
 from powertrain.trials.charge import charge_corrected
-from powertrain.trials.cycle import RATE, CycleRun, drive_cycle, on_cycle
+from powertrain.trials.cycle import drive_cycle, on_cycle
+from powertrain.trials.cycle_run import RATE, CycleRun
 from powertrain.trials.standing import ON
 
 C = TypeVar("C", bound=pt.Component)

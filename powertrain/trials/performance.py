@@ -12,13 +12,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import powertrain as pt
+from powertrain.components.common_units import KM_H, MPH
 from powertrain.components.control import SetPedals
 from powertrain.language.arguments import number, of_kind
 from powertrain.trials.anatomy import anatomy
 from powertrain.trials.lost_gear import lost_gear
 from powertrain.trials.starting import checked_starts, empty
 
-KM_H, MPH = 1 / 3.6, 0.44704
 MOVES = 1.0
 """Distance [m] within the first minute above which a vehicle moves."""
 LEFT = 0.1

@@ -10,6 +10,7 @@ import numpy as np
 import powertrain as pt
 from powertrain.components.body import AxlePath, CoastDownBody, DrivenAxle, LumpedAxle
 from powertrain.components.body.body import G_N
+from powertrain.components.common_units import KWH, RPM
 from powertrain.components.control import BlendedBraking, SpeedSchedule
 from powertrain.components.rotational import Clutch
 from powertrain.components.transmissions import (
@@ -66,7 +67,7 @@ BRAKING = 3.0
 BLENDED = 0.75, 1.33
 """Force of the brakes over the one that the control of blended braking assumes."""
 GEARBOXES = ManualGearbox, SynchronisedGearbox, DualClutchGearbox, PowerShiftGearbox
-KWH, SPEEDS = 3.6e6, 200
+SPEEDS = 200
 
 
 def notes(vehicle: pt.Component) -> tuple[str, ...]:
@@ -338,7 +339,7 @@ def _overall_ratio(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
     drive, radius = _number(axle.final_drive, "ratio"), _number(next(wheels_of(axle))[1], "radius")
     if not (top and drive and radius):
         return
-    turns = CRUISE / radius * top * drive * 30 / np.pi
+    turns = CRUISE / radius * top * drive / RPM
     if not TURNS[0] <= turns <= TURNS[1]:
         yield (
             f"in top gear at {CRUISE * 3.6:.0f} km/h {parts.engines[0]} turns at {turns:.0f} rpm, unusual ({TURNS[0]:.0f} to "

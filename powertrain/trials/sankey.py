@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import powertrain as pt
 from powertrain.figures.plot import axes_of
 from powertrain.language.component import children
-from powertrain.trials.cycle import CycleRun
+from powertrain.trials.cycle_run import CycleRun
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

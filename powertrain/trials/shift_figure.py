@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import powertrain as pt
+from powertrain.components.common_units import RPM
 from powertrain.figures.plot import axes_of
 from powertrain.trials.anatomy import anatomy
-from powertrain.trials.figures import RPM
 from powertrain.trials.shifts import AFTER, clutch_to_clutch, duration, shift_quality, shifts
 
 if TYPE_CHECKING:
@@ -38,9 +38,9 @@ def plot_shift(result: pt.Result[Any], number: int = 1, *, axes: Any = None) -> 
     t = np.linspace(max(row["time"] - BEFORE, result.time[0]), min(stop, result.time[-1]), POINTS)
     speed, torque, acceleration, slip = axes
     for engine in anatomy(model).engines:
-        speed.plot(t, result.at(t, f"{engine}.w") * RPM, label=engine)
-    speed.plot(t, result.at(t, f"{box}.w_in") * RPM, label="input of the gearbox")
-    speed.plot(t, result.at(t, f"{box}.w_ref") * RPM, "k--", linewidth=0.8, label="reference")
+        speed.plot(t, result.at(t, f"{engine}.w") / RPM, label=engine)
+    speed.plot(t, result.at(t, f"{box}.w_in") / RPM, label="input of the gearbox")
+    speed.plot(t, result.at(t, f"{box}.w_ref") / RPM, "k--", linewidth=0.8, label="reference")
     speed.set_ylabel("Speed [rpm]")
     speed.set_title(f"Shift from gear {row['from']:.0f} to gear {row['to']:.0f}", fontsize=10)
     for name, path in model._values[box].friction_elements().items():

@@ -8,11 +8,10 @@ import numpy as np
 import pandas as pd
 
 import powertrain as pt
+from powertrain.components.common_units import MILE
 from powertrain.language.arguments import number, of_kind, positive
 from powertrain.trials.charge import BREAK_OFF, ChargeSustaining
 
-MILE = 1.609344
-"""A statute mile [km]."""
 _USED = {"distance", "from the battery", "consumption", "carbon dioxide", "relative change"}
 
 
@@ -52,9 +51,9 @@ WLTP_FACTOR = UtilityFactor(
     (26.25, -38.94, -631.05, 5964.83, -25095.0, 60380.2, -87517.0, 75513.8, -35749.0, 7154.94), 800.0
 )
 """Regulation (EU) 2017/1151, Annex XXI, Sub-Annex 8, Appendix 5, Table A8.App5/1."""
-FLEET_FACTOR = UtilityFactor((10.52, -7.282, -26.37, 79.08, -77.36, 26.07), 399.0 * MILE)
+FLEET_FACTOR = UtilityFactor((10.52, -7.282, -26.37, 79.08, -77.36, 26.07), 399.0 * MILE / 1e3)
 """Fleet utility factor of SAE J2841 (September 2010), Table 2, as in the EPA's OMEGA model (``FUF``): every mile counts alike."""
-INDIVIDUAL_FACTOR = UtilityFactor((13.1, -18.7, 5.22, 8.15, 3.53, -1.34, -4.01, -3.90, -1.15, 3.88), 400.0 * MILE)
+INDIVIDUAL_FACTOR = UtilityFactor((13.1, -18.7, 5.22, 8.15, 3.53, -1.34, -4.01, -3.90, -1.15, 3.88), 400.0 * MILE / 1e3)
 """Multi-day individual utility factor of SAE J2841 (September 2010), Table 2, as in the EPA's OMEGA model (``labelUF``).
 
 Every car counts alike, however far it is driven."""

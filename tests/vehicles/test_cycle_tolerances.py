@@ -9,7 +9,8 @@ import powertrain as pt
 from powertrain.components.cycles import CYCLES, DriveCycle
 from powertrain.components.cycles.cycle import PHASES
 from powertrain.presets.catalogue import vehicles
-from powertrain.trials.cycle import CycleRun, drive_cycle, on_cycle
+from powertrain.trials.cycle import drive_cycle, on_cycle
+from powertrain.trials.cycle_run import CycleRun
 
 KINDS = {entry.name: entry.kind for entry in vehicles()}
 
