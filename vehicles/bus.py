@@ -1,4 +1,4 @@
-"""The bus of a vehicle: what is on it, and the power that is available to a machine, as an input of its control."""
+"""The bus of a vehicle: its parts, and the power available to a machine, as an input of its control."""
 
 from __future__ import annotations
 

@@ -133,7 +133,7 @@ class ShiftedCar(Car):
     def pull_speeds(self) -> tuple[list[float], list[float]]:
         """For each upshift, the speed of the mover from which the next gear pulls harder, before and after the shift [rad/s].
 
-        Empty for a gearbox that does not say its ratios.
+        Empty for a gearbox that does not state its ratios.
         """
         ratios = replace(self.gearbox).gear_ratios
         before = pull_speeds(self.mover, ratios)

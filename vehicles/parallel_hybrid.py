@@ -35,8 +35,6 @@ from powertrain.vehicles.hybrid import HybridCar
 
 Position = Literal["P0", "P1", "P2", "P3", "P4"]
 """At the engine's belt, at its crankshaft, at the gearbox input, at the gearbox output, at the other axle."""
-SPEEDS = ((4.5, 2.5), (8.0, 6.0), (12.0, 9.5), (16.5, 13.0), (21.0, 17.5))
-"""Shifts of a six-speed gearbox in m/s, with the accelerator released."""
 RATIOS = {"P0": 2.7, "P1": 1.0, "P2": 1.0, "P3": 2.2, "P4": 1.0}
 """Speed of the machine over that of its shaft; on its own axle the final drive reduces it."""
 SMALL = ElectricMachine(J=0.005, tau_max=55, P_max=12e3, w_max=1900, P_0=40, copper=0.5, iron=0.4, windage=2e-4)
@@ -72,7 +70,7 @@ class ParallelHybrid(ShiftedCar, HybridCar):
 
     position: Position = "P2"
     driver: Pedals = Driver(k_a=1500 / 6000)
-    schedule: Shifting = PowerShiftSchedule(speeds=SPEEDS)
+    schedule: Shifting = PowerShiftSchedule()
     control: ParallelControl = ParallelControl(v_on=36.0, v_off=33.0)
     engine: Engine = WillansEngine()
     clutch: Clutch = Clutch(fn_max=300, mue_pos=((0.0, 1.0),))

@@ -39,7 +39,7 @@ class ChainDrive(TwoFlanges, Lossy):
     c: Parameter = parameter("N/m", "Stiffness of a strand", default=1e6, above=0)
     d: Parameter = parameter("N.s/m", "Damping of a strand", default=200.0, min=0)
     x: Variable = variable("m", "Stretch of the strand that pulls where flange_a drives forward")
-    v: Variable = variable("m/s", "Its derivative")
+    v: Variable = variable("m/s", "Rate of the stretch")
     tight: Variable = variable("N", "Tension of that strand")
     loose: Variable = variable("N", "Tension of the other strand")
 

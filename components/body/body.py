@@ -141,7 +141,7 @@ class VehicleBody(_InAir):
 
     heat_port: HeatPort = support(HeatPort)
     wind: Input = signal_input("m/s", "Speed of the wind along the road, positive with the vehicle", default=0.0)
-    tailwind: Parameter = parameter("m/s", "Constant part of it, negative for a head wind", default=0.0)
+    tailwind: Parameter = parameter("m/s", "Constant part of the wind, negative for a head wind", default=0.0)
     chassis: Chassis = Chassis()
     surroundings: Wind = Wind()
 

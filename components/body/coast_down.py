@@ -24,7 +24,7 @@ class CoastDownBody(MovingBody):
     negative at some speed. The default is a compact car.
     """
 
-    F_0: Parameter = parameter("N", "Road load at the least speed", default=110.0, min=0)
+    F_0: Parameter = parameter("N", "Road load at rest, by extrapolation", default=110.0, min=0)
     F_1: Parameter = parameter("N.s/m", "Rise of the road load with the speed", default=1.5)
     F_2: Parameter = parameter("N.s2/m2", "Rise with the square of the speed", default=0.4, min=0)
     load: Variable = variable("N", "Road load")

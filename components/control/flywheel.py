@@ -125,7 +125,7 @@ class FlywheelCharge(FlywheelCharging, Switching):
     w_rest: Parameter = parameter(
         "rad/s", "Flywheel speed below which it is charged at standstill", default=320.0, above=0
     )
-    slope: Parameter = parameter("rad/m", "Reduction of this speed per unit of vehicle speed", default=0.5, min=0)
+    slope: Parameter = parameter("rad/m", "Reduction of w_rest per unit of vehicle speed", default=0.5, min=0)
     hysteresis: Parameter = parameter("rad/s", "Rise of the input speed during charging", default=100.0, above=0)
     u_charge: Parameter = parameter("1", "Throttle while charging", default=0.9, above=0, max=1)
     charging: Discrete = discrete("1", "1: charging, 0: not charging", start=0.0)

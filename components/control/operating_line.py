@@ -34,7 +34,7 @@ class OperatingLineControl(Component):
     (``operating_line(engine)`` is a map for it), ``tau_open`` the torque with open throttle, ``tau_drag`` the motoring torque without
     fuel. From an accelerator of 5 % on, combustion compensates for all of the drag, and the power is that at the crank; below, the crank
     gives power - tau_drag w (1 - pressed), so that a closing pedal leads continuously from driving to engine braking. With a drag of
-    2 kW and 3 kW demanded at 3 %, these are 2.2 kW. A driver who follows a speed presses a little more; the fuel is the same:
+    2 kW and 3 kW demanded at 3 %, the crank gives 2.2 kW. A driver who follows a speed presses a little more; the fuel is the same:
     with 1 % instead of 5 % it changes by less than 0.1 % over the WLTC. ``throttle`` is the fraction of the largest combustion
     torque; if that is not proportional to the throttle, ``engine.opening`` gives the throttle for it. With the accelerator released,
     the throttle is closed and the engine brakes. Through v_0 the accelerator demands power at standstill and where the vehicle rolls back.

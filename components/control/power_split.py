@@ -120,7 +120,7 @@ class PlannedPowerSplit(PowerSplit):
     """
 
     engine_on: Input = signal_input("1", "1: the engine runs, 0: it is stopped", default=0.0, outside=True)
-    engine_power: Input = signal_input("W", "Power that the running engine shall give", default=0.0, outside=True)
+    engine_power: Input = signal_input("W", "Power demanded of the running engine", default=0.0, outside=True)
 
     def equations(self) -> Equations:
         """As planned."""

@@ -17,7 +17,7 @@ class ElectricVariator(VariableUnit):
     limited(u, limit) = u/sqrt(1 + (u/limit)^2)
 
     The torque into each flange is positive if the machine generates. E is the energy in the link and E_0 its set point. P is what the link
-    needs, but for the copper loss of the machine at flange_a. At low speed of flange_a, and beyond its torque limit, the link discharges.
+    needs, without the copper loss of the machine at flange_a. At low speed of flange_a, and beyond its torque limit, the link discharges.
     An empty link ends a simulation with an error, and there is no operating point if copper T_a^2 - w_a T_a + (other losses - T_b w_b) = 0
     has no root within tau_max_a. The machines have quasi-static losses and no inertia. ``ratio`` may have any finite value, also zero
     (geared neutral); if flange_a passes rest, use ``ElectricPair``.

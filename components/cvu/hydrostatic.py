@@ -27,7 +27,7 @@ class HydrostaticUnit(VariableUnit):
     is inefficient. A ratio above V_full counts as full displacement.
 
     Two relief valves, one for each direction, connect both lines above the pressure ``p_max`` and so limit the torque of the motor to about
-    D_b p_max. Without a ``p_max`` of yours they stay closed at any pressure. The charge pump, which replaces the leakage, is not included:
+    D_b p_max. By default they stay closed at any pressure. The charge pump, which replaces the leakage, is not included:
     an ``AccessoryPump`` on the shaft of the pump takes its power.
 
     Lost: leakage p^2 + q_relief p + d_a w_a^2 + d_b w_b^2 + tau_a w_a + tau_b w_b; stored: C p^2/2.

@@ -51,11 +51,10 @@ class HypoidGear(LossyPair):
     def equations(self) -> Equations:
         """Kinematics, and the loss depending on the driving side."""
         values = {"w": ca.fabs(self.w_a), "tau": ca.fabs(self.flange_a.tau), "T": self.heat_port.T}
-        etas = (
-            mapped_efficiency(self, name, formula, AXES, values)
-            for name, formula in zip(("map_ab", "map_ba"), self._formula(), strict=True)
-        )
-        yield from self._mesh(*mesh_losses(self.flange_a.tau, *etas))
+        ab, ba = self._formula()
+        eta_ab = mapped_efficiency(self, "map_ab", ab, AXES, values)
+        eta_ba = mapped_efficiency(self, "map_ba", ba, AXES, values)
+        yield from self._mesh(*mesh_losses(self.flange_a.tau, eta_ab, eta_ba))
 
     def efficiencies(self) -> tuple[float, float]:
         """Efficiencies by the formula, pinion driving and ring gear driving."""

@@ -28,8 +28,8 @@ class Epicyclic(Component):
 class Differential(Component):
     """Partial: an axle differential, from the crown wheel on its cage to the left and the right half shaft.
 
-    w_crown = share w_left + (1 - share) w_right; without friction the left side takes the ``share`` of the crown's torque. They differ in
-    how friction changes this.
+    w_crown = share w_left + (1 - share) w_right; without friction the left side takes the ``share`` of the crown's torque.
+    The kinds differ in how friction changes this.
     """
 
     crown: Flange = port(Flange)

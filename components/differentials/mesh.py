@@ -8,6 +8,7 @@ from __future__ import annotations
 import casadi as ca
 
 from powertrain import (
+    Axis,
     Equations,
     Map,
     Parameter,
@@ -72,11 +73,10 @@ class MeshLaw(ThreeMembers, Lossy):
     def _efficiency(self, name: str, constant: Symbol) -> Symbol:
         given: Map | None = getattr(self, name)
         values = {"w_rel": ca.fabs(self.w_rel), "tau": ca.fabs(self.a.tau), "T": self.heat_port.T}
-        for k, axis in enumerate(given.axes if given else ()):
-            if axis.name == "angle":
-                _check_period(given, k, f"{self._path}.{name}")
-                turned, period = self.a.phi - self.carrier.phi - axis.low, axis.high - axis.low
-                values["angle"] = axis.low + turned - period * ca.floor(turned / period)
+        if given and "angle" in (names := [axis.name for axis in given.axes]):
+            axis = _periodic_axis(given, names.index("angle"), f"{self._path}.{name}")
+            turned, period = self.a.phi - self.carrier.phi - axis.low, axis.high - axis.low
+            values["angle"] = axis.low + turned - period * ca.floor(turned / period)
         return mapped_efficiency(self, name, constant, AXES, values)
 
     def loss(self) -> Symbol:
@@ -98,11 +98,12 @@ class Mesh(MeshLaw):
         yield from self._mesh()
 
 
-def _check_period(given: Map, k: int, where: str) -> None:
-    """Reject a map that jumps where the angle, its axis k, starts over."""
+def _periodic_axis(given: Map, k: int, where: str) -> Axis:
+    """Axis k of a map, the angle; a map that jumps where it starts over is rejected."""
     axis, jump = given.axes[k], abs(given.values.take(-1, axis=k) - given.values.take(0, axis=k)).max()
     if jump > JUMP:
         raise ParameterError(
             f"{where}: over the angle the map is periodic, from {axis.low:g} rad to {axis.high:g} rad, and must end with the values it "
             f"begins with; they differ by up to {jump:g}"
         )
+    return axis

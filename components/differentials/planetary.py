@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Self
 
-from powertrain import Equations, Parameter, connect, parameter, support
+from powertrain import Equations, Parameter, Symbol, connect, parameter, support
 from powertrain.components.differentials.interfaces import Epicyclic
 from powertrain.components.differentials.mesh import Mesh
 from powertrain.components.differentials.teeth import Pairs, Planets, Ring, Sun, basic_ratio
@@ -22,7 +22,8 @@ class _SunAndRing(Epicyclic):
     heat_port: HeatPort = support(HeatPort)
     mesh: Mesh = Mesh(ratio=-1)
 
-    def _members(self) -> Equations:
+    def _members(self, basic: Symbol) -> Equations:
+        yield self.mesh.ratio == basic
         yield self.mesh.eta_ab == self.eta_ab
         yield self.mesh.eta_ba == self.eta_ba
         yield connect(self.sun, self.mesh.a)
@@ -43,8 +44,7 @@ class PlanetaryGear(_SunAndRing):
 
     def equations(self) -> Equations:
         """The mesh of sun and ring."""
-        yield from self._members()
-        yield self.mesh.ratio == -self.ratio
+        yield from self._members(-self.ratio)
 
     @classmethod
     def from_teeth(
@@ -78,8 +78,7 @@ class SteppedPlanetaryGear(_SunAndRing):
 
     def equations(self) -> Equations:
         """The mesh of sun and ring."""
-        yield from self._members()
-        yield self.mesh.ratio == -self.ratio
+        yield from self._members(-self.ratio)
 
     @classmethod
     def from_teeth(
@@ -119,8 +118,7 @@ class DoublePinionPlanetaryGear(_SunAndRing):
 
     def equations(self) -> Equations:
         """The mesh of sun and ring."""
-        yield from self._members()
-        yield self.mesh.ratio == self.ratio
+        yield from self._members(self.ratio)
 
     @classmethod
     def from_teeth(

@@ -63,7 +63,9 @@ class _Battery(Lossy):
     B: Parameter = parameter(
         "K", "Temperature coefficient of the resistance, about 2000 K for lithium-ion cells", default=0.0, min=0
     )
-    band: Parameter = parameter("1", "Range of the state of charge in which they fade out", default=0.05, above=0)
+    band: Parameter = parameter(
+        "1", "Range of the state of charge in which discharge_power and charge_power fade out", default=0.05, above=0
+    )
     bus: DCTerminal = port(DCTerminal)
     state_of_charge: Output = signal_output("1", "State of charge")
     discharge_power: Output = signal_output("W", "Maximum discharge power")

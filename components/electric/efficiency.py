@@ -35,7 +35,7 @@ def losses_of_efficiency(table: Map, no_load: Loss | None, standstill: Loss | No
         if zero.any() and given is None:
             what, axis = ("without torque", torque) if name == "no_load" else ("at rest", speed)
             raise ParameterError(
-                f"{where}: an efficiency does not tell the loss {what}, and the table has {axis.name} = 0 {axis.unit}; "
+                f"{where}: an efficiency does not determine the loss {what}, and the table has {axis.name} = 0 {axis.unit}; "
                 f"give the loss there, such as {name}='150 W'"
             )
     w, tau, eta = w[turns], tau[loaded], table.values[np.ix_(turns, loaded)]

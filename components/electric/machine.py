@@ -78,13 +78,13 @@ class ElectricMachine(Lossy):
     tau_max: Parameter = parameter("N.m", "Largest torque", default=200.0, above=0)
     P_max: Parameter = parameter("W", "Largest power at the shaft", default=50e3, above=0)
     w_max: Parameter = parameter("rad/s", "Speed from which there is no torque", default=1200.0, above=0)
-    band: Parameter = parameter("rad/s", "Speed range below it in which the torque fades out", default=20.0, above=0)
+    band: Parameter = parameter("rad/s", "Speed range below w_max in which the torque fades out", default=20.0, above=0)
     V_full: Parameter = parameter("V", "Voltage of the bus from which P_max and w_max hold", default=0.0, min=0)
     T_max: Parameter = parameter(
         "K", "Temperature of the winding from which there is no torque", default=453.15, above=0
     )
     T_band: Parameter = parameter(
-        "K", "Temperature range below it in which the torque fades out", default=20.0, above=0, max=200
+        "K", "Temperature range below T_max in which the torque fades out", default=20.0, above=0, max=200
     )
     alpha: Parameter = parameter("1/K", "Rise of the winding's resistance, 0.0039 for copper", default=0.0, min=0)
     P_0: Parameter = parameter("W", "Loss at rest without torque", default=50.0, min=0)
@@ -111,7 +111,7 @@ class ElectricMachine(Lossy):
         driving, tau > 0: loss = tau w (1/eta - 1),  generating, tau < 0: loss = |tau| w (1 - eta)
 
         The losses are interpolated, not the efficiencies. A table with positive torques only holds for both directions of power, with
-        the losses of driving. No efficiency tells the losses without torque and at rest: they are arguments, and become
+        the losses of driving. No efficiency determines the losses without torque and at rest: they are arguments, and become
         points of the table. Without them, below the lowest speed and torque the axes of the table determine the loss; in a table with
         torques of both signs it is linear from one to the other.
 

@@ -102,7 +102,9 @@ class AccessoryPump(OneFlangeAndSupport, Lossy):
     pressure: Parameter = parameter("Pa", "Mean effective pressure", default=0.5e6, min=0)
     efficiency: Parameter = parameter("1", "Hydraulic over mechanical power", default=0.85, above=0, max=1)
     tau_0: Parameter = parameter("N.m", "Torque without load", default=0.5, min=0)
-    tau_2: Parameter = parameter("N.m.s2/rad2", "Its rise with speed squared", default=1e-6, min=0)
+    tau_2: Parameter = parameter(
+        "N.m.s2/rad2", "Rise of the torque without load with speed squared", default=1e-6, min=0
+    )
     w: Variable = variable("rad/s", "Speed of the flange against the support")
 
     def equations(self) -> Equations:

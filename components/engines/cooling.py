@@ -67,9 +67,13 @@ class CoolantCircuit(EngineCooling):
     G_block: Parameter = parameter("W/K", "Conductance from the block to the air", default=15.0, min=0)
     G_heater: Parameter = parameter("W/K", "Conductance of the cabin heater", default=0.0, min=0)
     G_fan: Parameter = parameter("W/K", "Conductance of the radiator at rest", default=300.0, min=0)
-    G_wind: Parameter = parameter("W.s/(K.m)", "Its rise with the speed of the air", default=40.0, min=0)
+    G_wind: Parameter = parameter(
+        "W.s/(K.m)", "Rise of the radiator's conductance with the air speed", default=40.0, min=0
+    )
     T_opens: Parameter = parameter("K", "Temperature from which the thermostat opens", default=358.15, above=200)
-    T_open: Parameter = parameter("K", "Temperature from which it is open, of a warm engine", default=368.15, above=200)
+    T_open: Parameter = parameter(
+        "K", "Temperature from which the thermostat is open, of a warm engine", default=368.15, above=200
+    )
     nu_40: Parameter = parameter("mm2/s", "Viscosity of the oil at 40 degC", default=62.0, above=2)
     nu_100: Parameter = parameter("mm2/s", "Viscosity of the oil at 100 degC", default=10.5, above=1.5)
     k: Parameter = parameter("1", "Exponent of friction over viscosity", default=0.24, min=0, max=1)

@@ -86,7 +86,9 @@ class Engine(Component):
     k_idle: Parameter = parameter("s/rad", "Throttle per speed deviation below idle", default=0.02, min=0)
     T_idle: Parameter = parameter("s", "Integral time of the idle controller", default=0.5, above=0)
     w_limit: Parameter = parameter("rad/s", "Speed from which the engine does not fire", default=680.0, above=0)
-    band_limit: Parameter = parameter("rad/s", "Speed range of the limiter below it", default=10.0, above=0)
+    band_limit: Parameter = parameter(
+        "rad/s", "Speed range below w_limit in which the limiter acts", default=10.0, above=0
+    )
     w_fire: Parameter = parameter("rad/s", "Speed from which the engine fires fully", default=40.0, above=0)
     tau_starter: Parameter = parameter("N.m", "Torque of the starter at rest", default=60.0, min=0)
     w: Variable = variable("rad/s", "Speed of the crank against the housing", prefer=True)
@@ -119,7 +121,7 @@ class Engine(Component):
         raise self._lacks("_fuel_power(w, firing)")
 
     def _lacks(self, law: str) -> ModelError:
-        return ModelError(f"{self._path or 'an engine'}: {type(self).__name__} does not say its law {law}; define it")
+        return ModelError(f"{self._path or 'an engine'}: {type(self).__name__} does not define its law {law}")
 
     def check(self) -> Equations:
         """The engine idles without its starter, and below the rev limiter."""

@@ -17,8 +17,8 @@ class Retarder(OneFlangeAndSupport, Lossy):
 
     w = der(phi),  tau = flange.tau = command min(tau_max (w/w_full)^2, tau_max, P_max/|w|), against the rotation
 
-    The torque of the full circuit grows with the square of the speed, until its pressure is limited, and then until the heat is that
-    which the coolant takes. A command below 0 counts as 0, one above 1 as 1. At rest it has no torque, so it does not hold a vehicle. The
+    The torque of the full circuit grows with the square of the speed up to the limit of its pressure; at high speed the heat that the
+    coolant takes limits it. A command below 0 counts as 0, one above 1 as 1. At rest it has no torque, so it does not hold a vehicle. The
     delay of filling is not included; a ``FirstOrder`` in front of the command adds it. The defaults are invented, for a retarder at the
     output of the gearbox of a heavy truck.
     """

@@ -38,7 +38,7 @@ class Shiftable(TwoFlanges):
 
     @property
     def gear_ratios(self) -> tuple[float, ...]:
-        """Ratios of the forward gears, speed at flange_a over speed at flange_b; empty if the transmission does not say them."""
+        """Ratios of the forward gears, speed at flange_a over speed at flange_b; empty if the transmission does not state them."""
         return ()
 
     @property

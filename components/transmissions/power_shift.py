@@ -146,7 +146,9 @@ class StartingConverter(StartingDevice):
     """
 
     w_lock: Parameter = parameter("rad/s", "Speed of the turbine from which the lock-up closes", default=105.0, above=0)
-    band: Parameter = parameter("rad/s", "Speed range in which it closes", default=10.0, above=0)
+    band: Parameter = parameter(
+        "rad/s", "Range of the turbine's speed in which the lock-up closes", default=10.0, above=0
+    )
     T_fill: Parameter = parameter("s", "Time constant of filling the lock-up clutch", default=0.3, above=0)
     converter: TorqueConverter = TorqueConverter()
     filled: Variable = variable("1", "Oil in the lock-up clutch, 0 empty to 1 full", start=0.0)

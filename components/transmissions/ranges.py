@@ -75,7 +75,7 @@ class TransmissionOfRanges(VariableTransmission):
     Errors: ParameterError for ranges that do not follow each other or meet at different speeds of the unit.
     """
 
-    ratio: Input = signal_input("1", "Overall ratio that is wanted")
+    ratio: Input = signal_input("1", "Desired overall ratio")
     range: Discrete = discrete("1", "Number of the range, the lowest is 0")
     spans: tuple[Span, ...] = _SIMPLEST
     gears: tuple[NetworkGears, ...] = tuple(NetworkGears.of(network) for _, _, network in _SIMPLEST)

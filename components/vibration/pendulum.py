@@ -45,7 +45,7 @@ class CentrifugalPendulum(Lossy):
     e: Parameter = parameter("1", "Coefficient of restitution of the stops", default=0.3, min=0, max=1)
     w: Variable = variable("rad/s", "Speed of the carrier")
     psi: Variable = variable("rad", "Angle of the path's tangent", start=0.0, prefer=True)
-    w_psi: Variable = variable("rad/s", "Its derivative", start=0.0, prefer=True)
+    w_psi: Variable = variable("rad/s", "Rate of psi", start=0.0, prefer=True)
     s: Variable = variable("m", "Arc length from the vertex, in the direction of rotation")
     ahead: Variable = variable("N", "Force of the stop in the direction of rotation")
     behind: Variable = variable("N", "Force of the stop against it")

@@ -23,7 +23,7 @@ COMMANDS = {
     "split-path": "designing",
     "reproduce": "reproducing",
 }
-"""The commands, and the modules in which they stand."""
+"""The commands and their modules."""
 
 EXAMPLES = (
     "list vehicles",
@@ -68,7 +68,7 @@ class Commands(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """What the library refuses, and files that cannot be read or written, end with code 1 and the message.
 
-        A reader of the output that has gone, such as ``head``, is no error to tell.
+        That the reader of the output has gone, such as ``head``, is no error.
         """
         try:
             return super().invoke(ctx)

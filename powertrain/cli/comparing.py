@@ -90,7 +90,7 @@ def _runs(
         return {name: driven(model, drive, name) for name, model in both.items()}
     saved = [run for run in runs if isinstance(run, Path)]
     if len(saved) == 1 and drive.cycle is None:
-        raise click.UsageError(f"say with --cycle what the vehicle drives: {saved[0]} does not tell its cycle")
+        raise click.UsageError(f"{saved[0]} does not contain its cycle; give the cycle of the vehicle with --cycle")
     if len(saved) == 2 and drive:
         raise click.UsageError("both runs are saved ones; --cycle, --span and --start need a vehicle")
     names = [name_of(run) for run in runs]

@@ -246,7 +246,7 @@ def report(found: SplitPathDesigns, top: int) -> str:
         "to",
         "power flow, or problem",
     )
-    about = f"r from {duty.low:g} to {duty.high:g}, a unit with {unit}: {len(found.feasible)} of {len(found.table)} designs can do it"
+    about = f"r from {duty.low:g} to {duty.high:g}, a unit with {unit}: {len(found.feasible)} of {len(found.table)} designs are feasible"
     edge = "\nThe first design lies at the edge of the compared R_o: a wider --basic may hold a better one."
     note = edge if len(found.feasible) and found.at_edge() else ""
     return f"{about}\n\n{columns(rows, head, right=[2, 3, 4, 5, 6, 7])}{note}"
@@ -303,8 +303,8 @@ def _space(
         rows.append([str(row.structure), *(number(float(row[n]), 3) for n in names), *told])
     head = ("unit's sides", "mean eff.", "least eff.", "unit size", "max |K|", "shift at r", "mechanical points", "R_o")
     click.echo(
-        f"r from {duty.low:g} to {duty.high:g}: {len(found.pareto)} designs that none betters in efficiency and unit size (torque times "
-        f"speed over power)\n\n{columns(rows, head, right=[1, 2, 3, 4])}"
+        f"r from {duty.low:g} to {duty.high:g}: {len(found.pareto)} designs that no other surpasses in both efficiency and unit size "
+        f"(torque times speed over power)\n\n{columns(rows, head, right=[1, 2, 3, 4])}"
     )
     if out is not None:
         found.table.drop(columns="_number").to_csv(out, index=False)

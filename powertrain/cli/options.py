@@ -201,7 +201,7 @@ def starts_of(begin: Sequence[str], plant: pt.Plant[Any]) -> dict[str, float]:
 
 
 def progress() -> bool:
-    """Bars are for terminals."""
+    """Whether to show bars of progress: on terminals only."""
     return sys.stderr.isatty()
 
 

@@ -136,7 +136,7 @@ def _mean(efficiency: Vector, weight: Vector) -> float:
 def _range_problem(found: Mapping[str, Any], demands: Demands) -> str:
     V, unit = np.array([found["V_min"], found["V_max"]]), demands.unit
     if found["max_K"] > demands.max_K * (1 + NONE):
-        return f"|K| up to {found['max_K']:.4g}, at most {demands.max_K:g} is wanted"
+        return f"|K| up to {found['max_K']:.4g}, at most {demands.max_K:g} is allowed"
     margins = unit_margins(V, unit)
     if (margins >= -NONE).all():
         return limited(found, demands.limits)

@@ -58,7 +58,7 @@ class Rated:
     values: dict[str, Vector]
 
     def with_(self, other: Rated) -> Rated:
-        """Both."""
+        """These designs and others of the same structure and unit."""
         mine, theirs = self.designs, other.designs
         joined = [np.concatenate([getattr(mine, n), getattr(theirs, n)]) for n in ("m", "R_o", "shifts", "scale")]
         values = {n: np.concatenate([v, other.values[n]]) for n, v in self.values.items()}

@@ -1,1 +1,1 @@
-"""What draws with matplotlib: signals over time, schematics of models."""
+"""Figures with matplotlib: signals over time, schematics of models."""

@@ -1,1 +1,1 @@
-"""Cars that were measured, built from what they share with others of their technology, and what is predicted of them."""
+"""Models of measured cars, built from data that cars of the same technology share, and the predictions of these models."""

@@ -290,8 +290,8 @@ def _machine(power: float, torque: float, w_max: float, *, geared: bool) -> Elec
     """A permanent-magnet machine with its inverter, by rated power [W], largest torque [N.m] and top speed [rad/s].
 
     The inverter and its cooling take 100 W and 0.07 % of the rated power. Of this it loses 6 % in its copper at full torque and, at top
-    speed, 1 % in its iron and 0.5 % by windage. Of a machine that is ``geared`` to the wheels for good the last two count in the road
-    load, as it turns with them when the vehicle coasts.
+    speed, 1 % in its iron and 0.5 % by windage. If the machine is permanently ``geared`` to the wheels, the last two are part of the
+    road load, as it turns with them when the vehicle coasts.
     """
     return ElectricMachine(
         P_max=power,

@@ -1,4 +1,4 @@
-"""What was predicted for the shipped cars, as the documentation publishes it."""
+"""The predictions for the shipped cars that the documentation shows."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ from typing import Literal, Self, get_args
 
 from powertrain import ParameterError
 from powertrain.components.body.body import G_N
+from powertrain.components.common_units import KM_H, RPM
 from powertrain.language.makers import arguments_checked
 from powertrain.measured.agency import COLUMNS, is_agency, of_agency
 from powertrain.measured.cells import (
@@ -29,8 +30,6 @@ from powertrain.measured.cells import (
     plain,
 )
 
-RPM_PER_KMH = 0.37699111843077515
-"""1 rpm/(km/h) in rad/m."""
 TRANSIENT, STABILISED = 5.78, 6.21
 """Lengths of the UDDS's two parts [km]: the first 505 s, and the rest."""
 WARM = 1.026
@@ -64,7 +63,7 @@ LEAST_ELECTRIC = 50.0
 
 @dataclass(frozen=True)
 class TestCar:
-    """What the list says of a car: rated power [W], test mass [kg], road load F = A + B v + C v^2 [N, m/s], and what it burnt.
+    """What the list says of a car: rated power [W], test mass [kg], road load F = A + B v + C v^2 [N, m/s], and its fuel economy.
 
     ``displacement`` [m3], 0 without an engine; ``w_per_v`` [rad/m] engine speed over vehicle speed in top gear; ``axle_ratio``.
     ``start_stop`` and ``turbocharged`` (or supercharged) are None where they are not known, and then taken from what is usual.
@@ -176,7 +175,7 @@ class TestCar:
             power=float(row["rated_power_kW"]) * 1e3,
             mass=float(row["test_mass_kg"]),
             axle_ratio=float(row["axle_ratio"]),
-            w_per_v=float(row["n_over_v_top_gear_rpm_per_kmh"]) * RPM_PER_KMH,
+            w_per_v=float(row["n_over_v_top_gear_rpm_per_kmh"]) * RPM / KM_H,
             road_load=(
                 _mean(load[0] for load in loads),
                 _mean(load[1] for load in loads),

@@ -1,4 +1,4 @@
-"""What cars of one technology have in common: numbers for engine families, gearboxes and habits, none of them a car's own."""
+"""What cars of one technology have in common: data of engine families, gearboxes and control, none of a single car."""
 
 from __future__ import annotations
 

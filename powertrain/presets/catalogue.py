@@ -1,4 +1,4 @@
-"""What there is: components and vehicles, found by walking the packages."""
+"""The catalogue of components and vehicles, found by walking the packages."""
 
 from __future__ import annotations
 

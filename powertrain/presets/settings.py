@@ -282,7 +282,7 @@ def assignments(texts: Iterable[str], option: str = "--set", example: str = "bod
 
 
 def free_or_error(wanted: Iterable[str], model: pt.Component, free: Mapping[str, float]) -> None:
-    """ParameterError for a parameter that was set and that the whole it is part of determines."""
+    """ParameterError for a parameter that was set although the component around it determines it."""
     for path in wanted:
         found = place(model, path)
         if found.spec is not None and path not in free:

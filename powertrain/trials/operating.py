@@ -92,7 +92,7 @@ def _refuse_memory(vehicle: pt.Component, held: Container[str]) -> None:
     if left:
         raise pt.ParameterError(
             f"{type(vehicle).__name__} has no map of operating points over speed and accelerator alone: {part} "
-            f"depends on its history. Say what {', '.join(left)} should be: held={{{left[0]!r}: 1}}, or powertrain map --held {left[0]}=1"
+            f"depends on its history. Give a value for {', '.join(left)}: held={{{left[0]!r}: 1}}, or powertrain map --held {left[0]}=1"
         )
 
 

@@ -1,4 +1,4 @@
-"""What to say of a vehicle that stands, rolls back or stalls on a cycle."""
+"""Why a vehicle stood, rolled back or stalled on a cycle, for the error message."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ STANDS = 1.0
 STALLED, LASTING = 1.0, 2.0
 """Speed [rad/s] below which an engine stands, and the time [s] after which it is not about to start."""
 ON, ASKED = 0.5, 0.1
-"""Switch from which an engine shall run; part of a cycle's distance that must be more than ``STANDS`` for a vehicle to be missed."""
+"""Value of ``on`` from which an engine should run; share of a cycle's distance that must exceed ``STANDS`` for it to ask for motion."""
 
 
 def standing(cycle: DriveCycle, result: pt.Result[Any], parts: Anatomy) -> str:
-    """What to say of a vehicle whose engine turned backwards or stalled, or which did not move forward as asked; else nothing."""
+    """The message for a vehicle whose engine turned backwards or stalled, or which did not follow the cycle; empty for others."""
     path = result[f"{parts.the('body')}.s"]
     distance = float(path[-1] - path[0])
     driven = f"the vehicle drove {max(distance, 0.0):.0f} m of the {cycle.distance:.0f} m of {cycle.name}"

@@ -702,7 +702,7 @@ def test_run_calculates_backward(short: str) -> None:
     assert "Backward" in done("run", "ManualCar", "--cycle", short, "--backward")
     depend = "depend on the history of control (PowerSplitControl): control.running. Simulate it with drive_cycle"
     assert depend in refused("run", "PowerSplitHybrid", "--cycle", short, "--backward")
-    assert "Say what control.running should be" in refused("map", "PowerSplitHybrid", code=1)
+    assert "Give a value for control.running: held=" in refused("map", "PowerSplitHybrid", code=1)
     assert "is not PATH=NUMBER" in refused("map", "PowerSplitHybrid", "--held", "control.running")
 
 

@@ -326,7 +326,8 @@ def test_an_electric_car_is_mapped_from_its_battery() -> None:
 
 def test_what_a_hybrid_remembers_is_given() -> None:
     with pytest.raises(
-        pt.ParameterError, match=r"SeriesHybrid .* genset .* depends on its history. Say what genset.running should"
+        pt.ParameterError,
+        match=r"SeriesHybrid .* genset .* depends on its history. Give a value for genset.running: held",
     ):
         driveline_map(SeriesHybrid(), [10.0], [0.5])
     with pytest.raises(

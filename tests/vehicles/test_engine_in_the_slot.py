@@ -88,5 +88,5 @@ def test_split_path_engine_gives_what_is_asked(number: int) -> None:
 
 def test_an_engine_without_laws_is_told() -> None:
     for vehicle in VEHICLES:
-        with pytest.raises(pt.ModelError, match=r"engine: Lawless does not say its law _full_load\(w\)"):
+        with pytest.raises(pt.ModelError, match=r"engine: Lawless does not define its law _full_load\(w\)"):
             pt.compile(pt.replace(vehicle(), engine=Lawless()))

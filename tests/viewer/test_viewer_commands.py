@@ -92,7 +92,7 @@ def test_saved_runs_are_compared_by_the_names_of_their_files(saved: Path, tmp_pa
 @pytest.mark.slow
 def test_a_vehicle_drives_a_given_cycle_beside_a_saved_run(saved: Path) -> None:
     """It used to drive its own cycle, whatever the saved run drove, and none could be given."""
-    assert "say with --cycle what the vehicle drives" in called("compare", str(saved), "ManualCar", code=2)
+    assert "give the cycle of the vehicle with --cycle" in called("compare", str(saved), "ManualCar", code=2)
     text = called("compare", str(saved), "ManualCar", "--cycle", "wltc", *SHORT, "--signals", "cycle.v_ref")
     difference, largest = (float(text.split("cycle.v_ref")[1].split()[k]) for k in (2, 3))
     assert abs(difference) < 1e-9

@@ -157,9 +157,12 @@ def test_losses_that_no_efficiency_tells() -> None:
     for given, said in (
         (
             {"standstill": 50.0},
-            r"does not tell the loss without torque, and the table has M = 0 N.m; .* no_load='150 W'",
+            r"does not determine the loss without torque, and the table has M = 0 N.m; .* no_load='150 W'",
         ),
-        ({"no_load": 50.0}, r"does not tell the loss at rest, and the table has n = 0 rad/s; .* standstill='150 W'"),
+        (
+            {"no_load": 50.0},
+            r"does not determine the loss at rest, and the table has n = 0 rad/s; .* standstill='150 W'",
+        ),
         (
             {"no_load": copper, "standstill": 1.0},
             r"no_load gives map \[W\] over tau \[N.m\]; it must give a loss \[W\] over",
