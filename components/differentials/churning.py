@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
-from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSupport
+from powertrain import Equations, Parameter, parameter
+from powertrain.components.rotational.interfaces import Dragged
 
 
-class ChurningLoss(OneFlangeAndSupport, Lossy):
+class ChurningLoss(Dragged):
     """The drag of oil and air on a shaft or wheel: a torque that is a polynomial in its speed.
 
     w = der(flange.phi - support.phi),  flange.tau = d w + d2 w |w| + d3 w^3
@@ -23,18 +23,8 @@ class ChurningLoss(OneFlangeAndSupport, Lossy):
         "N.m.s2/rad2", "Part that grows with the square of the speed (churning, windage)", default=0.0, min=0
     )
     d3: Parameter = parameter("N.m.s3/rad3", "Part that grows with the cube of the speed", default=0.0, min=0)
-    w: Variable = variable("rad/s", "Speed of the flange against the support")
 
     def equations(self) -> Equations:
         """Drag."""
-        yield from self._against_support()
-        yield self.w == der(self.phi)
-        yield self.flange.tau == self._drag()
-        yield from self._dissipate()
-
-    def _drag(self) -> Symbol:
-        return self.w * (self.d + self.d2 * ca.fabs(self.w) + self.d3 * self.w**2)
-
-    def loss(self) -> Symbol:
-        """Drag times speed."""
-        return self._drag() * self.w
+        yield from self._turn()
+        yield self.flange.tau == self.w * (self.d + self.d2 * ca.fabs(self.w) + self.d3 * self.w**2)

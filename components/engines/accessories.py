@@ -12,7 +12,6 @@ from powertrain import (
     Parameter,
     Symbol,
     Variable,
-    der,
     friction,
     parameter,
     port,
@@ -21,10 +20,10 @@ from powertrain import (
 )
 from powertrain.components.electric.interfaces import DCTerminal
 from powertrain.components.limited import limited
-from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSupport
+from powertrain.components.rotational.interfaces import Dragged
 
 
-class AccessoryDrive(OneFlangeAndSupport, Lossy):
+class AccessoryDrive(Dragged):
     """A belt drive that takes constant power from the crankshaft.
 
     Below w_0 the torque falls to zero at rest, so the starter can overcome it.
@@ -34,24 +33,14 @@ class AccessoryDrive(OneFlangeAndSupport, Lossy):
 
     P: Parameter = parameter("W", "Power", default=0.0, min=0)
     w_0: Parameter = parameter("rad/s", "Speed from which the full power is taken", default=50.0, above=0)
-    w: Variable = variable("rad/s", "Speed of the flange against the support")
 
     def equations(self) -> Equations:
         """A constant power."""
-        yield from self._against_support()
-        yield self.w == der(self.phi)
-        yield self.flange.tau == self._torque()
-        yield from self._dissipate()
-
-    def _torque(self) -> Symbol:
-        return self.P * self.w / ca.fmax(ca.fabs(self.w), self.w_0) ** 2
-
-    def loss(self) -> Symbol:
-        """All the power that it takes."""
-        return self._torque() * self.w
+        yield from self._turn()
+        yield self.flange.tau == self.P * self.w / ca.fmax(ca.fabs(self.w), self.w_0) ** 2
 
 
-class Alternator(OneFlangeAndSupport, Lossy):
+class Alternator(Dragged):
     """An alternator that regulates the voltage of the bus as far as its speed permits.
 
     w = der(flange.phi - support.phi),  flange.tau w = -bus.v bus.i/efficiency,  -bus.i = G (V - bus.v) within 0..limit
@@ -68,25 +57,22 @@ class Alternator(OneFlangeAndSupport, Lossy):
     w_cut: Parameter = parameter("rad/s", "Speed from which it delivers current", default=120.0, above=0)
     w_rise: Parameter = parameter("rad/s", "Speed range in which the current rises", default=250.0, above=0)
     efficiency: Parameter = parameter("1", "Electric over mechanical power", default=0.65, above=0, max=1)
-    w: Variable = variable("rad/s", "Speed of the flange against the support")
     i: Variable = variable("A", "Current delivered")
 
     def equations(self) -> Equations:
         """A regulator with a speed-dependent limit."""
-        yield from self._against_support()
-        yield self.w == der(self.phi)
+        yield from self._turn()
         limit = self.i_max * (1 - ca.exp(-ca.fmax(self.w - self.w_cut, 0) / self.w_rise))
         yield self.i == limited(self.G * (self.V - self.bus.v), 0, limit)
         yield self.bus.i == -self.i
         yield self.flange.tau == self.bus.v * self.i / self.efficiency / ca.fmax(self.w, self.w_cut)
-        yield from self._dissipate()
 
     def loss(self) -> Symbol:
         """Mechanical minus electric power."""
         return self.bus.v * self.i * (1 / self.efficiency - 1)
 
 
-class AccessoryPump(OneFlangeAndSupport, Lossy):
+class AccessoryPump(Dragged):
     """A pump or compressor: hydraulic steering, oil or coolant pump, air conditioning.
 
     w = der(flange.phi - support.phi),  w > 0: flange.tau = limit;  w < 0: flange.tau = -limit;  w = 0: |flange.tau| <= limit
@@ -105,17 +91,10 @@ class AccessoryPump(OneFlangeAndSupport, Lossy):
     tau_2: Parameter = parameter(
         "N.m.s2/rad2", "Rise of the torque without load with speed squared", default=1e-6, min=0
     )
-    w: Variable = variable("rad/s", "Speed of the flange against the support")
 
     def equations(self) -> Equations:
         """A torque that opposes the motion and holds at rest."""
-        yield from self._against_support()
-        yield self.w == der(self.phi)
+        yield from self._turn()
         work = self.displacement * self.pressure / (2 * math.pi * self.efficiency)
         limit = limited(self.load.value) * work + self.tau_0 + self.tau_2 * self.w**2
         yield friction(self.w, self.flange.tau, -limit, limit)
-        yield from self._dissipate()
-
-    def loss(self) -> Symbol:
-        """All the power that it takes."""
-        return self.flange.tau * self.w

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
+from powertrain import Equations, Parameter, Variable, parameter, variable
 from powertrain.components.characteristics import eddy_current, resistance
-from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSupport
+from powertrain.components.rotational.interfaces import Dragged
 
 
-class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
+class EddyCurrentTorque(Dragged):
     """An eddy-current brake disc; the hotter the disc, the higher the speed of its largest torque.
 
     tau = flange.tau = 2 tau_nominal v/(1 + v^2),  v = w/(w_nominal R(T)/R(TRef)),  w = der(phi)
@@ -20,7 +20,6 @@ class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
     w_nominal: Parameter = parameter("rad/s", "Speed of the largest torque at TRef", min=1e-15)
     TRef: Parameter = parameter("K", "Reference temperature of w_nominal", default=293.15, min=0)
     alpha20: Parameter = parameter("1/K", "Temperature coefficient of the disc's resistance at 293.15 K", default=0.0)
-    w: Variable = variable("rad/s", "Speed of the disc against the support")
     tau: Variable = variable("N.m", "Braking torque, flange.tau")
 
     def check(self) -> Equations:
@@ -29,13 +28,7 @@ class EddyCurrentTorque(OneFlangeAndSupport, Lossy):
 
     def equations(self) -> Equations:
         """Kloss' characteristic with a slip speed that grows with the disc's resistance."""
-        yield from self._against_support()
-        yield self.w == der(self.phi)
+        yield from self._turn()
         v = self.w / (self.w_nominal * resistance(self.alpha20, self.heat_port.T, self.TRef))
         yield self.tau == self.tau_nominal * eddy_current(v)
         yield self.flange.tau == self.tau
-        yield from self._dissipate()
-
-    def loss(self) -> Symbol:
-        """Braking torque times speed."""
-        return self.tau * self.w

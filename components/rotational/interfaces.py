@@ -39,6 +39,24 @@ class OneFlangeAndSupport(Component):
         yield self.flange.tau + self.support.tau == 0
 
 
+class Dragged(OneFlangeAndSupport, Lossy):
+    """Partial: a flange with a torque against the support whose power is lost.
+
+    w = der(phi),  lost = flange.tau w
+    """
+
+    w: Variable = variable("rad/s", "Speed of the flange against the support")
+
+    def _turn(self) -> Equations:
+        yield from self._against_support()
+        yield self.w == der(self.phi)
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Torque times speed."""
+        return self.flange.tau * self.w
+
+
 class TwoFlangesAndSupport(TwoFlanges):
     """Partial: two flanges and a support that takes the difference of their torques; ground if nothing is connected."""
 

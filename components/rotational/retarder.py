@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Input, Parameter, Symbol, Variable, der, parameter, signal_input, variable
+from powertrain import Equations, Input, Parameter, Variable, parameter, signal_input, variable
 from powertrain.components.limited import limited
-from powertrain.components.rotational.interfaces import Lossy, OneFlangeAndSupport
+from powertrain.components.rotational.interfaces import Dragged
 
 CREEP = 1e-3
 """Smallest speed [rad/s] in the limit of power."""
 
 
-class Retarder(OneFlangeAndSupport, Lossy):
+class Retarder(Dragged):
     """A hydrodynamic retarder on a shaft, with a command from 0 to 1.
 
     w = der(phi),  tau = flange.tau = command min(tau_max (w/w_full)^2, tau_max, P_max/|w|), against the rotation
@@ -27,19 +27,12 @@ class Retarder(OneFlangeAndSupport, Lossy):
     w_full: Parameter = parameter("rad/s", "Speed from which the torque is the largest", default=70.0, above=0)
     P_max: Parameter = parameter("W", "Largest power, which the coolant takes", default=350e3, min=0)
     command: Input = signal_input("1", "Share of the torque at the present speed, from 0 to 1", default=0.0)
-    w: Variable = variable("rad/s", "Speed of the shaft against the support")
     tau: Variable = variable("N.m", "Braking torque, flange.tau")
 
     def equations(self) -> Equations:
         """The least of three torques, each odd in the speed."""
-        yield from self._against_support()
-        yield self.w == der(self.phi)
+        yield from self._turn()
         slope = ca.fmin(ca.fabs(self.w) / self.w_full, 1) / ca.fmax(ca.fabs(self.w), self.w_full)
         hot = self.P_max / ca.fmax(ca.fabs(self.w), CREEP) ** 2
         yield self.tau == limited(self.command.value) * self.w * ca.fmin(self.tau_max * slope, hot)
         yield self.flange.tau == self.tau
-        yield from self._dissipate()
-
-    def loss(self) -> Symbol:
-        """Braking torque times speed."""
-        return self.tau * self.w

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, variable
+from powertrain import Equations, Parameter, Variable, parameter, variable
 from powertrain.components.characteristics import eddy_current, resistance
-from powertrain.components.translational.interfaces import Lossy, OneFlangeAndSupport
+from powertrain.components.translational.interfaces import Dragged
 
 
-class EddyCurrentForce(OneFlangeAndSupport, Lossy):
+class EddyCurrentForce(Dragged):
     """An eddy-current brake fin; the hotter the fin, the higher the speed of its largest force.
 
     f = flange.f = 2 f_nominal x/(1 + x^2),  x = v/(v_nominal R(T)/R(TRef)),  v = der(s)
@@ -20,7 +20,6 @@ class EddyCurrentForce(OneFlangeAndSupport, Lossy):
     v_nominal: Parameter = parameter("m/s", "Speed of the largest force at TRef", min=1e-15)
     TRef: Parameter = parameter("K", "Reference temperature of v_nominal", default=293.15, min=0)
     alpha20: Parameter = parameter("1/K", "Temperature coefficient of the fin's resistance at 293.15 K", default=0.0)
-    v: Variable = variable("m/s", "Speed of the fin against the support")
     f: Variable = variable("N", "Braking force, flange.f")
 
     def check(self) -> Equations:
@@ -29,13 +28,7 @@ class EddyCurrentForce(OneFlangeAndSupport, Lossy):
 
     def equations(self) -> Equations:
         """Kloss' characteristic with a speed of largest force that grows with the fin's resistance."""
-        yield from self._against_support()
-        yield self.v == der(self.s)
+        yield from self._move()
         x = self.v / (self.v_nominal * resistance(self.alpha20, self.heat_port.T, self.TRef))
         yield self.f == self.f_nominal * eddy_current(x)
         yield self.flange.f == self.f
-        yield from self._dissipate()
-
-    def loss(self) -> Symbol:
-        """Braking force times speed."""
-        return self.f * self.v

@@ -52,6 +52,24 @@ class OneFlangeAndSupport(Component):
         yield self.flange.f + self.support.f == 0
 
 
+class Dragged(OneFlangeAndSupport, Lossy):
+    """Partial: a flange with a force against the support whose power is lost.
+
+    v = der(s),  lost = flange.f v
+    """
+
+    v: Variable = variable("m/s", "Speed of the flange against the support")
+
+    def _move(self) -> Equations:
+        yield from self._against_support()
+        yield self.v == der(self.s)
+        yield from self._dissipate()
+
+    def loss(self) -> Symbol:
+        """Force times speed."""
+        return self.flange.f * self.v
+
+
 class TwoFlangesAndSupport(TwoFlanges):
     """Partial: two flanges and a support that takes the sum of their forces; ground if nothing is connected."""
 

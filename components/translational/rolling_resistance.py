@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Input, Parameter, Symbol, Variable, der, parameter, signal_input, variable, within
+from powertrain import Equations, Input, Parameter, Variable, parameter, signal_input, variable, within
 from powertrain.components.characteristics import Regularization, smooth_sign
-from powertrain.components.translational.interfaces import Lossy, OneFlangeAndSupport
+from powertrain.components.translational.interfaces import Dragged
 
 
-class RollingResistance(OneFlangeAndSupport, Lossy):
+class RollingResistance(Dragged):
     """The resistance of a rolling wheel against the road.
 
     f = flange.f = Cr fWeight cos(alpha) sign(v),  tan(alpha) = inclination,  v = der(s)
@@ -29,13 +29,11 @@ class RollingResistance(OneFlangeAndSupport, Lossy):
     reg: Regularization = "exp"
     cr: Input = signal_input("1", "Rolling resistance coefficient", default=0.0)
     inclination: Input = signal_input("1", "Inclination of the road, tan(alpha)", default=0.0)
-    v: Variable = variable("m/s", "Speed against the road")
     f: Variable = variable("N", "Resistance, flange.f")
 
     def equations(self) -> Equations:
         """Resistance in proportion to the load on the road."""
-        yield from self._against_support()
-        yield self.v == der(self.s)
+        yield from self._move()
         cr = self.cr.value if self.useCrInput else self.CrConstant
         if self.useCrInput:
             within(cr, 0, ca.inf, name="rolling resistance coefficient", unit="1")
@@ -43,14 +41,9 @@ class RollingResistance(OneFlangeAndSupport, Lossy):
         load = self.fWeight / ca.sqrt(1 + slope**2)
         yield self.f == cr * load * smooth_sign(self.v / self.v0, self.reg)
         yield self.flange.f == self.f
-        yield from self._dissipate()
-
-    def loss(self) -> Symbol:
-        """Resistance times speed."""
-        return self.f * self.v
 
 
-class AirDrag(OneFlangeAndSupport, Lossy):
+class AirDrag(Dragged):
     """Air resistance; the support moves with the wind.
 
     f = flange.f = Cd A rho v |v|/2,  v = der(s)
@@ -59,17 +52,10 @@ class AirDrag(OneFlangeAndSupport, Lossy):
     A: Parameter = parameter("m2", "Cross section", min=0)
     Cd: Parameter = parameter("1", "Drag coefficient", min=0)
     rho: Parameter = parameter("kg/m3", "Density of the air", default=1.2, min=0)
-    v: Variable = variable("m/s", "Speed against the air")
     f: Variable = variable("N", "Resistance, flange.f")
 
     def equations(self) -> Equations:
         """Square law."""
-        yield from self._against_support()
-        yield self.v == der(self.s)
+        yield from self._move()
         yield self.f == self.Cd * self.A * self.rho * self.v * ca.fabs(self.v) / 2
         yield self.flange.f == self.f
-        yield from self._dissipate()
-
-    def loss(self) -> Symbol:
-        """Resistance times speed relative to the air."""
-        return self.f * self.v
