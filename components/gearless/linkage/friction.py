@@ -38,8 +38,9 @@ class JointFriction:
         for field in fields(self):
             value, length = getattr(self, field.name), field.name.startswith("l_")
             if not (np.isfinite(value) and (value > 0 if length else value >= 0)):
+                unit = "" if field.name.startswith("mu_") else " m"
                 raise ParameterError(
-                    f"joint friction: {field.name} = {value:g} must be {'positive' if length else 'zero or positive'}"
+                    f"joint friction: {field.name} = {value:g}{unit} must be {'positive' if length else 'zero or positive'}"
                 )
 
     def kappa(self, linkage: Linkage, alpha: ArrayLike) -> Array:

@@ -28,10 +28,10 @@ class LinkBody:
 
     def __post_init__(self) -> None:
         """Checks the values."""
-        for name in "m", "axial", "transverse":
+        for name, unit in ("m", "kg"), ("axial", "kg.m2"), ("transverse", "kg.m2"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0):
-                raise ParameterError(f"body: {name} = {value:g} must be zero or positive, and finite")
+                raise ParameterError(f"body: {name} = {value:g} {unit} must be zero or positive, and finite")
         if self.axial > 2 * self.transverse * (1 + ROUNDING):
             raise ParameterError(
                 f"body: axial = {self.axial:g} kg.m2 must not exceed 2 transverse = {2 * self.transverse:g} kg.m2, the value of a "
@@ -126,10 +126,10 @@ class LinkMasses:
 
     def __post_init__(self) -> None:
         """Checks the values."""
-        for name in "output", "coupler_centre":
+        for name, unit in ("output", " kg.m2"), ("coupler_centre", ""):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0):
-                raise ParameterError(f"link masses: {name} = {value:g} must be zero or positive, and finite")
+                raise ParameterError(f"link masses: {name} = {value:g}{unit} must be zero or positive, and finite")
 
 
 GRAM_CM2 = 1e-7

@@ -294,6 +294,8 @@ def test_friction_is_the_work_at_the_joints() -> None:
         (lambda: LinkBody(1.0, 0.003, 0.001), r"axial = 0\.003 kg\.m2 must not exceed 2 transverse = 0\.002"),
         (lambda: cylinder(1.0, 0.1, 0.02), "use the exact one"),
         (lambda: LinkBody(0.0, 0.0, 0.001), "needs a mass"),
+        (lambda: LinkBody(-1.0, 0.0, 0.0), "m = -1 kg must be zero or positive"),
+        (lambda: replace(CORRECTED, output=-0.1), r"output = -0\.1 kg\.m2 must be zero or positive"),
         (lambda: replace(CORRECTED, coupler_centre=-0.1), r"coupler_centre = -0\.1 must be zero or positive"),
         (lambda: LinkageDifferential(centre_coupler=-0.1), r"centre_coupler = -0\.1 is outside"),
         (lambda: pt.simulate(LinkageDifferential(axial_lever=1.0), stop=0.1), "axial_lever"),
@@ -315,5 +317,5 @@ def test_friction_numbers() -> None:
     assert (JointFriction(0.9, 0.9, 0.9, 0.9).eta_0(THESIS, np.pi / 2)) < 0
     with pytest.raises(pt.ParameterError, match="mu_pin = -1 must be zero or positive"):
         JointFriction(mu_pin=-1)
-    with pytest.raises(pt.ParameterError, match="l_rod = 0 must be positive"):
+    with pytest.raises(pt.ParameterError, match="l_rod = 0 m must be positive"):
         JointFriction(l_rod=0)
