@@ -56,10 +56,10 @@ class BlendedBraking(Component):
     )
     accelerator: Input = signal_input("1", "Accelerator pedal")
     brake: Input = signal_input("1", "Brake pedal")
-    limit: Input = signal_input("N.m", "Largest torque of the machine at its speed")
+    limit: Input = signal_input("N.m", "Maximum torque of the machine at its speed")
     charge_power: Input = signal_input("W", "Maximum power that the machine may give to the bus", default=1e9)
     discharge_power: Input = signal_input("W", "Maximum power that the machine may draw from the bus", default=1e9)
-    added_loss: Input = signal_input("W", "Loss that the largest torque adds to that without torque", default=0.0)
+    added_loss: Input = signal_input("W", "Loss that the maximum torque adds to that without torque", default=0.0)
     friction: Output = signal_output("1", "Demand on the friction brakes")
     regenerated: Variable = variable("N", "Regenerative braking force")
 

@@ -75,8 +75,8 @@ class ElectricMachine(Lossy):
     speed: Output = signal_output("rad/s", "Speed of the shaft")
     loss_map: Map | None = None
     J: Parameter = parameter("kg.m2", "Moment of inertia", default=0.03, min=0)
-    tau_max: Parameter = parameter("N.m", "Largest torque", default=200.0, above=0)
-    P_max: Parameter = parameter("W", "Largest power at the shaft", default=50e3, above=0)
+    tau_max: Parameter = parameter("N.m", "Maximum torque", default=200.0, above=0)
+    P_max: Parameter = parameter("W", "Maximum power at the shaft", default=50e3, above=0)
     w_max: Parameter = parameter("rad/s", "Speed from which there is no torque", default=1200.0, above=0)
     band: Parameter = parameter("rad/s", "Speed range below w_max in which the torque fades out", default=20.0, above=0)
     V_full: Parameter = parameter("V", "Voltage of the bus from which P_max and w_max hold", default=0.0, min=0)
@@ -93,7 +93,7 @@ class ElectricMachine(Lossy):
     windage: Parameter = parameter("W.s2/rad2", "Loss over speed squared", default=1e-3, min=0)
     w: Variable = variable("rad/s", "Speed of the shaft", prefer=True)
     tau: Variable = variable("N.m", "Torque of the machine, without its inertia")
-    tau_limit: Variable = variable("N.m", "Largest torque at its speed, voltage and temperature")
+    tau_limit: Variable = variable("N.m", "Maximum torque at its speed, voltage and temperature")
     power: Variable = variable("W", "Power of the machine, without its inertia, positive when driving")
 
     @classmethod

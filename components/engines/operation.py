@@ -28,7 +28,7 @@ BELOW_LIMIT = 0.98
 """Highest speed of a shift relative to the start of the rev limiter."""
 ROUND = 1e-9
 """Round-off at the largest power."""
-SHARE = parameter("1", "largest torque relative to full load", above=0, max=1)
+SHARE = parameter("1", "maximum torque relative to full load", above=0, max=1)
 """Torque that a line leaves for accelerating."""
 SPEED, POWER = parameter("rad/s", "speed", above=0), parameter("W", "power", min=0)
 """Limits and powers of a line."""

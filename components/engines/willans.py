@@ -17,7 +17,7 @@ PROPORTIONAL = ("tau_0", "tau_2", "tau_max", "P_max", "tau_low", "J", "tau_start
 """Parameters in proportion to displacement, at equal mean effective pressures and speeds."""
 W_FRICTION = 400.0
 """Speed [rad/s] up to which ``p_2`` is the rise of the friction pressure."""
-POWER = parameter("W", "Largest power", above=0)
+POWER = parameter("W", "Maximum power", above=0)
 PRESSURE = parameter("Pa", "Mean effective pressure of friction", min=0)
 ROUNDED = 0.03
 """Allowed relative contradiction of data-sheet values: they are rounded, and so are the ends of speed ranges."""
@@ -46,10 +46,10 @@ class WillansEngine(Engine):
     P_heat: Parameter = parameter("W", "Heat loss to the cylinder walls while firing", default=0.0, min=0)
     tau_heat: Parameter = parameter("N.m", "Combustion torque from which the full heat is lost", default=1.0, above=0)
     tau_2: Parameter = parameter("N.m.s2/rad2", "Rise of the motoring torque with speed squared", default=4e-5, min=0)
-    tau_max: Parameter = parameter("N.m", "Largest torque", default=150.0, above=0)
-    w_tau: Parameter = parameter("rad/s", "Speed of the largest torque", default=420.0, above=0)
-    P_max: Parameter = parameter("W", "Largest power", default=82e3, above=0)
-    w_P: Parameter = parameter("rad/s", "Speed of the largest power", default=600.0, above=0)
+    tau_max: Parameter = parameter("N.m", "Maximum torque", default=150.0, above=0)
+    w_tau: Parameter = parameter("rad/s", "Speed of the maximum torque", default=420.0, above=0)
+    P_max: Parameter = parameter("W", "Maximum power", default=82e3, above=0)
+    w_P: Parameter = parameter("rad/s", "Speed of the maximum power", default=600.0, above=0)
     tau_low: Parameter = parameter("N.m", "Full-load torque at w_low", default=105.0, min=0)
     w_low: Parameter = parameter("rad/s", "A low speed, between idling and w_tau", default=100.0, above=0)
     curve: Map | None = None

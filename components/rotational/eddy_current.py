@@ -16,8 +16,8 @@ class EddyCurrentTorque(Dragged):
     Errors: ParameterError if R(TRef) is not positive; a simulation ends if R(T) is not: alpha20 applies near 293.15 K.
     """
 
-    tau_nominal: Parameter = parameter("N.m", "Largest torque; it brakes in both directions", min=0)
-    w_nominal: Parameter = parameter("rad/s", "Speed of the largest torque at TRef", min=1e-15)
+    tau_nominal: Parameter = parameter("N.m", "Maximum torque; it brakes in both directions", min=0)
+    w_nominal: Parameter = parameter("rad/s", "Speed of the maximum torque at TRef", min=1e-15)
     TRef: Parameter = parameter("K", "Reference temperature of w_nominal", default=293.15, min=0)
     alpha20: Parameter = parameter("1/K", "Temperature coefficient of the disc's resistance at 293.15 K", default=0.0)
     tau: Variable = variable("N.m", "Braking torque, flange.tau")

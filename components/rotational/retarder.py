@@ -23,9 +23,9 @@ class Retarder(Dragged):
     output of the gearbox of a heavy truck.
     """
 
-    tau_max: Parameter = parameter("N.m", "Largest torque", default=3500.0, min=0)
+    tau_max: Parameter = parameter("N.m", "Maximum torque", default=3500.0, min=0)
     w_full: Parameter = parameter("rad/s", "Speed from which the torque is the largest", default=70.0, above=0)
-    P_max: Parameter = parameter("W", "Largest power, which the coolant takes", default=350e3, min=0)
+    P_max: Parameter = parameter("W", "Maximum power, which the coolant takes", default=350e3, min=0)
     command: Input = signal_input("1", "Share of the torque at the present speed, from 0 to 1", default=0.0)
     tau: Variable = variable("N.m", "Braking torque, flange.tau")
 

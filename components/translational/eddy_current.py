@@ -16,8 +16,8 @@ class EddyCurrentForce(Dragged):
     Errors: ParameterError if R(TRef) is not positive; a simulation ends if R(T) is not: alpha20 applies near 293.15 K.
     """
 
-    f_nominal: Parameter = parameter("N", "Largest force; it brakes in both directions", min=0)
-    v_nominal: Parameter = parameter("m/s", "Speed of the largest force at TRef", min=1e-15)
+    f_nominal: Parameter = parameter("N", "Maximum force; it brakes in both directions", min=0)
+    v_nominal: Parameter = parameter("m/s", "Speed of the maximum force at TRef", min=1e-15)
     TRef: Parameter = parameter("K", "Reference temperature of v_nominal", default=293.15, min=0)
     alpha20: Parameter = parameter("1/K", "Temperature coefficient of the fin's resistance at 293.15 K", default=0.0)
     f: Variable = variable("N", "Braking force, flange.f")

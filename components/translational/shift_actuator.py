@@ -22,7 +22,7 @@ class ShiftActuator(Lossy):
     flange: Flange = port(Flange)
     s_ref: Input = signal_input("m", "Position to go to")
     m: Parameter = parameter("kg", "Mass of rail, fork and sleeve", default=1.0, above=0)
-    f_max: Parameter = parameter("N", "Largest force", default=800.0, above=0)
+    f_max: Parameter = parameter("N", "Maximum force", default=800.0, above=0)
     k: Parameter = parameter("N/m", "Gain of the position control", default=1e6, above=0)
     d: Parameter = parameter("N.s/m", "Damping", default=2000.0, min=0)
     s: Variable = variable("m", "Position", start=0.0, prefer=True)
