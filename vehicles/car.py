@@ -127,7 +127,7 @@ class ShiftedCar(Car):
 
     @property
     def mover(self) -> Engine | ElectricMachine:
-        """What drives the gearbox."""
+        """The engine or machine that drives the gearbox."""
         raise NotImplementedError
 
     def pull_speeds(self) -> tuple[list[float], list[float]]:

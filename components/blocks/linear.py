@@ -141,7 +141,7 @@ def _states(n: int) -> tuple[Output, ...]:
 
 
 def _size(values: Any, axis: int) -> int:
-    """Rows (0) or columns (1) of what is given as a matrix; 0 for what is none, which the check of its field tells."""
+    """Rows (axis 0) or columns (1) of a matrix; 0 for a value that is none, which the check of its field refuses."""
     try:
         return int(np.shape(values)[axis])
     except (ValueError, IndexError):

@@ -91,7 +91,7 @@ class SetPedals(Pedals):
     brake_set: Parameter = parameter("1", "Brake pedal", default=0.0, min=0, max=1)
 
     def equations(self) -> Equations:
-        """What is set."""
+        """The set positions."""
         yield self.accelerator.value == self.accelerator_set
         yield self.brake.value == self.brake_set
 
@@ -106,6 +106,6 @@ class OpenPedals(Pedals):
     brake_pedal: Input = signal_input("1", "Brake pedal, 0 to 1", default=0.0, outside=True)
 
     def equations(self) -> Equations:
-        """What is given."""
+        """The inputs, within 0 and 1."""
         yield self.accelerator.value == limited(self.accelerator_pedal.value)
         yield self.brake.value == limited(self.brake_pedal.value)

@@ -29,7 +29,7 @@ def beyond(kick: Symbol | float, accelerator: Symbol) -> Symbol:
 
 
 class Driving(NamedTuple):
-    """What a schedule chooses the gear by."""
+    """The quantities by which a schedule chooses the gear."""
 
     v: Symbol
     """Speed of the vehicle [m/s]."""

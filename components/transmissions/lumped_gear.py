@@ -53,7 +53,7 @@ def efficiencies(scheme: GearScheme, meshes: Sequence[Efficiencies]) -> Efficien
     """The efficiencies of the only gear of a scheme without shift elements, if the input drives and if the output drives.
 
     ``meshes`` are eta_ab and eta_ba of its levers. None if the directions of the latent powers are not unique, or if the gear locks itself.
-    The torques are homogeneous in that of the input, so one torque of either sign tells all.
+    The torques are homogeneous in that of the input, so one torque of either sign suffices.
     """
     network, found = scheme.network(scheme.gears[0].name), list[float]()
     for torque in (1.0, -1.0):

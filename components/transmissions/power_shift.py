@@ -67,8 +67,8 @@ class PowerShiftGearbox(Shiftable):
     flange_b drives: T_b = -T_a/V_1, the power T_a (w_a - w_b/V_1) becomes heat, and passed_ba = V_1/V is left
 
     V is linear in the lever. So that the torque does not jump, it passes to the clutch that carries it as the lever leaves one gear, or
-    from it as the lever reaches the other: with the lever at x on this way, V_2 - (V_2 - V_1)(1 - x)^4 stands for V_2 above, and
-    V_1 + (V_2 - V_1) x^4 for V_1. ``unit`` has the efficiency of the gears under load, ``churning`` the drag of oil, pump and open
+    from it as the lever reaches the other: with the lever at x on this way, V_2 - (V_2 - V_1)(1 - x)^4 replaces V_2 above, and
+    V_1 + (V_2 - V_1) x^4 replaces V_1. ``unit`` has the efficiency of the gears under load, ``churning`` the drag of oil, pump and open
     clutches at the input shaft. Errors: ParameterError for ratios that do not decrease.
     """
 

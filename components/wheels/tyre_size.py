@@ -20,7 +20,7 @@ _RADIAL = re.compile(
 HEIGHTS, RIMS = (20.0, 100.0), (8.0, 30.0)
 """Heights over widths [%] and rim diameters [in] of tyres of road vehicles; other numbers are mostly in another order."""
 _TYRE = re.compile(r"\s*\D{0,2}\s*\d{3}\s*/\s*\d\d|\s*\d\d\s*[xX]\s*\d|.*\d\s*Z?[RD]\s*\d\d", re.IGNORECASE)
-"""What is meant to be a tyre size."""
+"""Texts that are meant as a tyre size, also wrong ones."""
 
 
 def rolling_radius(size: str, where: str = "tyre size") -> float:

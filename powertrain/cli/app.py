@@ -66,7 +66,7 @@ class Commands(click.Group):
         write_examples(EXAMPLES, formatter)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """What the library refuses, and files that cannot be read or written, end with code 1 and the message.
+        """Errors of the library, and files that cannot be read or written, end with code 1 and the message.
 
         That the reader of the output has gone, such as ``head``, is no error.
         """

@@ -40,7 +40,7 @@ def mapped(
 ) -> tuple[str, xr.Dataset, Figure | None]:
     """The text, the data and (where it is to be drawn) the picture of the map of the vehicle ``name``, over speeds [m/s].
 
-    Over the map lie the operating points of a ``run``, or of a ``cycle`` that is driven for that.
+    The picture shows the operating points of a ``run``, or of a ``cycle`` that is driven for it.
     """
     if not any(parts_of(model, Pedals)):
         raise click.UsageError(

@@ -218,7 +218,7 @@ class Interrupted(click.ClickException):
 class Interruption:
     """Ctrl-C as an end of the simulation, so that what was reached is kept; a second one ends the command at once.
 
-    ``with Interruption(cycle, say) as watch: plant.simulate(..., progress=watch)``; draws a bar on terminals, with what ``say`` tells.
+    ``with Interruption(cycle, say) as watch: plant.simulate(..., progress=watch)``; draws a bar on terminals, with the text of ``say``.
     """
 
     def __init__(self, cycle: DriveCycle, say: Callable[[pt.Present[Any]], str]) -> None:
@@ -229,7 +229,7 @@ class Interruption:
             self._bar = Bar(float(cycle.times[0]), self._stop, say)
 
     def __call__(self, now: pt.Present[Any]) -> None:
-        """How far the simulation is."""
+        """Shows the progress of the simulation, or ends it."""
         if self._bar is not None:
             self._bar(now)
         if self.asked and now.time < self._stop:

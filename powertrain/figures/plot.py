@@ -119,7 +119,7 @@ def _signals(result: Any, what: Sequence[Any]) -> list[tuple[str, str, str, Arra
 
 
 def _name_modes(result: Any, ax: Axes, labels: Sequence[str]) -> None:
-    """Where all signals are modes of one kind, their names stand at the axis."""
+    """Label the axis with the names of the modes if all signals are modes of one kind."""
     kinds = {result.modes.get(label, "") for label in labels}
     named = MODES.get(kinds.pop(), {}) if len(kinds) == 1 else {}
     if named:

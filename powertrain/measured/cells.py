@@ -70,7 +70,7 @@ def plain(text: str) -> str:
 
 
 def cell_value(text: str) -> float | str:
-    """What a cell means: 8 and 8.0 are equal."""
+    """The value of a cell; 8 and 8.0 are equal."""
     try:
         return float(text)
     except ValueError:
@@ -78,7 +78,7 @@ def cell_value(text: str) -> float | str:
 
 
 def option(row: Mapping[str, str], name: str) -> bool | None:
-    """What an optional column says; None for nothing."""
+    """The value of an optional column of Y or N; None if it is empty."""
     text = row.get(name, "")
     if text.upper() not in ("Y", "N", ""):
         raise ParameterError(f"{row['where']}: {name} = {text!r}; choose from Y, N, or leave it empty")

@@ -35,7 +35,7 @@ CYCLE_KEYS = ("name", "table", "source", "grades", "heights")
 MAP_KEYS = ("name", "unit", "method", "axes", "values")
 AXIS_KEYS = ("name", "unit", "points", "outside")
 CSV_KEYS = ("csv", "outside", "method")
-"""What the tables of cycles and maps may say."""
+"""Keys of the tables of axes, cycles and maps."""
 
 
 def takes_data(found: Adjustable) -> bool:

@@ -86,7 +86,7 @@ def number_or_text(text: str) -> float | str:
 
 
 def part(text: str, found: Adjustable, folder: Path | None = None) -> pt.Component:
-    """The component that a text tells, for a slot: a name, with values in brackets where it needs some, or one of its makers.
+    """The component that a text describes, for a slot: a name, with values in brackets where it needs some, or one of its makers.
 
     Names of files in it are relative to ``folder``, by default the working directory.
     """

@@ -201,7 +201,7 @@ class CycleRun:
 
     @cached_property
     def audit(self) -> pt.EnergyAudit:
-        """Where the energy went."""
+        """The energy audit of the run."""
         return pt.energy_audit(self.result)
 
     @property

@@ -92,7 +92,7 @@ def gear_table(gearbox: Automatic, torque: float = 100.0, speed: float = W_IN) -
 
 
 def _operating_points(gearbox: Automatic, levers: list[float], w_out: NDArray[np.float64], torque: float) -> xr.Dataset:
-    """One per lever position, at a speed of the output and a torque of the input; the speed of the input tells whether the gear holds."""
+    """One per lever position, at a speed of the output and a torque of the input; the speed of the input shows whether the gear holds."""
     grid: dict[str, Any] = {
         "lever": xr.DataArray(levers, dims="gear"),
         "load.w_fixed": xr.DataArray(w_out, dims="gear"),

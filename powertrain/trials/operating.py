@@ -126,7 +126,7 @@ def operating_map(
     among: Mapping[str, xr.DataArray] | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
-    """``driveline_map`` of a vehicle without gears to shift, also over parameters ``among`` which it is to be solved."""
+    """``driveline_map`` of a vehicle without gears to shift, also over the parameters ``among``."""
     import xarray as xr
 
     parts, plant = anatomy(vehicle), pt.compile(mapped_model(vehicle, held or {}))

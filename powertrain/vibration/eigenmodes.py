@@ -170,7 +170,7 @@ def _notes(one_sided: Sequence[str], found: Eigenvectors) -> Iterator[str]:
 
 
 def properties(found: Vibrations) -> dict[str, Matrix]:
-    """What a mode has, one row per vibration."""
+    """The properties of the modes, one row per vibration."""
     size = np.abs(found.values)
     return {
         "frequency": size / (2 * np.pi),
