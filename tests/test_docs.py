@@ -158,4 +158,4 @@ def test_facts_are_those_of_the_declarations() -> None:
     assert list(tables) == ["Parameters", "Slots and fields", "Ports", "Variables"]
     assert ("cgeo", "1", "m", "[0, inf)", "Friction radius times number of friction faces") in tables["Parameters"].rows
     text = text_of(Clutch)
-    assert text.index("def equations") < text.index("def loss") < text.index("def _press") < text.index("def _transmit")
+    assert text.index("def equations") < text.index("def loss") < text.index("def _limit") < text.index("def _friction")
