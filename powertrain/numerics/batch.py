@@ -247,6 +247,14 @@ def all_hold(margins: Sequence[Symbol]) -> Symbol:
     return result
 
 
+def separated(margins: Iterable[Symbol]) -> list[Symbol]:
+    """The margins with the operands of each minimum in its place: it is not negative where none of them is."""
+    found = list[Symbol]()
+    for margin in margins:
+        found += separated([margin.dep(0), margin.dep(1)]) if margin.is_op(ca.OP_FMIN) else [margin]
+    return found
+
+
 def different(expressions: Sequence[Symbol]) -> list[Symbol]:
     """The expressions without duplicates and without constants that are not negative."""
     kept: list[Symbol] = []

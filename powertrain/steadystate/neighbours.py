@@ -23,7 +23,7 @@ from powertrain.equilibrium.system import Equilibrium, with_modes
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
 from powertrain.modes.guards import guard_margin
-from powertrain.numerics.batch import LANES, Tape, all_hold, column_tape, dependence, different
+from powertrain.numerics.batch import LANES, Tape, all_hold, column_tape, dependence, different, separated
 from powertrain.numerics.vectorised import VectorTape
 
 WIDTHS = (128, 1024, 4096)
@@ -207,8 +207,8 @@ class Walker:
         rivals = []
         for other in self._alternatives(key):
             found = with_modes([self.choices[k].margins[m] for k, m in other.items()], modes, given | other)
-            rivals.append([rival - 2 * EPS for rival in found])
-        return exact[: len(self._wanted)], different(exact[len(self._wanted) :]), rivals
+            rivals.append([rival - 2 * EPS for rival in separated(found)])
+        return exact[: len(self._wanted)], different(separated(exact[len(self._wanted) :])), rivals
 
     def _expressions(self, key: Key) -> list[Symbol]:
         """The requested values of one combination, and whether these modes and no others hold."""
