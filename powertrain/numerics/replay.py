@@ -92,9 +92,9 @@ class _Replay:
     def operate(self, code: int, operands: list[Form]) -> Form:
         if all(map(_constant, operands)):
             return Affine(self._applied(code, operands))
-        if all(isinstance(each, Affine) for each in operands) and (found := self._affine(code, *operands)) is not None:
-            return found
-        return self._applied(code, operands)
+        affine = [each for each in operands if isinstance(each, Affine)]
+        found = self._affine(code, *affine) if len(affine) == len(operands) else None
+        return self._applied(code, operands) if found is None else found
 
     def _applied(self, code: int, operands: list[Form]) -> Symbol:
         return applied(code, [value(each, self.x) for each in operands])
