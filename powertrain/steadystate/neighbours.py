@@ -69,7 +69,7 @@ class Walker:
         careful: Careful,
         done: Callable[[int], None],
     ) -> None:
-        """Fill the first ``count`` points of ``results``; points beyond them, up to the largest width, are overwritten with no meaning."""
+        """Fill ``results`` at ``count`` points."""
         i, self._block = 0, LANES
         while i < count:
             i = self._stretch(i, count, arguments, results, careful) if self.keys else self._ask(i, count, careful)
@@ -79,11 +79,16 @@ class Walker:
         self, first: int, count: int, arguments: Sequence[Array], results: Sequence[Array], careful: Careful
     ) -> int:
         """Fill some points in the known modes, and leave those that none of them fits to the solver. Returns where they end."""
-        tape = self._evaluator()
-        last = min(first + self._width, count)
-        some = slice(first, max(last, first + tape.least))
-        tape.into([a[some] for a in arguments], [*(r[some] for r in results), self._fits[: some.stop - first]])
-        left = first + np.flatnonzero(self._fits[: last - first] == 0.0)
+        tape, last = self._evaluator(), min(first + self._width, count)
+        fits = self._fits[: last - first]
+        given, found = ([a[first:last] for a in arrays] for arrays in (arguments, results))
+        if last - first < tape.least:
+            *values, fits[:] = tape.of_rows(given, last - first)
+            for row, value in zip(found, values, strict=True):
+                row[:] = value
+        else:
+            tape.into(given, [*found, fits])
+        left = first + np.flatnonzero(fits == 0.0)
         self._width = _WIDTH if left.size else min(2 * self._width, tape.most)
         while left.size:
             end = self._ask(int(left[0]), last, careful)

@@ -17,7 +17,6 @@ from powertrain.dae.hybrid import Friction, Guard, Switch
 from powertrain.dae.switch import steady_margins
 from powertrain.dae.tolerances import INFINITE
 from powertrain.equilibrium.search import LawModes, order
-from powertrain.steadystate.axes import PAD
 from powertrain.steadystate.neighbours import Walker
 
 Matrix = np.ndarray[Any, Any]
@@ -86,7 +85,7 @@ class Affine:
         """The wanted values at all points from a walk."""
         walker.set_common(np.array([p]))
         wanted, modes = self.brute_force(x, y, p)
-        results = [np.full(len(x) + PAD, np.nan) for _ in wanted]
+        results = [np.full(len(x), np.nan) for _ in wanted]
         self.asked.clear()
 
         def careful(first: int, last: int) -> Matrix | None:
@@ -97,10 +96,10 @@ class Affine:
             return modes[:, first + good[0]].copy() if good.size else None
 
         done = list[int]()
-        walker.walk(len(x), [np.pad(v, (0, PAD), "edge") for v in (x, y)], results, careful, done.append)
+        walker.walk(len(x), [x.copy(), y.copy()], results, careful, done.append)
         assert done == sorted(done)
         assert done[-1] == len(x)
-        return np.array([row[: len(x)] for row in results])
+        return np.array(results)
 
 
 def drawn(rng: np.random.Generator, ring: bool) -> Affine:
