@@ -10,7 +10,7 @@ import xarray as xr
 
 import powertrain as pt
 from powertrain.design.bench import SplitPathBench
-from powertrain.steadystate.neighbours import Walker
+from powertrain.steadystate.known_modes import KnownModes
 
 OK, NONE = 0, 3
 OUTPUTS = ["V", "efficiency", "transmission.flange_a.tau"]
@@ -64,19 +64,21 @@ def test_infinite_torque_has_no_solution_in_a_large_map_either(bench: pt.Plant[S
     assert (whole.status[:, :-1] == OK).all()
 
 
-def test_rows_in_known_modes_need_no_walk(bench: pt.Plant[SplitPathBench], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_in_known_modes_are_filled_as_a_whole(
+    bench: pt.Plant[SplitPathBench], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Torques, their limits and the margins of all modes are affine along the load, on both sides of zero."""
-    walked, walk = list[int](), Walker.walk
+    counts, fill = list[int](), KnownModes.fill
 
-    def counted(walker: Walker, count: int, *given: Any) -> None:
-        walked.append(count)
-        walk(walker, count, *given)
+    def counted(known: KnownModes, count: int, *given: Any) -> None:
+        counts.append(count)
+        fill(known, count, *given)
 
-    monkeypatch.setattr(Walker, "walk", counted)
+    monkeypatch.setattr(KnownModes, "fill", counted)
     grid = {"r": np.linspace(-2, 3, 64), "load": np.linspace(-200, 200, 64)}
     found = pt.steady(bench, grid, outputs=OUTPUTS)
     assert (found.status == OK).all()
-    assert sum(walked) == 0
+    assert sum(counts) == 0
 
 
 class PartlyCurved(pt.Component):

@@ -39,7 +39,7 @@ class DataVariable:
 
 
 class MapResults:
-    """The results of all points, flat, in the order of the walk.
+    """The results of all points, flat, in the order of the grid.
 
     If ``solved`` is a list, it collects the solutions with modes and unknowns, block by block.
     """

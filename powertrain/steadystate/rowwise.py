@@ -2,7 +2,7 @@
 
 In given modes most quantities are affine along a row, a + b x with two numbers per row. The fastest dimension is cut where modes change
 on sample rows. All rows between two cuts are tried with the known combinations of modes, first with the one that last fitted. Rows that
-no single combination fits, and those on which something is not affine, are left to the point-by-point walk.
+no single combination fits, and those on which something is not affine, are left to be filled point by point.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.batch import LANES, Rows, Tape
 from powertrain.numerics.replay import RowForms, row_forms
-from powertrain.steadystate.neighbours import Key, Walker
+from powertrain.steadystate.known_modes import Key, KnownModes
 
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
@@ -77,10 +77,10 @@ class _Piece:
 
 
 class RowMap:
-    """Fills maps of one walker's problem row by row. Serves one thread."""
+    """Fills maps of one problem row by row, in its known modes. Serves one thread."""
 
-    def __init__(self, walker: Walker) -> None:
-        self.walker = walker
+    def __init__(self, known: KnownModes) -> None:
+        self.known = known
         self._lines: dict[tuple[Key, int], _Lines | None] = {}
 
     def fill(
@@ -121,21 +121,21 @@ class RowMap:
     def _settle(self, piece: _Piece, fast: int, slow: Rows) -> None:
         """Try the known combinations: first on the rows that they last fitted, then on all."""
         for again in (True, False):
-            for number, key in enumerate(self.walker.keys):
+            for number, key in enumerate(self.known.keys):
                 rows = np.flatnonzero(piece.open & (piece.fitted == number) if again else piece.open)
                 if not rows.size or (lines := self._of(key, fast)) is None:
                     continue
-                fits, numbers = lines(slow[:, rows], piece.x, self.walker.common)
+                fits, numbers = lines(slow[:, rows], piece.x, self.known.common)
                 piece.numbers[:, rows[fits]] = numbers[:, fits]
                 piece.fitted[rows[fits]], piece.open[rows[fits]] = number, False
 
     def _of(self, key: Key, fast: int) -> _Lines | None:
         """The outputs of one combination along rows of the axis ``fast``; None if they are not affine."""
         if (key, fast) not in self._lines:
-            problem, ends = self.walker.problem, Symbol.sym("ends", 2)
+            problem, ends = self.known.problem, Symbol.sym("ends", 2)
             slow = [s for i, s in enumerate(problem.grid) if i != fast]
             others = [*slow, *(problem.common[i] for i in range(problem.common.numel())), ends[0], ends[1]]
-            forms = row_forms(problem.grid[fast], ends, others, *self.walker.parts(key))
+            forms = row_forms(problem.grid[fast], ends, others, *self.known.parts(key))
             self._lines[key, fast] = None if forms is None else _Lines(problem, forms, slow, ends)
         return self._lines[key, fast]
 

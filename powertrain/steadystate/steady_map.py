@@ -16,7 +16,7 @@ from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.reals import Array
 from powertrain.numerics.batch import Rows
 from powertrain.steadystate.axes import Grid
-from powertrain.steadystate.neighbours import Walker
+from powertrain.steadystate.known_modes import KnownModes
 from powertrain.steadystate.results import LARGEST, DataVariable, Look, MapResults, block
 from powertrain.steadystate.rowwise import RowMap, RowPieces, make_plan
 
@@ -40,7 +40,7 @@ class SteadyMap:
         self._given = given
         self.problem, self.quantities, self._parameters = problem, quantities, parameters
         self.solver = Solver(problem, compile)
-        self._rows = None if problem.u else RowMap(Walker(problem, self.solver, compile))
+        self._rows = None if problem.u else RowMap(KnownModes(problem, self.solver, compile))
         self._orders: dict[Any, list[str]] = {}
         self._plans: dict[Any, RowPieces | None] = {}
 
@@ -52,7 +52,7 @@ class SteadyMap:
         """Parameters and inputs that are the same for all points."""
         self.solver.set_common(values)
         if self._rows is not None:
-            self._rows.walker.set_common(values)
+            self._rows.known.set_common(values)
 
     def run(self, grid: Grid, look: Look, progress: bool | None, *, keep: bool = False) -> tuple[Grid, MapResults]:
         """Solve all points of a grid; return the grid, with its dimensions in the order of the results, and the results.
@@ -60,7 +60,7 @@ class SteadyMap:
         ``keep``: with modes and unknowns of every point, so every point is solved on its own.
         """
         if grid.size >= _FAST and not keep and self._rows is not None:
-            return self._walked(self._rows, grid, look, progress)
+            return self._in_known_modes(self._rows, grid, look, progress)
         results = MapResults(self.solver, len(self.quantities), grid.size, look)
         results.solved = [] if keep else None
         bar = Bar(progress, grid.size)
@@ -72,13 +72,13 @@ class SteadyMap:
         bar.close()
         return grid, results
 
-    def _walked(self, rows: RowMap, grid: Grid, look: Look, progress: bool | None) -> tuple[Grid, MapResults]:
-        """The map of an explicit model from point to point."""
+    def _in_known_modes(self, rows: RowMap, grid: Grid, look: Look, progress: bool | None) -> tuple[Grid, MapResults]:
+        """The map of an explicit model, in few combinations of modes."""
         ordered, bar = self._slowest_first(grid), Bar(progress, grid.size)
         results = MapResults(self.solver, len(self.quantities), ordered.size, look)
         finite = self._by_rows(rows, results, ordered, bar)
         if finite is None:
-            self._walk(rows.walker, results, np.arange(ordered.size), ordered.points(), results.rows, bar.reach)
+            self._by_points(rows.known, results, np.arange(ordered.size), ordered.points(), results.rows, bar.reach)
         if not finite:
             self._look_again(results, ordered)
         results.finish()
@@ -114,7 +114,7 @@ class SteadyMap:
             values = np.insert(slow[:, rows], fast, x[columns], axis=0)
             found = self.solver.solve(values)
             for k in np.flatnonzero(found.status == OK)[:: max(1, rows.size // 64)]:
-                by_rows.walker.enter(found.modes[:, k])
+                by_rows.known.enter(found.modes[:, k])
             return found.modes
 
         identity = grid.identity()
@@ -126,22 +126,22 @@ class SteadyMap:
 
         def rest(places: NDArray[np.intp]) -> None:
             found = [np.empty(places.size) for _ in results.rows]
-            self._walk(by_rows.walker, results, places, list(grid.at(places)), found, lambda _: None)
+            self._by_points(by_rows.known, results, places, list(grid.at(places)), found, lambda _: None)
             for row, values in zip(results.rows, found, strict=True):
                 row[places] = values
 
         return by_rows.fill(fast, x, slow, plan, results.rows, rest, bar.reach)
 
-    def _walk(
+    def _by_points(
         self,
-        walker: Walker,
+        known: KnownModes,
         results: MapResults,
         places: NDArray[np.intp],
         values: list[Array],
         found: list[Array],
         done: Callable[[int], None],
     ) -> None:
-        """The points with these numbers and ``values`` of the axes, from point to point; requested values go into ``found``."""
+        """The points with these numbers and ``values`` of the axes; requested values go into ``found``."""
 
         def careful(low: int, high: int) -> Array | None:
             modes = results.solve(block(values, low, high), places[low:high], later=True)
@@ -149,7 +149,7 @@ class SteadyMap:
                 row[low:high] = whole[places[low:high]]
             return modes
 
-        walker.walk(places.size, values, found, careful, done)
+        known.fill(places.size, values, found, careful, done)
 
     @np.errstate(all="ignore")
     def _look_again(self, results: MapResults, grid: Grid) -> None:

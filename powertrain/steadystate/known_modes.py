@@ -37,7 +37,7 @@ Careful = Callable[[int, int], Array | None]
 """Solves the points from the first to before the last one by one, stores them, and returns the modes of the first good one."""
 
 
-class Walker:
+class KnownModes:
     """The combinations of modes of one explicit steady problem, ``keys``, and their tape. Serves one thread."""
 
     def __init__(self, problem: Equilibrium, solver: Solver, compile: bool = False) -> None:
@@ -61,7 +61,7 @@ class Walker:
         """Parameters and inputs that are the same for all points."""
         self.common = values.copy()
 
-    def walk(
+    def fill(
         self,
         count: int,
         arguments: Sequence[Array],
@@ -119,7 +119,7 @@ class Walker:
                 *values, fits = self._expressions(key)
                 first, open_ = fits * open_, open_ * (1 - fits)
                 found = [f + ca.if_else(first, v, 0) for f, v in zip(found, [*values, Symbol(number)], strict=True)]
-            tape = column_tape("steady_walk", problem.grid, problem.common, ca.cse(found), _WIDTH, self._compile)
+            tape = column_tape("steady_known", problem.grid, problem.common, ca.cse(found), _WIDTH, self._compile)
             self._tape, self._called = (len(self.keys), tape), 0
         self._tape[1].set_common(self.common)
         return self._tape[1]
