@@ -61,7 +61,7 @@ ORDER = [
     "analysis: identity archive cases dispatch sweep sweeping sampling surrogate",
     "equilibrium: points placed elimination starts system search",
     "equilibrium: laws corrector beginnings continuation solutions operating",
-    "steadystate: axes intervals neighbours rowwise results",
+    "steadystate: axes intervals known_modes rowwise results",
     "steadystate: steady_map dataset",
     "steadystate: steady gradient function",
     "variational: record unknowns objectives partials",

@@ -294,9 +294,9 @@ def test_infinite_torque_is_no_solution_beside_a_finite_one(first: bool) -> None
 @pytest.mark.parametrize("alternatives", [64, 0])
 def test_large_maps_tell_several_solutions_from_one(monkeypatch: pytest.MonkeyPatch, alternatives: int) -> None:
     """Also where laws have too many other combinations of modes for a tape: every point is solved on its own then, and only so."""
-    monkeypatch.setattr("powertrain.steadystate.neighbours._ALTERNATIVES", alternatives)
+    monkeypatch.setattr("powertrain.steadystate.known_modes._ALTERNATIVES", alternatives)
     if not alternatives:
-        monkeypatch.delattr("powertrain.steadystate.neighbours.Walker.parts")
+        monkeypatch.delattr("powertrain.steadystate.known_modes.KnownModes.parts")
     large = pt.steady(
         pt.compile(LockedBench()),
         {"torque": np.linspace(-5, 5, 64), "differential.ratio": np.linspace(1.01, 1.2, 64)},

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray as xr
 
 import powertrain as pt
 from powertrain.design.bench import SplitPathBench
+from powertrain.steadystate.known_modes import KnownModes
 
 OK, NONE = 0, 3
 OUTPUTS = ["V", "efficiency", "transmission.flange_a.tau"]
@@ -59,6 +62,23 @@ def test_infinite_torque_has_no_solution_in_a_large_map_either(bench: pt.Plant[S
     same(whole.isel(r=7), pt.steady(bench, {"r": r[7], "load": load}, outputs=OUTPUTS))
     assert (whole.status[:, -1] == NONE).all()
     assert (whole.status[:, :-1] == OK).all()
+
+
+def test_rows_in_known_modes_are_filled_as_a_whole(
+    bench: pt.Plant[SplitPathBench], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Torques, their limits and the margins of all modes are affine along the load, on both sides of zero."""
+    counts, fill = list[int](), KnownModes.fill
+
+    def counted(known: KnownModes, count: int, *given: Any) -> None:
+        counts.append(count)
+        fill(known, count, *given)
+
+    monkeypatch.setattr(KnownModes, "fill", counted)
+    grid = {"r": np.linspace(-2, 3, 64), "load": np.linspace(-200, 200, 64)}
+    found = pt.steady(bench, grid, outputs=OUTPUTS)
+    assert (found.status == OK).all()
+    assert sum(counts) == 0
 
 
 class PartlyCurved(pt.Component):

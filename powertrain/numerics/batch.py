@@ -81,8 +81,7 @@ class Tape:
     ) -> None:
         self.lanes, self.inputs, self.outputs = lanes, len(varying), len(outputs)
         self.least = self.most = lanes
-        scalar = ca.Function(f"powertrain_{name}", [*varying, common], [ca.densify(o) for o in outputs])
-        self.function = lifted(scalar, len(varying), lanes, outputs)
+        self.function = _in_columns(name, varying, common, outputs, lanes)
         buffer: tuple[Any, Any] = self.function.buffer()
         self._buffer, self._call = buffer
         self._common = zeros(common.numel())
@@ -187,16 +186,15 @@ def column_tape(
     return Tape(name, varying, common, outputs, lanes) if found is None else found
 
 
-def lifted(scalar: ca.Function, varying: int, lanes: int, expressions: Sequence[Symbol]) -> ca.Function:
-    """The same function with columns of ``lanes`` values as its first inputs; the other inputs are common to all lanes.
-
-    ``expressions`` are those from which ``scalar`` was built.
-    """
-    arguments = [ca.MX.sym(f"a{i}", lanes) for i in range(varying)]
-    others = [ca.MX.sym(f"c{i}", scalar.size1_in(i)) for i in range(varying, scalar.n_in())]
-    entries = [[a] for a in arguments] + [ca.vertsplit(o) if o.numel() else [] for o in others]
-    results = replayed(scalar, expressions, lambda i, j: entries[i][j], _OfColumns(lanes, {}))
-    return ca.Function(f"{scalar.name()}_lanes", [*arguments, *others], [_filled(each, lanes) for each in results])
+def _in_columns(
+    name: str, varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol], lanes: int
+) -> ca.Function:
+    """The outputs as columns of ``lanes`` values: a function of such a column for each varying scalar, and of ``common``."""
+    scalar = ca.Function(f"powertrain_{name}", [*varying, common], [ca.densify(o) for o in outputs])
+    columns, same = [ca.MX.sym(f"a{i}", lanes) for i in range(len(varying))], ca.MX.sym("common", common.numel())
+    entries = [*([column] for column in columns), ca.vertsplit(same) if same.numel() else []]
+    results = replayed(scalar, outputs, lambda i, j: entries[i][j], _OfColumns(lanes, {}))
+    return ca.Function(f"{scalar.name()}_lanes", [*columns, same], [_filled(each, lanes) for each in results])
 
 
 @dataclass(frozen=True)
@@ -245,6 +243,14 @@ def all_hold(margins: Sequence[Symbol]) -> Symbol:
     for margin in margins:
         result = result * (margin >= 0)
     return result
+
+
+def separated(margins: Iterable[Symbol]) -> list[Symbol]:
+    """The margins with the operands of each minimum in its place: it is not negative where none of them is."""
+    found = list[Symbol]()
+    for margin in margins:
+        found += separated([margin.dep(0), margin.dep(1)]) if margin.is_op(ca.OP_FMIN) else [margin]
+    return found
 
 
 def different(expressions: Sequence[Symbol]) -> list[Symbol]:

@@ -1,7 +1,8 @@
 """A scalar tape replayed along a row of points that differ in only one quantity x.
 
 Expressions without x are computed once for the row. Those affine in x are a + b x, two numbers for the row, and their signs
-are known everywhere from the two ends. In given modes most torques are affine.
+are known everywhere from the two ends. In given modes most torques are affine. Of multiples b x, the size and the sign are known where x
+keeps its sign.
 """
 
 from __future__ import annotations
@@ -62,23 +63,23 @@ def value(form: Form, x: Symbol) -> Symbol:
 
 @dataclass(frozen=True)
 class RowForms:
-    """Outputs along a row; valid where ``fits`` holds (for the row) and ``fits_along`` (None, or for every point)."""
+    """Outputs along a row; valid where ``fits`` holds."""
 
-    outputs: list[Form]
+    outputs: list[Affine]
     fits: Symbol
-    fits_along: Symbol | None
 
-    @property
-    def flat(self) -> bool:
-        """Whether everything is affine in x."""
-        return self.fits_along is None and all(isinstance(form, Affine) for form in self.outputs)
+
+_OF_SIGNS = {ca.OP_DIV, ca.OP_SIGN, ca.OP_EQ, ca.OP_NE, ca.OP_LT, ca.OP_LE}
+"""Operations on multiples of x that depend on the sign of x alone."""
+_OF_SIZES = {ca.OP_FABS, ca.OP_FMIN, ca.OP_FMAX}
+"""Operations on multiples of x that are multiples of |x|."""
 
 
 class _Replay:
-    """Arithmetic of forms of ``x``; ``away_from_zero``: they hold only on rows that do not pass x = 0."""
+    """Arithmetic of forms of ``x``, whose sign is ``way``; ``away_from_zero``: they hold only on rows that do not pass x = 0."""
 
-    def __init__(self, x: Symbol) -> None:
-        self.x = x
+    def __init__(self, x: Symbol, way: Symbol) -> None:
+        self.x, self._way = x, way
         self.away_from_zero = False
 
     def constant(self, value: float) -> Form:
@@ -89,34 +90,41 @@ class _Replay:
         return [Affine(e) for e in results] if all(map(_constant, operands)) else [*results]
 
     def operate(self, code: int, operands: list[Form]) -> Form:
-        first, last, constant = operands[0], operands[-1], all(map(_constant, operands))
-        if isinstance(first, Affine) and isinstance(last, Affine) and not constant:
-            found = self._affine(code, first, last)
-            if found is not None:
-                return found
-        result = applied(code, [value(each, self.x) for each in operands])
-        return Affine(result) if constant else result
+        if all(map(_constant, operands)):
+            return Affine(self._applied(code, operands))
+        affine = [each for each in operands if isinstance(each, Affine)]
+        found = self._affine(code, *affine) if len(affine) == len(operands) else None
+        return self._applied(code, operands) if found is None else found
 
-    def _affine(self, operation: int, first: Affine, last: Affine) -> Affine | None:
-        if operation == ca.OP_ADD:
+    def _applied(self, code: int, operands: list[Form]) -> Symbol:
+        return applied(code, [value(each, self.x) for each in operands])
+
+    def _affine(self, code: int, first: Affine, *others: Affine) -> Affine | None:
+        last = others[0] if others else first
+        if code == ca.OP_ADD:
             return first + last
-        if operation == ca.OP_SUB:
+        if code == ca.OP_SUB:
             return first + -last
-        if operation == ca.OP_NEG:
+        if code == ca.OP_NEG:
             return -first
-        if operation == ca.OP_TWICE:
+        if code == ca.OP_TWICE:
             return first + first
-        if operation == ca.OP_MUL and (first.constant or last.constant):
+        if code == ca.OP_MUL and (first.constant or last.constant):
             return last.times(first.a) if first.constant else first.times(last.a)
-        if operation == ca.OP_IF_ELSE_ZERO and first.constant:
+        if code == ca.OP_IF_ELSE_ZERO and first.constant:
             condition = first.at(self.x)
             return last.each(lambda part: ca.if_else(condition, part, 0))
-        if operation == ca.OP_DIV and last.constant and (divisor := last.a) is not None:
+        if code == ca.OP_DIV and last.constant and (divisor := last.a) is not None:
             return first.each(lambda part: part / divisor)
-        if operation == ca.OP_DIV and first.a is None and last.a is None and first.b is not None and last.b is not None:
-            self.away_from_zero = True
-            return Affine(first.b / last.b)
+        if code in _OF_SIGNS | _OF_SIZES and first.a is None and last.a is None:
+            return self._of_multiples(code, [first, *others])
         return None
+
+    def _of_multiples(self, code: int, operands: Sequence[Affine]) -> Affine:
+        """An operation on multiples of x: with the sign of x, each is a multiple of |x|."""
+        self.away_from_zero = True
+        found = applied(code, [Symbol(0) if each.b is None else self._way * each.b for each in operands])
+        return Affine(b=self._way * found) if code in _OF_SIZES else Affine(found)
 
 
 def _constant(form: Form) -> bool:
@@ -130,38 +138,28 @@ def row_forms(
     wanted: list[Symbol],
     margins: list[Symbol],
     rivals: list[list[Symbol]],
-) -> RowForms:
-    """Expressions of x and of the other ``symbols`` along a row whose least and greatest x are ``ends``.
+) -> RowForms | None:
+    """Expressions of x and of the other ``symbols`` along a row whose least and greatest x are ``ends``; None if they are not affine.
 
-    ``margins`` must not be negative anywhere; in each group of ``rivals`` some margin must be negative everywhere.
+    ``margins`` must not be negative anywhere; in each group of ``rivals`` one margin must be negative everywhere.
     """
     flat = [*margins, *(m for rival in rivals for m in rival)]
-    expressions, replay = [ca.densify(e) for e in ca.cse([*wanted, *flat])], _Replay(x)
+    expressions, replay = [ca.densify(e) for e in ca.cse([*wanted, *flat])], _Replay(x, ca.if_else(ends[0] > 0, 1, -1))
     arguments: list[Form] = [Affine(b=Symbol(1)), *map(Affine, symbols)]
     tape = ca.Function("powertrain_row", [x, *symbols], expressions)
-    forms, n = replayed(tape, expressions, lambda i, _: arguments[i], replay), len(wanted)
-    fits, along = Symbol(1), None
-    for form in forms[n : n + len(margins)]:
-        if isinstance(form, Affine):
-            for end in _at_ends(form, ends):
-                fits = fits * (end >= 0)
-        else:
-            along = (form >= 0) if along is None else along * (form >= 0)
-    start = n + len(margins)
+    forms, n = replayed(tape, expressions, lambda i, _: arguments[i], replay), len(wanted) + len(margins)
+    outputs, fits = [form for form in forms[:n] if isinstance(form, Affine)], Symbol(1)
+    if len(outputs) < n:
+        return None
+    for form in outputs[len(wanted) :]:
+        for end in _at_ends(form, ends):
+            fits = fits * (end >= 0)
     for rival in rivals:
-        group = forms[start : start + len(rival)]
-        affine = [form for form in group if isinstance(form, Affine)]
-        if len(affine) == len(group):
-            fits = fits * _fails(affine, ends)
-        else:
-            holds = Symbol(1)
-            for form in group:
-                holds = holds * (value(form, x) >= 0)
-            along = (1 - holds) if along is None else along * (1 - holds)
-        start += len(rival)
+        fits = fits * _fails([form for form in forms[n : n + len(rival)] if isinstance(form, Affine)], ends)
+        n += len(rival)
     if replay.away_from_zero:
         fits = fits * (ends[0] * ends[1] > 0)
-    return RowForms(forms[:n], fits, along)
+    return RowForms(outputs[: len(wanted)], fits)
 
 
 def _at_ends(form: Affine, ends: Symbol) -> list[Symbol]:

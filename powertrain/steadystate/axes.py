@@ -1,8 +1,8 @@
-"""The grid of a map: its axes, its dimensions, and its points in an order and in pieces that suit the computer."""
+"""The grid of a map: its axes, its dimensions, and its points in an order that suits the computer."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import prod
 from reprlib import repr as short
@@ -16,9 +16,8 @@ from powertrain.language.arguments import array
 from powertrain.language.reals import Array
 from powertrain.numerics.batch import Rows
 
-PAD = 4096
-"""Points beyond the end of a piece that may be overwritten."""
-_PIECE = 1 << 20
+_COMPARED = 4096
+"""Up to this number, the values of axes are compared to find out whether grids are the same."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,7 @@ class Grid:
         return (
             self.dims,
             self.shape,
-            *((a.name, a.dims, a.values.tobytes() if a.values.size <= PAD else a.values.size) for a in self.axes),
+            *((a.name, a.dims, a.values.tobytes() if a.values.size <= _COMPARED else a.values.size) for a in self.axes),
         )
 
     def rows(self, fast: int) -> NDArray[np.float64]:
@@ -98,33 +97,9 @@ class Grid:
             )
         return np.array([np.broadcast_to(r, places.shape) for r in rows]).reshape(len(rows), places.size)
 
-    def pieces(self) -> Iterator[tuple[int, int, list[Array]]]:
-        """(first point, number of points, values of every axis): consecutive pieces, each padded with its last point."""
-        inner = len(self.shape)
-        while inner and prod(self.shape[inner - 1 :]) <= _PIECE:
-            inner -= 1
-        block = prod(self.shape[inner:])
-        step = max(1, _PIECE // max(block, 1))
-        first = 0
-        for outer in np.ndindex(*self.shape[: max(inner - 1, 0)]):
-            length = self.shape[inner - 1] if inner else 1
-            for low in range(0, length, step):
-                high = min(low + step, length)
-                shape = ((high - low,) if inner else ()) + self.shape[inner:]
-                yield first, prod(shape), [self._part(a, outer, low, high, inner, shape) for a in self.axes]
-                first += prod(shape)
-
-    def _part(
-        self, axis: GridAxis, outer: tuple[int, ...], low: int, high: int, inner: int, shape: tuple[int, ...]
-    ) -> Array:
-        spread = self._spread(axis)
-        index: list[Any] = [k if spread.shape[i] > 1 else 0 for i, k in enumerate(outer)]
-        if inner:
-            index.append(slice(low, high) if spread.shape[inner - 1] > 1 else slice(None))
-        part = np.empty(prod(shape) + PAD)
-        part[: prod(shape)].reshape(shape)[...] = spread[tuple(index)]
-        part[prod(shape) :] = part[prod(shape) - 1]
-        return part
+    def points(self) -> list[Array]:
+        """The values of every axis at all points."""
+        return [np.broadcast_to(self._spread(axis), self.shape).ravel() for axis in self.axes]
 
     def _spread(self, axis: GridAxis) -> NDArray[np.float64]:
         """The values with a dimension of length one for each dimension that the axis lacks."""

@@ -54,7 +54,7 @@ def dataset(
     turn = [ordered.dims.index(d) for d in grid.dims]
 
     def shaped(flat: NDArray[Any]) -> NDArray[Any]:
-        return flat[: grid.size].reshape(ordered.shape).transpose(turn)
+        return flat.reshape(ordered.shape).transpose(turn)
 
     data: dict[str, Any] = {}
     intervals = results.intervals or ()
@@ -72,7 +72,7 @@ def dataset(
     named = [(law.name, law.where) for law in (*problem.laws, *problem.guards)]
     if results.involved is not None:
         data["status_laws"] = (grid.dims, shaped(results.involved), _law_flags([n for n, _ in named]))
-    said = {"problems": _problems(results, grid.size, named), "notes": "\n".join(_notes(compiled, grid, common))}
+    said = {"problems": _problems(results, named), "notes": "\n".join(_notes(compiled, grid, common))}
     said |= {"model": type(plant.model).__name__, "powertrain_version": __version__}
     return xr.Dataset(data, coords=coords, attrs=said)
 
@@ -88,16 +88,16 @@ def _law_flags(names: list[str]) -> dict[str, Any]:
     return {"units": "1", "long_name": "Laws that the status is about", "flag_masks": masks, "flag_meanings": meanings}
 
 
-def _problems(results: MapResults, size: int, named: list[tuple[str, str]]) -> str:
+def _problems(results: MapResults, named: list[tuple[str, str]]) -> str:
     """The problems in words, with the numbers of points."""
-    status, lines = results.status[:size], []
+    status, lines = results.status, []
     for code, text in _PROBLEMS.items() if status.any() else ():
         hit = status == code
         if not hit.any():
             continue
-        said = f"{int(hit.sum())} of {size} points: {text}"
+        said = f"{int(hit.sum())} of {results.size} points: {text}"
         if results.involved is not None:
-            bits = int(np.bitwise_or.reduce(results.involved[:size][hit]))
+            bits = int(np.bitwise_or.reduce(results.involved[hit]))
             laws = [f"{n} ({w})" for k, (n, w) in enumerate(named) if k < MOST_LAWS and bits >> k & 1]
             said += f": {', '.join(laws[:6])}" if laws else ""
         lines.append(said)

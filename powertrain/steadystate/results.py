@@ -13,7 +13,6 @@ from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Points
 from powertrain.language.reals import Array
 from powertrain.numerics.batch import Rows
-from powertrain.steadystate.axes import PAD
 from powertrain.steadystate.intervals import ranges
 
 LARGEST = 16384
@@ -40,14 +39,14 @@ class DataVariable:
 
 
 class MapResults:
-    """The results of all points, flat, in the order of the walk; with ``room`` for values beyond the end.
+    """The results of all points, flat, in the order of the grid.
 
     If ``solved`` is a list, it collects the solutions with modes and unknowns, block by block.
     """
 
-    def __init__(self, solver: Solver, count: int, size: int, look: Look, room: int = 0) -> None:
+    def __init__(self, solver: Solver, count: int, size: int, look: Look) -> None:
         self.solver, self.count, self.size, self.look = solver, count, size, look
-        self.rows = [np.empty(size + room) for _ in range(self.count)]
+        self.rows = [np.empty(size) for _ in range(self.count)]
         self.status = np.zeros(size, np.int8)
         self.involved: NDArray[np.int64] | None = None
         self.solved: list[Points] | None = None
@@ -114,27 +113,12 @@ class MapResults:
         weights = np.array([1 << k if k < MOST_LAWS else 0 for k in range(len(involved))], np.int64)
         self.involved[places[hit]] = weights @ involved[:, hit]
 
-    def apart(self, size: int) -> MapResults:
-        """Empty results of the same signals, with room beyond their end."""
-        return MapResults(self.solver, self.count, size, self.look, PAD)
-
-    def put(self, places: NDArray[np.intp], part: MapResults) -> None:
-        """Copy some points."""
-        for row, values in zip(self.rows, part.rows, strict=True):
-            row[places] = values[: part.size]
-        self.status[places] = part.status
-        if part.involved is not None:
-            if self.involved is None:
-                self.involved = np.zeros(self.size, np.int64)
-            self.involved[places] = part.involved
-        self._resting += [(grid, places[inner]) for grid, inner in part._resting]
-
     @property
     def intervals(self) -> tuple[list[Array], list[Array]] | None:
         """Least and greatest values at all points, if any point is stuck."""
         if not self._ends:
             return None
-        both = ([r[: self.size].copy() for r in self.rows], [r[: self.size].copy() for r in self.rows])
+        both = ([r.copy() for r in self.rows], [r.copy() for r in self.rows])
         for places, low, high in self._ends:
             for rows, values in zip(both, (low, high), strict=True):
                 for row, value in zip(rows, values, strict=True):
@@ -143,5 +127,5 @@ class MapResults:
 
 
 def block(values: Sequence[Array], low: int, high: int) -> Rows:
-    """Some points of padded axes, one row per axis."""
+    """Some points of axes, one row per axis."""
     return np.array([v[low:high] for v in values]).reshape(len(values), high - low)

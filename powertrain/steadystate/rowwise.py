@@ -1,12 +1,13 @@
 """A map row by row: along its fastest dimension only one quantity changes, so most work is done once per row.
 
-The fastest dimension is cut where modes change on sample rows. All rows between two cuts are tried with the known combinations of modes,
-first with the one that last fitted. Rows that no single combination fits are left to the point-by-point walk.
+In given modes most quantities are affine along a row, a + b x with two numbers per row. The fastest dimension is cut where modes change
+on sample rows. All rows between two cuts are tried with the known combinations of modes, first with the one that last fitted. Rows that
+no single combination fits, and those on which something is not affine, are left to be filled point by point.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -17,23 +18,18 @@ from numpy.typing import NDArray
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.batch import LANES, Rows, Tape, lifted
-from powertrain.numerics.buffers import Bound, zeros
-from powertrain.numerics.replay import Affine, RowForms, row_forms, value
-from powertrain.steadystate.neighbours import Key, Walker
+from powertrain.numerics.batch import LANES, Rows, Tape
+from powertrain.numerics.replay import RowForms, row_forms
+from powertrain.steadystate.known_modes import Key, KnownModes
 
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-BLOCK = 16
 _CACHED = 1 << 16
 """Numbers that fit into the processor's cache."""
-_KEPT = 256
-_SHORT = 16
 _MOST_CUTS = 16
 _PROBES = 8
 _COARSE = 33
-_WIDEST = 8192
 _TOGETHER = 1 << 16
 _LARGE = 1e150
 """The product of two smaller numbers is finite."""
@@ -42,65 +38,19 @@ Modes = Callable[[NDArray[np.intp], NDArray[np.intp]], Rows]
 """Modes at (row, column) pairs, one column of the result per pair."""
 
 
-class _Flat:
-    """One combination of modes in which everything is affine along a row: a + b x with two numbers per output and row."""
+class _Lines:
+    """The outputs in one combination of modes along rows: a + b x with two numbers per output and row."""
 
     def __init__(self, problem: Equilibrium, forms: RowForms, slow: list[Symbol], ends: Symbol) -> None:
-        affine = [form for form in forms.outputs if isinstance(form, Affine)]
-        pairs = [Symbol(0) if part is None else part for form in affine for part in (form.a, form.b)]
+        pairs = [Symbol(0) if part is None else part for form in forms.outputs for part in (form.a, form.b)]
         rows = list(ca.cse([forms.fits, *pairs]))
-        self._tape = Tape("steady_flat", slow, ca.vertcat(problem.common, ends), rows, LANES)
+        self._tape = Tape("steady_lines", slow, ca.vertcat(problem.common, ends), rows, LANES)
 
-    def set_row(self, x: Array, common: Array) -> None:
-        """Set the values along the rows, and the common values."""
+    def __call__(self, slow: Rows, x: Array, common: Array) -> tuple[Mask, Rows]:
+        """Which rows fit where x is along them, and a and b of all outputs."""
         self._tape.set_common(np.concatenate([common, [x.min(), x.max()]]))
-
-    def write(self, slow: Rows, which: Index, numbers: Sequence[Rows]) -> Mask:
-        """Write a and b of the rows that fit; return which do."""
-        found = self._tape(slow[:, which])
-        good: Mask = found[0] != 0.0
-        numbers[0][:, which[good]] = found[1:, good]
-        return good
-
-
-class _Curved:
-    """One combination of modes on ``BLOCK`` rows of a given width, computed point by point where not affine."""
-
-    def __init__(
-        self, problem: Equilibrium, forms: RowForms, slow: list[Symbol], ends: Symbol, x: Symbol, width: int
-    ) -> None:
-        values = [value(f, x) for f in forms.outputs]
-        along = Symbol(1) if forms.fits_along is None else forms.fits_along
-        outputs = [ca.densify(e) for e in (*values, forms.fits * along)]
-        inputs = [x, ca.vertcat(Symbol(0, 1), *slow), ends, problem.common]
-        scalar = ca.Function("powertrain_steady_row", inputs, outputs)
-        wide = lifted(scalar, 1, width, outputs).map("powertrain_rows", "serial", BLOCK, [0, 2, 3], [])
-        self._x, self._ends, self._common = zeros(width), zeros(2), zeros(problem.common.numel())
-        self._slow, self._count = zeros(len(slow) * BLOCK), len(slow)
-        self._results = [zeros(BLOCK * width) for _ in range(len(values) + 1)]
-        self._shaped = [r.reshape(BLOCK, width) for r in self._results]
-        self._bound = Bound(wide, [self._x, self._slow, self._ends, self._common], self._results)
-
-    def set_row(self, x: Array, common: Array) -> None:
-        """Set the values along the rows, and the common values."""
-        self._x[:], self._ends[:] = x, (x.min(), x.max())
-        self._common[: common.size] = common
-
-    def write(self, slow: Rows, which: Index, tables: Sequence[Rows]) -> Mask:
-        """Write the values of the rows that fit; return which do."""
-        good = np.zeros(which.size, bool)
-        for low in range(0, which.size, BLOCK):
-            some = which[low : low + BLOCK]
-            if self._count:
-                block = self._slow.reshape(BLOCK, self._count)
-                block[: some.size], block[some.size :] = slow[:, some].T, slow[:, some[-1]]
-            self._bound.call()
-            fine = (self._shaped[-1][: some.size] != 0.0).all(axis=1)
-            good[low : low + some.size] = fine
-            for lines, run in _runs(some, fine):
-                for table, values in zip(tables, self._shaped, strict=False):
-                    table[lines] = values[run]
-        return good
+        found = self._tape(slow)
+        return found[0] != 0.0, found[1:]
 
 
 @dataclass(frozen=True)
@@ -127,12 +77,11 @@ class _Piece:
 
 
 class RowMap:
-    """Fills maps of one walker's problem row by row. Serves one thread."""
+    """Fills maps of one problem row by row, in its known modes. Serves one thread."""
 
-    def __init__(self, walker: Walker) -> None:
-        self.walker = walker
-        self._forms: dict[tuple[Key, int], tuple[RowForms, Symbol]] = {}
-        self._tapes: dict[tuple[Key, int, int], _Flat | _Curved] = {}
+    def __init__(self, known: KnownModes) -> None:
+        self.known = known
+        self._lines: dict[tuple[Key, int], _Lines | None] = {}
 
     def fill(
         self,
@@ -155,16 +104,13 @@ class RowMap:
             for fitted, (first, last) in zip(plan.fitted, pairwise([0, *plan.cuts, x.size]), strict=True)
         ]
         for piece in pieces:
-            for points in self._settle(piece, True, fast, slow, [piece.numbers]):
-                reached += points
-                done(reached)
+            self._settle(piece, fast, slow)
+            reached += int((~piece.open).sum()) * piece.x.size
+            done(reached)
         if reached:
             _draw(tables, pieces)
         finite = reached == count * x.size
         for piece in pieces:
-            for points in self._settle(piece, False, fast, slow, [t[:, piece.columns] for t in tables]):
-                reached += points
-                done(reached)
             left = _neighbours(np.flatnonzero(piece.open), x.size, piece.columns)
             for low in range(0, left.size, _TOGETHER):
                 rest(left[low : low + _TOGETHER])
@@ -172,48 +118,26 @@ class RowMap:
                 done(reached)
         return finite and all(np.abs(each).max(initial=0.0) < _LARGE for each in (x, *(p.numbers for p in pieces)))
 
-    def _settle(self, piece: _Piece, flat: bool, fast: int, slow: Rows, targets: Sequence[Rows]) -> Iterator[int]:
-        """Try the affine combinations, or the others: first on the rows that they last fitted, then on all.
-
-        Yields the number of points whenever some are finished.
-        """
-        width = piece.x.size
+    def _settle(self, piece: _Piece, fast: int, slow: Rows) -> None:
+        """Try the known combinations: first on the rows that they last fitted, then on all."""
         for again in (True, False):
-            if not piece.open.any() or width < _SHORT:
-                return
-            for number, key in enumerate(self.walker.keys):
+            for number, key in enumerate(self.known.keys):
                 rows = np.flatnonzero(piece.open & (piece.fitted == number) if again else piece.open)
-                if not rows.size or self._form(key, fast)[0].flat != flat:
+                if not rows.size or (lines := self._of(key, fast)) is None:
                     continue
-                tape = self._tape(key, fast, width)
-                tape.set_row(piece.x, self.walker.common)
-                fits = rows[tape.write(slow, rows, targets)]
-                piece.fitted[fits], piece.open[fits] = number, False
-                yield fits.size * width
+                fits, numbers = lines(slow[:, rows], piece.x, self.known.common)
+                piece.numbers[:, rows[fits]] = numbers[:, fits]
+                piece.fitted[rows[fits]], piece.open[rows[fits]] = number, False
 
-    def _form(self, key: Key, fast: int) -> tuple[RowForms, Symbol]:
-        """The outputs of one combination along a row, and the symbols of the row's ends."""
-        if (key, fast) not in self._forms:
-            problem, ends = self.walker.problem, Symbol.sym("ends", 2)
-            others = [s for i, s in enumerate(problem.grid) if i != fast]
-            others += [*(problem.common[i] for i in range(problem.common.numel())), ends[0], ends[1]]
-            self._forms[key, fast] = row_forms(problem.grid[fast], ends, others, *self.walker.parts(key)), ends
-        return self._forms[key, fast]
-
-    def _tape(self, key: Key, fast: int, width: int) -> _Flat | _Curved:
-        forms, ends = self._form(key, fast)
-        place = (key, fast, 0 if forms.flat else width)
-        if place not in self._tapes:
-            if len(self._tapes) > _KEPT:
-                self._tapes.clear()
-            problem = self.walker.problem
+    def _of(self, key: Key, fast: int) -> _Lines | None:
+        """The outputs of one combination along rows of the axis ``fast``; None if they are not affine."""
+        if (key, fast) not in self._lines:
+            problem, ends = self.known.problem, Symbol.sym("ends", 2)
             slow = [s for i, s in enumerate(problem.grid) if i != fast]
-            self._tapes[place] = (
-                _Flat(problem, forms, slow, ends)
-                if forms.flat
-                else _Curved(problem, forms, slow, ends, problem.grid[fast], width)
-            )
-        return self._tapes[place]
+            others = [*slow, *(problem.common[i] for i in range(problem.common.numel())), ends[0], ends[1]]
+            forms = row_forms(problem.grid[fast], ends, others, *self.known.parts(key))
+            self._lines[key, fast] = None if forms is None else _Lines(problem, forms, slow, ends)
+        return self._lines[key, fast]
 
 
 @np.errstate(all="ignore")
@@ -243,18 +167,6 @@ def _neighbours(rows: Index, width: int, columns: slice) -> Index:
     return (points.T if points.shape[0] > points.shape[1] else points).ravel()
 
 
-def _runs(which: Index, good: Mask) -> list[tuple[slice, slice]]:
-    """Destinations and sources of runs of good rows."""
-    place = np.flatnonzero(good)
-    if not place.size:
-        return []
-    cut = np.flatnonzero((np.diff(place) != 1) | (np.diff(which[place]) != 1)) + 1
-    firsts, lasts = place[np.r_[0, cut]], place[np.r_[cut - 1, -1]]
-    return [
-        (slice(int(which[i]), int(which[j]) + 1), slice(int(i), int(j) + 1)) for i, j in zip(firsts, lasts, strict=True)
-    ]
-
-
 def make_plan(rows: int, columns: int, modes: Modes) -> RowPieces | None:
     """Cuts where modes change on sample rows; None if there are too many for a map by rows."""
     probes = np.unique(np.linspace(0, rows - 1, _PROBES).round().astype(np.intp))
@@ -270,6 +182,6 @@ def make_plan(rows: int, columns: int, modes: Modes) -> RowPieces | None:
         same = (modes(probes[row], middle) == start).all(axis=0)
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     cuts = sorted(set(high.tolist()))
-    if len(cuts) > _MOST_CUTS or columns > _WIDEST:
+    if len(cuts) > _MOST_CUTS:
         return None
     return RowPieces(cuts, np.full((len(cuts) + 1, rows), -1))

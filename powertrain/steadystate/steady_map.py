@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,8 @@ from powertrain.equilibrium.points import OK
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.reals import Array
 from powertrain.numerics.batch import Rows
-from powertrain.steadystate.axes import PAD, Grid
-from powertrain.steadystate.neighbours import Walker
+from powertrain.steadystate.axes import Grid
+from powertrain.steadystate.known_modes import KnownModes
 from powertrain.steadystate.results import LARGEST, DataVariable, Look, MapResults, block
 from powertrain.steadystate.rowwise import RowMap, RowPieces, make_plan
 
@@ -39,7 +40,7 @@ class SteadyMap:
         self._given = given
         self.problem, self.quantities, self._parameters = problem, quantities, parameters
         self.solver = Solver(problem, compile)
-        self._rows = None if problem.u else RowMap(Walker(problem, self.solver, compile))
+        self._rows = None if problem.u else RowMap(KnownModes(problem, self.solver, compile))
         self._orders: dict[Any, list[str]] = {}
         self._plans: dict[Any, RowPieces | None] = {}
 
@@ -51,7 +52,7 @@ class SteadyMap:
         """Parameters and inputs that are the same for all points."""
         self.solver.set_common(values)
         if self._rows is not None:
-            self._rows.walker.set_common(values)
+            self._rows.known.set_common(values)
 
     def run(self, grid: Grid, look: Look, progress: bool | None, *, keep: bool = False) -> tuple[Grid, MapResults]:
         """Solve all points of a grid; return the grid, with its dimensions in the order of the results, and the results.
@@ -59,25 +60,25 @@ class SteadyMap:
         ``keep``: with modes and unknowns of every point, so every point is solved on its own.
         """
         if grid.size >= _FAST and not keep and self._rows is not None:
-            return self._walked(self._rows, grid, look, progress)
+            return self._in_known_modes(self._rows, grid, look, progress)
         results = MapResults(self.solver, len(self.quantities), grid.size, look)
         results.solved = [] if keep else None
         bar = Bar(progress, grid.size)
-        for first, count, values in grid.pieces():
-            for low in range(0, count, LARGEST):
-                high = min(low + LARGEST, count)
-                results.solve(block(values, low, high), np.arange(first + low, first + high))
-                bar.reach(first + high)
+        values = grid.points()
+        for low in range(0, grid.size, LARGEST):
+            high = min(low + LARGEST, grid.size)
+            results.solve(block(values, low, high), np.arange(low, high))
+            bar.reach(high)
         bar.close()
         return grid, results
 
-    def _walked(self, rows: RowMap, grid: Grid, look: Look, progress: bool | None) -> tuple[Grid, MapResults]:
-        """The map of an explicit model from point to point."""
+    def _in_known_modes(self, rows: RowMap, grid: Grid, look: Look, progress: bool | None) -> tuple[Grid, MapResults]:
+        """The map of an explicit model, in few combinations of modes."""
         ordered, bar = self._slowest_first(grid), Bar(progress, grid.size)
         results = MapResults(self.solver, len(self.quantities), ordered.size, look)
         finite = self._by_rows(rows, results, ordered, bar)
         if finite is None:
-            self._by_points(rows.walker, results, ordered, bar)
+            self._by_points(rows.known, results, np.arange(ordered.size), ordered.points(), results.rows, bar.reach)
         if not finite:
             self._look_again(results, ordered)
         results.finish()
@@ -113,7 +114,7 @@ class SteadyMap:
             values = np.insert(slow[:, rows], fast, x[columns], axis=0)
             found = self.solver.solve(values)
             for k in np.flatnonzero(found.status == OK)[:: max(1, rows.size // 64)]:
-                by_rows.walker.enter(found.modes[:, k])
+                by_rows.known.enter(found.modes[:, k])
             return found.modes
 
         identity = grid.identity()
@@ -124,44 +125,39 @@ class SteadyMap:
             return None
 
         def rest(places: NDArray[np.intp]) -> None:
-            self._apart(by_rows.walker, results, places, [np.pad(v, (0, PAD), "edge") for v in grid.at(places)])
+            found = [np.empty(places.size) for _ in results.rows]
+            self._by_points(by_rows.known, results, places, list(grid.at(places)), found, lambda _: None)
+            for row, values in zip(results.rows, found, strict=True):
+                row[places] = values
 
         return by_rows.fill(fast, x, slow, plan, results.rows, rest, bar.reach)
 
-    def _by_points(self, walker: Walker, results: MapResults, grid: Grid, bar: Bar) -> None:
-        """Fill the map from point to point; the last points separately, because the walk writes beyond its end."""
-        for first, count, values in grid.pieces():
-            inner = count if first + count + PAD <= grid.size else max(count - PAD, 0)
-            self._walk(walker, results, first, inner, values, bar)
-            self._apart(walker, results, np.arange(first + inner, first + count), [v[inner:] for v in values])
-            bar.reach(first + count)
-
-    def _apart(self, walker: Walker, results: MapResults, places: NDArray[np.intp], values: list[Array]) -> None:
-        """Walk scattered points, and copy the results."""
-        part = results.apart(places.size)
-        self._walk(walker, part, 0, places.size, values, None)
-        results.put(places, part)
-
-    def _walk(
-        self, walker: Walker, results: MapResults, first: int, count: int, values: list[Array], bar: Bar | None
+    def _by_points(
+        self,
+        known: KnownModes,
+        results: MapResults,
+        places: NDArray[np.intp],
+        values: list[Array],
+        found: list[Array],
+        done: Callable[[int], None],
     ) -> None:
-        rows = [row[first:] for row in results.rows]
+        """The points with these numbers and ``values`` of the axes; requested values go into ``found``."""
 
         def careful(low: int, high: int) -> Array | None:
-            return results.solve(block(values, low, high), np.arange(first + low, first + high), later=True)
+            modes = results.solve(block(values, low, high), places[low:high], later=True)
+            for row, whole in zip(found, results.rows, strict=True):
+                row[low:high] = whole[places[low:high]]
+            return modes
 
-        walker.walk(count, values, rows, careful, (lambda i: None) if bar is None else (lambda i: bar.reach(first + i)))
+        known.fill(places.size, values, found, careful, done)
 
     @np.errstate(all="ignore")
     def _look_again(self, results: MapResults, grid: Grid) -> None:
         """Solve points with values that are not finite one by one, which gives the reason."""
-        suspects: NDArray[np.bool_] | None = None
+        suspects = np.zeros(results.size, bool)
         for row in results.rows:
-            part = row[: grid.size]
-            if not math.isfinite(float(np.add.reduce(part))):
-                suspects = ~np.isfinite(part) if suspects is None else suspects | ~np.isfinite(part)
-        if suspects is None:
-            return
+            if not math.isfinite(float(np.add.reduce(row))):
+                suspects |= ~np.isfinite(row)
         where = np.flatnonzero(suspects & (results.status == OK))
         for low in range(0, where.size, LARGEST):
             some = where[low : low + LARGEST]

@@ -1,4 +1,4 @@
-"""Maps from point to point in the modes of their neighbours: random laws against brute force over all their modes."""
+"""Maps in the known combinations of modes: random laws against brute force over all their modes."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from powertrain.dae.hybrid import Friction, Guard, Switch
 from powertrain.dae.switch import steady_margins
 from powertrain.dae.tolerances import INFINITE
 from powertrain.equilibrium.search import LawModes, order
-from powertrain.steadystate.axes import PAD
-from powertrain.steadystate.neighbours import Walker
+from powertrain.steadystate.known_modes import KnownModes
 
 Matrix = np.ndarray[Any, Any]
 NONE = ca.SX(0)
@@ -29,7 +28,7 @@ class Affine:
     """Laws with conditions g = A (x, y, p) + C m + d; the first ``frictions`` slide forward where g > 0, else backward; others switch.
 
     Wanted: x + p + B m. The model is valid up to x + y = ``most``, and what it solves for is finite up to y = ``steep``. ``asked``: the
-    points (from, to) that the last walk left to the solver.
+    points (from, to) that the last map left to the solver.
     """
 
     A: Matrix
@@ -47,8 +46,8 @@ class Affine:
         n = len(self.d)
         return [(FORWARD, BACKWARD)] * self.frictions + [(1.0, 0.0)] * (n - self.frictions)
 
-    def walker(self) -> Walker:
-        """A walker of these laws."""
+    def known(self) -> KnownModes:
+        """Their known modes, none at first."""
         n, grid, p = len(self.d), [ca.SX.sym("x"), ca.SX.sym("y")], ca.SX.sym("p")
         m = [ca.SX.sym(f"m{k}") for k in range(n)]
         g = ca.DM(self.A) @ ca.vertcat(*grid, p) + ca.DM(self.C) @ ca.vertcat(*m) + ca.DM(self.d)
@@ -61,7 +60,7 @@ class Affine:
             solved=[INFINITE * (1.0 + grid[1] - self.steep)] if np.isfinite(self.steep) else [],
         )  # fmt: skip
         solver: Any = SimpleNamespace(choices=choices, groups=order(problem, choices))
-        return Walker(problem, solver)
+        return KnownModes(problem, solver)
 
     def _choice(self, k: int, g: ca.SX, m: ca.SX) -> LawModes:
         if k >= self.frictions:
@@ -82,11 +81,11 @@ class Affine:
         found[:, (count != 1.0) | (x + y > self.most) | (y > self.steep)] = np.nan
         return x + self.B @ found + p, found
 
-    def walk(self, walker: Walker, x: Matrix, y: Matrix, p: float) -> Matrix:
-        """The wanted values at all points from a walk."""
-        walker.set_common(np.array([p]))
+    def fill(self, known: KnownModes, x: Matrix, y: Matrix, p: float) -> Matrix:
+        """The wanted values at all points of the map."""
+        known.set_common(np.array([p]))
         wanted, modes = self.brute_force(x, y, p)
-        results = [np.full(len(x) + PAD, np.nan) for _ in wanted]
+        results = [np.full(len(x), np.nan) for _ in wanted]
         self.asked.clear()
 
         def careful(first: int, last: int) -> Matrix | None:
@@ -97,10 +96,10 @@ class Affine:
             return modes[:, first + good[0]].copy() if good.size else None
 
         done = list[int]()
-        walker.walk(len(x), [np.pad(v, (0, PAD), "edge") for v in (x, y)], results, careful, done.append)
+        known.fill(len(x), [x.copy(), y.copy()], results, careful, done.append)
         assert done == sorted(done)
         assert done[-1] == len(x)
-        return np.array([row[: len(x)] for row in results])
+        return np.array(results)
 
 
 def drawn(rng: np.random.Generator, ring: bool) -> Affine:
@@ -137,23 +136,23 @@ def test_any_laws(seed: int, ring: bool, arrange: Callable[[Matrix], Matrix]) ->
     """Also with other values of what all points have in common. Few points with a unique solution are left to the solver: new modes."""
     rng = np.random.default_rng(seed)
     laws = drawn(rng, ring)
-    walker = laws.walker()
+    known = laws.known()
     asked = 0
     for p in (0.2, -0.3):
         x, y = arrange(rng.uniform(-1.0, 1.0, (2, 10_000)))
         wanted, _ = laws.brute_force(x, y, p)
         for _ in range(4):
-            np.testing.assert_allclose(laws.walk(walker, x, y, p), wanted, rtol=1e-12, atol=1e-12)
+            np.testing.assert_allclose(laws.fill(known, x, y, p), wanted, rtol=1e-12, atol=1e-12)
             asked += sum(not np.isnan(wanted[0, first:last]).any() for first, last in laws.asked)
-    assert asked <= 8 * len(walker.keys)
+    assert asked <= 8 * len(known.keys)
 
 
 def test_laws_with_too_many_combinations(monkeypatch: pytest.MonkeyPatch) -> None:
     """The solver gets all points, in blocks that grow."""
-    monkeypatch.setattr("powertrain.steadystate.neighbours._ALTERNATIVES", 0)
+    monkeypatch.setattr("powertrain.steadystate.known_modes._ALTERNATIVES", 0)
     laws = drawn(np.random.default_rng(3), ring=True)
     x, y = np.random.default_rng(0).uniform(-1.0, 1.0, (2, 20_000))
-    np.testing.assert_array_equal(laws.walk(laws.walker(), x, y, 0.2), laws.brute_force(x, y, 0.2)[0])
+    np.testing.assert_array_equal(laws.fill(laws.known(), x, y, 0.2), laws.brute_force(x, y, 0.2)[0])
     sizes = [last - first for first, last in laws.asked]
     assert sum(sizes) == 20_000
     assert max(sizes) >= 4096

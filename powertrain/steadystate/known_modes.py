@@ -1,9 +1,8 @@
-"""Fast evaluation of a map: neighbouring points mostly have the same modes, and in given modes little arithmetic remains.
+"""Fast evaluation of a map: few combinations of modes occur in it, and in given modes little arithmetic remains.
 
-Every combination of modes gets an expression tape specialised to it. The tape gives the requested values, and a flag that is set where
-these modes, and no others, hold. It runs ahead until the flag fails; then the next combination takes over. Where neighbours differ, one
-tape of all combinations is used. Only points that no known combination fits are left to the solver, and those in modes with too many
-other combinations to exclude.
+Every combination of modes that was met gives the requested values, and a flag that is set where these modes, and no others, hold. One
+expression tape evaluates all of them and takes the first that fits. Only points that no known combination fits are left to the solver,
+and those in modes with too many other combinations to exclude.
 """
 
 from __future__ import annotations
@@ -23,12 +22,13 @@ from powertrain.equilibrium.system import Equilibrium, with_modes
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
 from powertrain.modes.guards import guard_margin
-from powertrain.numerics.batch import LANES, Tape, all_hold, column_tape, dependence, different
+from powertrain.numerics.batch import LANES, Tape, all_hold, column_tape, dependence, different, separated
 from powertrain.numerics.vectorised import VectorTape
 
-WIDTHS = (128, 1024, 4096)
-_TAPES = 64
-_SHORT_RUN, _SHORT_RUNS = 32, 4
+_WIDTH = 4096
+"""Points that are evaluated together."""
+_KNOWN = 64
+"""The number of combinations that are known at most."""
 _ALTERNATIVES = 64
 _LARGEST = 16384
 """Points that the solver takes together where combinations cannot be known."""
@@ -37,8 +37,8 @@ Careful = Callable[[int, int], Array | None]
 """Solves the points from the first to before the last one by one, stores them, and returns the modes of the first good one."""
 
 
-class Walker:
-    """Tapes for the combinations of modes of one explicit steady problem. Serves one thread."""
+class KnownModes:
+    """The combinations of modes of one explicit steady problem, ``keys``, and their tape. Serves one thread."""
 
     def __init__(self, problem: Equilibrium, solver: Solver, compile: bool = False) -> None:
         self._compile = compile
@@ -51,20 +51,17 @@ class Walker:
         self._relevant: dict[Key, list[int]] = {}
         self._parts: dict[Key, tuple[list[Symbol], list[Symbol], list[list[Symbol]]]] = {}
         self.keys: list[Key] = []
-        self._tapes: dict[tuple[Key, int], Tape | VectorTape] = {}
         self.common: Array = np.zeros(1)
-        self._fits, self._width = np.empty(max(*WIDTHS, VectorTape.most)), WIDTHS[-1]
-        self._all: tuple[int, Tape | VectorTape] | None = None
+        self._fits, self._width, self._block = np.empty(max(_WIDTH, VectorTape.most)), _WIDTH, LANES
+        self._tape: tuple[int, Tape | VectorTape] | None = None
         self._called = 0
         self._refused: set[Key] = set()
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
         self.common = values.copy()
-        for each in self._tapes.values():
-            each.set_common(values)
 
-    def walk(
+    def fill(
         self,
         count: int,
         arguments: Sequence[Array],
@@ -72,109 +69,78 @@ class Walker:
         careful: Careful,
         done: Callable[[int], None],
     ) -> None:
-        """Fill the first ``count`` points of ``results``; points beyond them, up to the largest width, are overwritten with no meaning."""
-        i, level, current, short, mixed, block = 0, 0, next(iter(self.keys), None), 0, False, LANES
+        """Fill ``results`` at ``count`` points."""
+        i, self._block = 0, LANES
         while i < count:
-            if mixed or short >= _SHORT_RUNS:
-                last, runs = self._mixed(i, count, arguments, results, careful)
-                i, mixed, short = last, last - i < _SHORT_RUN * runs, 0
-                done(i)
-                continue
-            fits = 0
-            for candidate in self._candidates(current):
-                fits, full = self._run(candidate, level, i, arguments, results)
-                if fits:
-                    current = candidate
-                    level = min(level + 1, len(WIDTHS) - 1) if full else 0
-                    break
-                level = 0
-            short = short + 1 if fits < _SHORT_RUN else 0
-            if fits:
-                i, block = min(i + fits, count), LANES
-            else:
-                last = min(i + block, count)
-                modes = careful(i, last)
-                found = None if modes is None else self.enter(modes)
-                block = LANES if modes is None or found is not None else min(2 * block, _LARGEST)
-                i, current = last, found
+            i = self._stretch(i, count, arguments, results, careful) if self.keys else self._ask(i, count, careful)
             done(i)
 
-    def _mixed(
+    def _stretch(
         self, first: int, count: int, arguments: Sequence[Array], results: Sequence[Array], careful: Careful
-    ) -> tuple[int, int]:
-        """Points whose neighbours have other modes, with all combinations at once. Returns where they end, and the number of runs."""
-        union = self._union()
-        last = min(first + self._width, count)
-        some = slice(first, max(last, first + union.least))
-        union.into([a[some] for a in arguments], [*(r[some] for r in results), self._fits[: some.stop - first]])
-        which = self._fits[: last - first]
-        left = first + np.flatnonzero(which == 0.0)
-        self._width = WIDTHS[-1] if left.size else min(2 * self._width, union.most)
+    ) -> int:
+        """Fill some points in the known modes, and leave those that none of them fits to the solver. Returns where they end."""
+        tape, last = self._evaluator(), min(first + self._width, count)
+        fits = self._fits[: last - first]
+        given, found = ([a[first:last] for a in arrays] for arrays in (arguments, results))
+        if last - first < tape.least:
+            *values, fits[:] = tape.of_rows(given, last - first)
+            for row, value in zip(found, values, strict=True):
+                row[:] = value
+        else:
+            tape.into(given, [*found, fits])
+        left = first + np.flatnonzero(fits == 0.0)
+        self._width = _WIDTH if left.size else min(2 * self._width, tape.most)
         while left.size:
-            start = int(left[0])
-            end = min(start + LANES, last)
-            modes = careful(start, end)
-            self._called += 1
-            if modes is not None:
-                self.enter(modes)
+            end = self._ask(int(left[0]), last, careful)
+            if self._outdated:
+                return end
             left = left[left >= end]
-        return last, 1 + int(np.count_nonzero(np.diff(which)))
+        return last
 
-    def _union(self) -> Tape | VectorTape:
-        """The requested values of the first combination that fits, and its number from one; zeros if none fits.
+    def _ask(self, first: int, last: int, careful: Careful) -> int:
+        """Leave a block of points to the solver, and enter the modes that it finds. Returns where the block ends."""
+        end = min(first + self._block, last)
+        modes = careful(first, end)
+        self._called += 1
+        unknown = modes is not None and not self.enter(modes)
+        self._block = min(2 * self._block, _LARGEST) if unknown else LANES
+        return end
 
-        It is rebuilt for new combinations after as many calls of the solver as there are combinations, which takes as long as rebuilding.
-        """
-        if self._all is None or self._all[0] < len(self.keys) <= self._called:
-            open_, found = Symbol(1), [Symbol(0)] * (len(self._wanted) + 1)
+    @property
+    def _outdated(self) -> bool:
+        """Whether the tape lacks combinations, and the calls of the solver since have taken as long as rebuilding it."""
+        return self._tape is None or self._tape[0] < len(self.keys) <= self._called
+
+    def _evaluator(self) -> Tape | VectorTape:
+        """The requested values of the first combination that fits, and its number from one; zeros if none fits."""
+        if self._tape is None or self._outdated:
+            problem, open_, found = self.problem, Symbol(1), [Symbol(0)] * (len(self._wanted) + 1)
             for number, key in enumerate(self.keys, 1):
                 *values, fits = self._expressions(key)
                 first, open_ = fits * open_, open_ * (1 - fits)
                 found = [f + ca.if_else(first, v, 0) for f, v in zip(found, [*values, Symbol(number)], strict=True)]
-            self._all, self._called = (len(self.keys), self._made(found, WIDTHS[-1], self._compile)), 0
-        self._all[1].set_common(self.common)
-        return self._all[1]
+            tape = column_tape("steady_known", problem.grid, problem.common, ca.cse(found), _WIDTH, self._compile)
+            self._tape, self._called = (len(self.keys), tape), 0
+        self._tape[1].set_common(self.common)
+        return self._tape[1]
 
-    def _candidates(self, current: Key | None) -> list[Key]:
-        return self.keys if current is None else [current, *(k for k in self.keys if k != current)]
-
-    def _run(
-        self, key: Key, level: int, i: int, arguments: Sequence[Array], results: Sequence[Array]
-    ) -> tuple[int, bool]:
-        """The number of points from i on that fit, and whether all that were tried did."""
-        width = WIDTHS[level]
-        fits = self._fits[:width]
-        self._tape(key, level).into([a[i : i + width] for a in arguments], [*[r[i : i + width] for r in results], fits])
-        first = int(fits.argmin())
-        return (width, True) if fits[first] else (first, False)
-
-    def _tape(self, key: Key, level: int) -> Tape | VectorTape:
-        if (key, level) not in self._tapes:
-            self._tapes[key, level] = self._made(self._expressions(key), WIDTHS[level])
-            self._tapes[key, level].set_common(self.common)
-        return self._tapes[key, level]
-
-    def _made(self, expressions: list[Symbol], width: int, compile: bool = False) -> Tape | VectorTape:
-        problem = self.problem
-        return column_tape("steady_walk", problem.grid, problem.common, list(ca.cse(expressions)), width, compile)
-
-    def enter(self, modes: Array) -> Key | None:
-        """The combination for some modes; switches without influence are set to zero. None if there are too many, or too many rivals."""
+    def enter(self, modes: Array) -> bool:
+        """Whether the combination of these modes is known from now on: not if there are too many, or too many rivals."""
         laws = tuple(float(m) for k, m in enumerate(modes) if k not in self._switches)
         given = {k: float(m) for k, m in enumerate(modes) if k not in self._switches}
         if laws not in self._relevant:
             self._relevant[laws] = self._influential(given)
-        relevant = set(self._relevant[laws]) | set(given)
+        relevant = set(self._relevant[laws]) | set(given)  # other switches count as zero
         key = tuple(float(m) if k in relevant else 0.0 for k, m in enumerate(modes))
         if key in self.keys:
-            return key
-        if len(self.keys) >= _TAPES or key in self._refused:
-            return None
+            return True
+        if len(self.keys) >= _KNOWN or key in self._refused:
+            return False
         if any(prod(len(self.choices[k].modes) for k in members) > _ALTERNATIVES for members in self._members(key)):
             self._refused.add(key)
-            return None
+            return False
         self.keys.append(key)
-        return key
+        return True
 
     def _influential(self, given: dict[int, float]) -> list[int]:
         """The switches on which the requested values and the margins depend, for given modes of the other laws."""
@@ -207,8 +173,8 @@ class Walker:
         rivals = []
         for other in self._alternatives(key):
             found = with_modes([self.choices[k].margins[m] for k, m in other.items()], modes, given | other)
-            rivals.append([rival - 2 * EPS for rival in found])
-        return exact[: len(self._wanted)], different(exact[len(self._wanted) :]), rivals
+            rivals.append([rival - 2 * EPS for rival in separated(found)])
+        return exact[: len(self._wanted)], different(separated(exact[len(self._wanted) :])), rivals
 
     def _expressions(self, key: Key) -> list[Symbol]:
         """The requested values of one combination, and whether these modes and no others hold."""
