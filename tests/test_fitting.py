@@ -76,6 +76,9 @@ def test_a_minimum_that_is_not_the_lowest_is_said() -> None:
     unknown = pt.fit(plant, pt.Experiment(times, values), "w", first={"w": 6.0})
     assert not unknown.unexplained
     assert "sigma is unknown" in str(unknown)
+    few = pt.fit(plant, pt.Experiment([1.0, 2.0], {"y": [1.0, 1.0]}, 0.05), "w", first={"w": 1.0})
+    assert few.cost > 1 + 5 * np.sqrt(2)  # five standard deviations of chi-square, whose tail is long
+    assert not few.unexplained
 
 
 @pytest.mark.slow

@@ -44,8 +44,8 @@ _WEAK = 1e-3
 """In directions weaker than this, relative to the strongest, the regularisation is felt: by the square of its relative weight."""
 _PART = 0.01
 """An unknown belongs to an undetermined direction from this share of its largest one on; smaller shares may be inaccuracies of J."""
-_IMPROBABLE = 5.0
-"""Noise of the given sigma exceeds the mean of its sum of squares by this many standard deviations once in a million fits."""
+_IMPROBABLE = 1e-6
+"""Residuals are too large for noise if noise of the given sigma exceeds their sum of squares with less than this probability."""
 
 
 @dataclass(frozen=True)
@@ -102,9 +102,11 @@ class Fit:
 
         The fit is then a local minimum that is not the lowest one, or the model lacks an effect. The standard errors do not contain that.
         """
+        from scipy.special import gammaincc
+
         measured = sum(int(np.isfinite(v).sum()) for e in self.experiments for v in e.values.values())
         free = max(measured - len(self.values), 1)
-        return self._sigma_given and self.cost > free + _IMPROBABLE * np.sqrt(2.0 * free)
+        return self._sigma_given and bool(gammaincc(free / 2, self.cost / 2) < _IMPROBABLE)  # of chi-square
 
     @property
     def _sigma_given(self) -> bool:
