@@ -42,8 +42,10 @@ ROADS: dict[str, dict[str, Any]] = {
 }
 STARTS = {"body.v": 3.0, "engine.w": 3.0 / 0.3 * 3.5 * 3.9}
 """3 m/s with the clutch closed: wheels of 0.3 m, gear and final drive."""
-STOP, LAST = 3.0, 1.0
-"""Seconds simulated, and the part of them at the end over which torques are averaged."""
+STOP = 3.0
+"""Seconds simulated."""
+LATE = np.linspace(2.0, STOP, 1001)
+"""Instants of the last second, over which torques are averaged; the samples of a result are closer at events."""
 
 
 def drive(differential: Differential) -> dict[str, pt.Result[RearDriveCar]]:
@@ -54,7 +56,7 @@ def drive(differential: Differential) -> dict[str, pt.Result[RearDriveCar]]:
 
 def torques(result: pt.Result[RearDriveCar], side: str) -> Any:
     """What the differential gives to a half shaft during the last second."""
-    return -result[f"rear.differential.{side}.tau"][result.time > STOP - LAST]
+    return -result.at(LATE, f"rear.differential.{side}.tau")
 
 
 def row(result: pt.Result[RearDriveCar]) -> dict[str, float]:
@@ -62,12 +64,11 @@ def row(result: pt.Result[RearDriveCar]) -> dict[str, float]:
     audit = pt.energy_audit(result)
     lost = audit.components.lost / 1000
     left, right = (torques(result, side).mean() for side in ("left", "right"))
-    late = result.time > STOP - LAST
     return {
         "T_left": left,
         "T_right": right,
         "share": max(left, right) / (left + right),
-        "traction": (result["rear.left.f"] + result["rear.right.f"])[late].mean(),
+        "traction": (result.at(LATE, "rear.left.f") + result.at(LATE, "rear.right.f")).mean(),
         "v": result["body.v"][-1],
         "spin": result["rear.left.v_slip"][-1],
         "lost_differential": lost["rear.differential"],

@@ -51,6 +51,36 @@ def test_without_noise_the_parameters_come_back(plant: pt.Plant[Engaging]) -> No
     assert np.abs(found.residuals().to_numpy()).max() < 1e-4
 
 
+class Swing(pt.Component):
+    """y = sin(w t): a sum of squares with many minima over w."""
+
+    w: pt.Parameter = pt.parameter("rad/s", "Frequency", default=1.0)
+    y: pt.Variable = pt.variable("1", "Deflection")
+
+    def equations(self) -> pt.Equations:
+        yield self.y == ca.sin(self.w * pt.time)
+
+
+def test_a_minimum_that_is_not_the_lowest_is_said() -> None:
+    """Residuals beyond sigma are no noise. From a good guess they are, and without sigma nothing can be said."""
+    times = np.linspace(0.0, 10.0, 101)
+    values = {"y": np.sin(2.0 * times) + 0.01 * np.random.default_rng(3).standard_normal(101)}
+    data, plant = pt.Experiment(times, values, 0.01), pt.compile(Swing())
+    far, near = (pt.fit(plant, data, "w", first={"w": first}) for first in (6.0, 1.9))
+    assert near.values["w"] == pytest.approx(2.0, abs=3 * near.errors["w"])
+    assert abs(far.values["w"] - 2.0) > 1.0
+    assert far.unexplained
+    assert "larger than sigma explains" in str(far)
+    assert not near.unexplained
+    assert "larger than" not in str(near)
+    unknown = pt.fit(plant, pt.Experiment(times, values), "w", first={"w": 6.0})
+    assert not unknown.unexplained
+    assert "sigma is unknown" in str(unknown)
+    few = pt.fit(plant, pt.Experiment([1.0, 2.0], {"y": [1.0, 1.0]}, 0.05), "w", first={"w": 1.0})
+    assert few.cost > 1 + 5 * np.sqrt(2)  # five standard deviations of chi-square, whose tail is long
+    assert not few.unexplained
+
+
 @pytest.mark.slow
 def test_noise_gives_the_errors_it_should(plant: pt.Plant[Engaging]) -> None:
     """Seven unknowns, two of them starts: over 20 draws the deviations follow the covariance, and 95.4 % of them are within two errors.

@@ -59,13 +59,14 @@ PLUG_IN = PolarizedBattery(
 
 
 class ParallelHybrid(ShiftedCar, HybridCar):
-    """A car of 1,500 kg whose engine drives through a clutch and a gearbox, with a machine at ``position``.
+    """A car of 1,500 kg whose engine drives through a clutch and a gearbox, with a machine at one of five positions.
 
-    P0 at the crankshaft through a belt, P1 at the crankshaft, P2 at the gearbox input, P3 at its output, P4 at the rear axle. ``coupling``
-    is the gear between the machine and that shaft. With P2 to P4 the car drives and recovers with the engine stopped and its clutch open. A
-    machine at the crankshaft is coupled to the wheels only while the clutch is closed, and its engine runs. ``ParallelHybrid.at("P4")``
-    makes the car with a machine that suits the position; ``ParallelHybrid.plug_in()`` has a 13 kWh battery, which it discharges first. The
-    rules are those of ``ParallelControl``. ``front`` and ``rear`` accept axles, see ``Car``. The numbers are invented, for a compact car.
+    ``position``: P0 at the crankshaft through a belt, P1 at the crankshaft, P2 at the gearbox input, P3 at its output, P4 at the rear axle.
+    ``coupling`` is the gear between the machine and that shaft. With P2 to P4 the car drives and recovers with the engine stopped and its
+    clutch open. A machine at the crankshaft is coupled to the wheels only while the clutch is closed, and its engine runs.
+    ``ParallelHybrid.at("P4")`` makes the car with a machine that suits the position; ``ParallelHybrid.plug_in()`` has a 13 kWh battery,
+    which it discharges first. The rules are those of ``ParallelControl``. ``front`` and ``rear`` accept axles, see ``Car``. The numbers
+    are invented, for a compact car.
     """
 
     position: Position = "P2"

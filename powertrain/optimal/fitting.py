@@ -44,6 +44,8 @@ _WEAK = 1e-3
 """In directions weaker than this, relative to the strongest, the regularisation is felt: by the square of its relative weight."""
 _PART = 0.01
 """An unknown belongs to an undetermined direction from this share of its largest one on; smaller shares may be inaccuracies of J."""
+_IMPROBABLE = 1e-6
+"""Residuals are too large for noise if noise of the given sigma exceeds their sum of squares with less than this probability."""
 
 
 @dataclass(frozen=True)
@@ -74,9 +76,9 @@ class Fit:
     ``values``, ``errors`` (standard errors, inf if the data do not determine the unknown) and ``units`` by name; ``covariance`` in
     the order of ``values``; ``undetermined``: directions, as relative changes of the unknowns, in which the residuals hardly change;
     ``results``: the runs of the experiments with the fitted values; ``cost``: the sum of squares; ``spread``: the standard deviation of the
-    residuals divided by sigma; ``evaluations``: the number of sets simulated; ``parameters``: the values without initial values;
-    ``at_bounds``: the unknowns limited by a bound, with that bound; ``notes``: the parameters whose effect on tables and limits, computed
-    when the model was compiled, the fit does not contain. The standard errors do not take bounds into account.
+    residuals divided by sigma, or itself if sigma is unknown; ``evaluations``: the number of sets simulated; ``parameters``: the values
+    without initial values; ``at_bounds``: the unknowns limited by a bound, with that bound; ``notes``: the parameters whose effect on
+    tables and limits, computed when the model was compiled, the fit does not contain. The standard errors do not take bounds into account.
     """
 
     values: dict[str, float]
@@ -93,6 +95,22 @@ class Fit:
     parameters: dict[str, float] = field(default_factory=dict)
     at_bounds: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether the residuals are larger than noise with the given sigma.
+
+        The fit is then a local minimum that is not the lowest one, or the model lacks an effect. The standard errors do not contain that.
+        """
+        from scipy.special import gammaincc
+
+        measured = sum(int(np.isfinite(v).sum()) for e in self.experiments for v in e.values.values())
+        free = max(measured - len(self.values), 1)
+        return self._sigma_given and bool(gammaincc(free / 2, self.cost / 2) < _IMPROBABLE)  # of chi-square
+
+    @property
+    def _sigma_given(self) -> bool:
+        return all(e.deviation(n) is not None for e in self.experiments for n in e.values)
 
     @property
     def correlation(self) -> pd.DataFrame:
@@ -144,9 +162,15 @@ class Fit:
         widths = [max(len(r[k]) for r in rows) for k in range(3)]
         lines = ["  ".join(f"{c:<{w}}" for c, w in zip(r, widths, strict=True)).rstrip() for r in rows]
         count = len(self.results)
+        weight = "in units of sigma" if self._sigma_given else "sigma is unknown, all signals have the same weight"
         lines.append(
-            f"{count} experiment{'s' * (count != 1)}, standard deviation of the residuals {self.spread:.3g} (in units of sigma)"
+            f"{count} experiment{'s' * (count != 1)}, standard deviation of the residuals {self.spread:.3g} ({weight})"
         )
+        if self.unexplained:
+            lines.append(
+                "the residuals are larger than sigma explains: a local minimum (start from another guess), or the model lacks an effect; "
+                "the standard errors do not contain that"
+            )
         lines += [f"{n} is at its bound, {with_unit(f'{v:.6g}', self.units[n])}" for n, v in self.at_bounds.items()]
         for direction in self.undetermined:
             parts = ", ".join(f"{n} {100 * v:+.3g} %" for n, v in direction.items())
@@ -170,7 +194,8 @@ def fit(
 
     The derivatives come from the variational equations (see ``pt.gradient``), so there is no step size to choose, and events may move. The
     optimiser is SciPy's trust region reflective method. Directions that the data do not determine stay as close to the initial guess, in
-    relative changes, as the data permit.
+    relative changes, as the data permit. The minimum is local: ``unexplained`` of the result says whether the residuals are larger than
+    the ``sigma`` of the measurements.
 
     Parameters
     ----------

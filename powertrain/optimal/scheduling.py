@@ -84,7 +84,7 @@ def dynamic_programming(
         Choose it well above the worth of a unit during the course, so that the store ends full enough.
     grid
         The states at which the cost to go is computed: values, whose first and last are the limits of the store; or their number between
-        the first and last of ``stages.states``, to which ``end`` is added.
+        the first and last of ``stages.states``, to which ``end`` is added. What a full store cannot take is lost.
     mode
         The mode before the start.
 
@@ -96,8 +96,8 @@ def dynamic_programming(
     Raises
     ------
     ParameterError
-        If the start or the state leaves the grid, if the course comes to a state in which no decision is possible, for a grid that is
-        too coarse or wider than ``stages.states``, and for an unknown mode.
+        If the start lies outside the grid, if the store runs empty on the way, if the course comes to a state in which no decision is
+        possible, for a grid that is too coarse or wider than ``stages.states``, and for an unknown mode.
 
     Examples
     --------
@@ -238,12 +238,12 @@ def ecms(stages: Stages, *, start: float, end: float, mode: int = 0, dwell: floa
     -------
     Schedule
         That of the lowest price for which the final state is at or above ``end``; decisions are discrete, so ``end`` may not be
-        reached exactly. The price is not negative.
+        reached exactly. The price is not negative. What a store at the last of ``stages.states`` cannot take is lost.
 
     Raises
     ------
     ParameterError
-        If no price brings the store to ``end``, if it leaves its range on the way, if the course comes to a state in which no decision is
+        If no price brings the store to ``end``, if it runs empty on the way, if the course comes to a state in which no decision is
         possible, for a start outside ``stages.states`` and for an unknown mode.
     """
     dwell = number("dwell", dwell, "s")

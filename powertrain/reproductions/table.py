@@ -137,12 +137,13 @@ class Tally:
     def __str__(self) -> str:
         names = ("agrees", "corrected", "given", "differs", "computed only", "not reproducible", "DIFFERS")
         words = (
-            "agree with the print",
-            "agree with its correction",
-            "are given by the paper",
-            "differ for a known reason",
-            "are computed only",
-            "cannot be reproduced",
-            "DIFFER",
+            ("agree with the print", "agrees with the print"),
+            ("agree with its correction", "agrees with its correction"),
+            ("are given by the paper", "is given by the paper"),
+            ("differ for a known reason", "differs for a known reason"),
+            ("are computed only", "is computed only"),
+            ("cannot be reproduced", "cannot be reproduced"),
+            ("DIFFER", "DIFFERS"),
         )
-        return ", ".join(f"{self.counts[n]} {word}" for n, word in zip(names, words, strict=True) if n in self.counts)
+        counted = [(self.counts[n], said) for n, said in zip(names, words, strict=True) if n in self.counts]
+        return ", ".join(f"{count} {said[count == 1]}" for count, said in counted)

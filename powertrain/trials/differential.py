@@ -64,9 +64,11 @@ def differential_map(
                 "right.w_fixed": speed - difference / 2,
             }
             turn = 2 * np.pi / difference
-            result = plant.simulate(turn, parameters=values, times=(np.arange(SAMPLES) + 0.5) * turn / SAMPLES)
-            for k, side in enumerate(("left", "right")):
-                means[k, i, j] = -result[f"differential.{side}.tau"].mean()
+            result = plant.simulate(turn, parameters=values, points=SAMPLES + 1)
+            for k, side in enumerate(
+                ("left", "right")
+            ):  # integrals, because events add samples on both sides of a jump
+                means[k, i, j] = -np.trapezoid(result[f"differential.{side}.tau"], result.time) / turn
     fast, slow = means
     out = fast * (speed + given[:, None] / 2) + slow * (speed - given[:, None] / 2)
     into = np.broadcast_to(loads * speed, out.shape)

@@ -42,6 +42,15 @@ def test_losses_are_never_negative_and_torques_balance(kind: Differential) -> No
     assert float(found["efficiency"].max()) <= 1 + 1e-9
 
 
+def test_means_are_over_time_where_torques_jump() -> None:
+    """At a jump a result has samples on both sides, which must not count for more."""
+    differential = SphericalCamDifferential(sharing="single")
+    point = differential_map(differential, [10.0], [100.0]).isel(difference=0, torque=0)
+    psi = (np.arange(20_000) + 0.5) * np.pi * differential.cam.N / differential.cam.M / 20_000
+    kappa = differential.cycle.kappa(psi).mean()
+    assert float(point["right"] - point["left"]) == pytest.approx(100 * kappa, rel=2e-4)
+
+
 def test_figure_and_bad_differences() -> None:
     ax = plot_differential_map(differential_map(BevelDifferential(eta=0.9), DIFFERENCES, [100.0, 200.0]))
     assert "Speed difference" in ax.get_xlabel()

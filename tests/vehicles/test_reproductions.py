@@ -12,7 +12,7 @@ import pytest
 import powertrain as pt
 from powertrain.reproductions import PAPERS, Paper, Picture, Row, Table, paper, write_report
 from powertrain.reproductions.report import markdown_table
-from powertrain.reproductions.table import agree
+from powertrain.reproductions.table import Tally, agree
 
 mpl.use("agg")
 TABLES = [(name, compute) for name in PAPERS for compute in paper(name).tables]
@@ -48,6 +48,11 @@ def test_report(name: str, tmp_path: Path) -> None:
     assert "**differs**" not in text
     printed, corrected = CONTENTS[name]
     assert f"Of the rows below, {printed} agree with the print, {corrected} agree with its correction" in text
+
+
+def test_counts_of_rows_are_said_in_the_right_number() -> None:
+    rows = [Row("a", "1", "p. 1", printed, 1.0) for printed in ("1.0", "2.0", "3.0", "")]
+    assert str(Tally([Table("Counts", rows)])) == "1 agrees with the print, 1 is computed only, 2 DIFFER"
 
 
 def test_agreement_by_printed_digits() -> None:

@@ -147,9 +147,12 @@ class CircularCamDifferential(SymmetricDifferential, Lossy):
             lift = math.pi * D / self.n * ca.tan(alpha / 2)
             least = LEAST_WIDTH * lift  # twice that of a roller of half the lift, the least that keeps the cams apart
             yield least < room  # the tracks leave no width to the rollers otherwise
+            spacing = D * math.sin(math.pi / self.n)
+            yield lift < spacing  # otherwise neighbouring rollers overlap, whose diameter must exceed the lift
             if masses is not None:
                 diameter = 2 * getattr(masses, name)
                 yield lift < diameter  # otherwise the cams collide where a hill passes a hill
+                yield diameter < spacing  # otherwise neighbouring rollers overlap
 
     def equations(self) -> Equations:
         """Symmetric kinematics, and load-dependent friction."""

@@ -80,8 +80,8 @@ class CamBody:
     def _lines(self, cycle: Cycle, s: Array, torque: ArrayLike) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         """Moments of the line loads on the inner and the outer cam about the centre [N.m], and u of their rollers."""
         first, second = cycle.contact_force(s, 1.0, 1.0, cams=self.pairs)
-        phase, size = np.mod(s, cycle.cam.half), np.abs(torque)
-        on_first = np.floor(s / cycle.cam.half) % 2 == 0
+        (half_stroke, phase), size = np.divmod(s, cycle.cam.half), np.abs(torque)
+        on_first = half_stroke % 2 == 0
         ahead = np.where(on_first, 0.0, cycle.cam.half)
         moments = size * np.where(on_first, first, second), size * np.where(on_first, second, first)
         return moments, (phase + ahead, phase + cycle.cam.half - ahead)

@@ -11,6 +11,7 @@ from powertrain import (
     Component,
     Equations,
     Parameter,
+    ParameterError,
     Symbol,
     Variable,
     arguments_checked,
@@ -119,6 +120,8 @@ class SphericalCamDifferential(SymmetricDifferential, Lossy):
 
         def __init__(self, **given: Any) -> None:
             whole = given.pop("friction", None)
+            if not isinstance(whole, CamFriction | None):
+                raise ParameterError(f"{type(self).__name__}.friction = {whole!r} is not a CamFriction")
             super().__init__(**(given if whole is None else given | vars(whole)))
 
         @property

@@ -118,9 +118,9 @@ def load_sharing(cycle: Cycle = CYCLE, ax: Axes | None = None, *, cycles: int = 
     half = cycle.cam.half
     s = np.linspace(0.0, 2 * half * cycles, 1441)[:-1]
     first, second = cycle.contact_force(s, 1.0, 1.0, cams=1)
-    phase = np.mod(s, half)
+    half_stroke, phase = np.divmod(s, half)
     share = first * -cycle.cam.lever_arms(phase - half)[0]
-    on_inner = np.where(np.floor(s / half) % 2 == 0, share, 1 - share)
+    on_inner = np.where(half_stroke % 2 == 0, share, 1 - share)
     ax.plot(np.degrees(s), on_inner, color=INNER, label="inner cam")
     ax.plot(np.degrees(s), 1 - on_inner, color=OUTER, label="outer cam")
     ax.plot(np.degrees(s), first + second, color="0.4", lw=0.8, label="sum of normal forces, T/R = 1")

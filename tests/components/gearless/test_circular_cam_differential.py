@@ -333,3 +333,15 @@ def test_tracks_without_room_for_rollers_are_refused() -> None:
     assert CircularCamDifferential(masses=masses).masses == masses
     with pytest.raises(pt.ParameterError, match="the cams collide where a hill passes a hill"):
         CircularCamDifferential(masses=pt.replace(masses, r_out=0.004))
+    with pytest.raises(pt.ParameterError, match="otherwise neighbouring rollers overlap"):
+        CircularCamDifferential(masses=pt.replace(masses, r_out=0.031))  # 60.1 mm apart
+
+
+def test_cams_too_steep_for_their_number_of_rollers_are_refused() -> None:
+    """Two arcs around the circle: as in ``Track``, no roller is larger than half the lift and smaller than half the distance."""
+    limit = 2 * math.atan(2 / math.pi)
+    assert CircularCamDifferential(n=2, alpha_out=0.999 * limit)
+    with pytest.raises(
+        pt.ParameterError, match=r"lift < spacing  # otherwise neighbouring rollers overlap(.|\n)*alpha_out"
+    ):
+        CircularCamDifferential(n=2, alpha_out=1.001 * limit)

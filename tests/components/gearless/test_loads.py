@@ -20,6 +20,7 @@ from powertrain.components.gearless.linkage.masses import LinkBody
 from powertrain.components.gearless.spherical_cam import (
     NO_FRICTION,
     CamBody,
+    CamMasses,
     SphericalCam,
     SphericalCamDifferential,
 )
@@ -100,6 +101,16 @@ def test_spherical_cam(sign: float) -> None:
     assert np.abs(shaken["moment_z"]).max() < 1e-15 < np.abs(shaken["pair"]).max()
     with pytest.raises(pt.ParameterError, match="design must be its CamBody"):
         reactions_of(result, path=AT)
+
+
+def test_spherical_cams_shake_with_the_inertia_of_the_run() -> None:
+    """The model's own masses, as parameters of the run, count before those of the design."""
+    heavy = CamMasses(J_cam=10 * BODY.spin_inertia)
+    result = axle(SphericalCamDifferential(friction=NO_FRICTION, masses=heavy))
+    turning = result["parts[1].w"] * result[f"{AT}.w_cam"]
+    np.testing.assert_allclose(
+        shaking_of(result, BODY, path=AT)["pair"], np.abs(5 * BODY.spin_inertia * turning), rtol=1e-9
+    )
 
 
 def test_bearing_of_a_spherical_cam_under_equal_torques() -> None:

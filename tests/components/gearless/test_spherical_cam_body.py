@@ -38,6 +38,16 @@ def test_conformity_from_the_drawn_profile(cam: SphericalCam) -> None:
     np.testing.assert_allclose(cam.conformity(psi), 1 / (1 / math.tan(cam.alpha_4) + curvature), rtol=1e-6)
 
 
+def test_inner_and_outer_cam_alternate_at_every_half_stroke() -> None:
+    """The forces are continuous there, also where the angle over half a stroke is a whole number but for round-off."""
+    cycle = Cycle(BODY.cam)
+    s = np.arange(1, 200) * BODY.cam.half
+    inner, outer, _ = BODY.forces(cycle, s, 100.0)
+    after = BODY.forces(cycle, s + 1e-7, 100.0)
+    np.testing.assert_allclose(inner, after[0], atol=0.1)
+    np.testing.assert_allclose(outer, after[1], atol=0.1)
+
+
 def test_pressure_of_a_line_contact() -> None:
     """By slices of the line: each a pair of cylinders of its own radius, and their moments carry the torque."""
     cycle, torque = Cycle(CAM), 150.0

@@ -202,6 +202,8 @@ def test_refuses_axes_that_are_not_at_right_angles() -> None:
         SphericalCamDifferential(
             cam=SphericalCam(4, 5, alpha_1=math.radians(75), alpha_3=math.radians(36), alpha_4=math.radians(15))
         )
+    with pytest.raises(pt.ParameterError, match=r"SphericalCamDifferential\.friction = 0\.1 is not a CamFriction"):
+        SphericalCamDifferential(friction=0.1)  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match="sharing = 'both' is none of"):
         SphericalCamDifferential(sharing="both")  # type: ignore[arg-type]
 
