@@ -175,7 +175,10 @@ class TimeSignal:
 
 @dataclass(frozen=True)
 class Guard:
-    """low <= value <= high; ``action`` "error" ends the simulation, "count" counts the accepted steps outside the limits."""
+    """low <= value <= high; ``action`` "error" ends the simulation, "count" counts the accepted steps outside the limits.
+
+    "start" holds for the values of a start alone.
+    """
 
     name: str
     where: str
