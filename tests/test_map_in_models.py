@@ -83,6 +83,39 @@ def test_clipping_is_counted(points: int) -> None:
     assert slope == pytest.approx(float(edge), rel=1e-6)
 
 
+class Begun(pt.Component):
+    """A point of 1 kg under a constant force, with a variable that decays from the value of a table over the speed at the start."""
+
+    table: pt.Map
+    v: pt.Variable = pt.variable("m/s", "Speed", start=2.0)
+    y: pt.Variable = pt.variable("N", "Decays in 1 s")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.v) == 5.0
+        yield pt.der(self.y) == -self.y
+
+    def initial(self) -> pt.Equations:
+        yield self.y == self.table(self.v)
+
+
+@pytest.mark.parametrize("outside", ["error", "clip"])
+def test_a_table_for_the_start_says_nothing_about_the_run(outside: Outside) -> None:
+    table = line(8, outside=outside)
+    plant = pt.compile(Begun(table=table))
+    result = plant.simulate(4.0)
+    assert result["v"][-1] == pytest.approx(22.0)
+    assert result["y"][0] == pytest.approx(float(table(2.0)))
+    assert result.notes == ()
+    found = pt.steady(plant, {"v": [5.0, 15.0]}, outputs="v", held=["v"], free=[])
+    assert (found["status"] == 0).all()
+
+
+def test_a_start_beyond_its_table_is_refused() -> None:
+    plant = pt.compile(Begun(table=line(8)))
+    with pytest.raises(pt.InitializationError, match=r"push: v .* at t = 0 s: 12 m/s; allowed is -1e-08 to 10 m/s"):
+        plant.initialize(starts={"v": 12.0})
+
+
 def test_going_on_linearly_is_neither_refused_nor_counted() -> None:
     result = pt.simulate(Pushed(table=line(20, 2.0, "linear")), 3.0)
     assert result.ok

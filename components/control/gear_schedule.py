@@ -27,6 +27,7 @@ from powertrain import (
     time,
     variable,
     when,
+    within,
 )
 from powertrain.components.control.interfaces import LONG, Switching
 from powertrain.components.control.shift_rule import (
@@ -137,8 +138,9 @@ class SpeedSchedule(Shifting, Switching):
         yield sum(getattr(self, stage) for stage in self.stages) <= self.dwell  # a shift ends before the next one
 
     def initial(self) -> Equations:
-        """No shift is going on, and no kick-down is remembered."""
+        """No shift is going on, and no kick-down is remembered; the gear is one of the schedule."""
         yield from super().initial()
+        within(self.gear, 1, len(self.speeds) + 1, name="gear", unit="1")
         yield self.began == time - LONG
         yield self.kicked == time - LONG
 

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 import casadi as ca
 
-from powertrain import Equations, Input, Map, Parameter, ParameterError, Symbol, connect, parameter, signal_input
+from powertrain import Equations, Input, Parameter, ParameterError, Symbol, connect, parameter, signal_input
 from powertrain.components.differentials.churning import ChurningLoss
 from powertrain.components.limited import limited
 from powertrain.components.rotational.clutch import Clutch
@@ -103,13 +103,11 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox, MeshedGears):
 
     def _selected(self, k: int) -> Symbol:
         """Pressure of the synchroniser of gear k: from the upshift into it to the upshift into the next gear on its shaft."""
-        rows = [(k - 1 + PRESELECT / 2, 0.0), (k - 1 + PRESELECT, 1.0), (k + 1.0, 1.0), (k + 1 + PRESELECT / 2, 0.0)]
-        if k <= 2:
-            rows = rows[2:]
-        curve = Map.curve(
-            [row[0] for row in rows], [row[1] for row in rows], x="lever", unit="1", name="selected", outside="clip"
-        )
-        return curve(self.lever.value) ** 2  # gently at first
+        lever, travel = self.lever.value, PRESELECT / 2
+        engaged = limited((k + 1 + travel - lever) / travel)
+        if k > 2:
+            engaged = ca.fmin(engaged, limited((lever - (k - 1 + travel)) / travel))
+        return engaged**2  # gently at first
 
     def in_gear(self, k: int) -> ClutchedGear:
         """The gearbox with gear k permanently engaged: one clutch and one shaft, without synchronisers."""

@@ -95,7 +95,7 @@ class Limits:
         limits = [_Limit(b.value, b.place, none, all_, constant=b.constant) for b in flat.bindings.values()]
         limits += [_Limit(c.holds, c.place, Symbol(1), all_) for c in flat.conditions]
         limits += [
-            _Limit(g.value, g.place, g.low, g.high, g.name, g.unit) for g in flat.recorder.guards if g.action == "error"
+            _Limit(g.value, g.place, g.low, g.high, g.name, g.unit) for g in flat.recorder.guards if g.action != "count"
         ]
         symbols = [{key(s) for s in free_symbols(column([m.value, m.low, m.high]))} for m in limits]
         self._limits = [m for m, inside in zip(limits, symbols, strict=True) if inside <= free]

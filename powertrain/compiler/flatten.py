@@ -5,6 +5,7 @@ Every component gets a path ('wheels[0].hub'), its quantities become symbols wit
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -41,8 +42,11 @@ def flatten(model: Component) -> Flat:
                     flat.laws.append((place, row))
                 else:
                     _add_equation(flat, row, place)
+            of_runs, flat.recorder.guards[:] = [*flat.recorder.guards], []
             for place, row in read(component, component.initial(), flat.recorder):
                 flat.initial.append(Equation(_residual(flat, row, place), place))
+            of_starts = [replace(g, action="start") for g in flat.recorder.guards if g.action == "error"]
+            flat.recorder.guards[:] = [*of_runs, *of_starts]
             for place, row in read(component, component.check(), flat.recorder):
                 flat.conditions.append(ParameterCondition(checked_condition(row, place), place))
         nodes.write(flat, root)

@@ -10,6 +10,7 @@ of these five symbols; linear systems are already eliminated, for any given mode
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -174,7 +175,10 @@ class TimeSignal:
 
 @dataclass(frozen=True)
 class Guard:
-    """low <= value <= high; ``action`` "error" ends the simulation, "count" counts the accepted steps outside the limits."""
+    """low <= value <= high; ``action`` "error" ends the simulation, "count" counts the accepted steps outside the limits.
+
+    "start" holds for the values of a start alone.
+    """
 
     name: str
     where: str
@@ -318,6 +322,19 @@ class HybridDae:
         """Whether motions of laws depend on held values other than modes of laws."""
         held = ca.vertcat(*(self.m[i] for i in self.free_held))
         return bool(held.numel() and motions.numel() and ca.depends_on(motions, held))
+
+    @property
+    def counted(self) -> dict[str, ca.SX]:
+        """Whether values are outside limits beyond which steps are only counted, by name, with the component where several have one name.
+
+        A step outside several limits of one name counts once.
+        """
+        guards, found = [guard for guard in self.guards if guard.action == "count"], dict[str, ca.SX]()
+        names = Counter(guard.name for guard in guards)
+        for g in guards:
+            name = g.name if names[g.name] == 1 else f"{g.name} ({g.where.partition(':')[0]})"
+            found[name] = ca.logic_or(found.get(name, ca.SX(0)), ca.logic_or(g.value < g.low, g.value > g.high))
+        return found
 
     @property
     def barriers(self) -> tuple[Barrier, ...]:

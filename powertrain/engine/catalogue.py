@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from powertrain.dae.hybrid import Guard, HybridDae, Law, When
+from powertrain.dae.hybrid import HybridDae, Law, When
 
 
 @dataclass(frozen=True)
 class Catalogue:
     """``kinds``: (index, name, kind) of held values whose changes are events; ``quiet``: held values that change without an event.
 
-    ``chattering``: laws that may switch without end; ``counted``: names of guards whose violations are only counted, with their component
-    where several have the same name; ``modes``: indices of all modes; ``rests``: by the index of a mode, the index of the mark for a law
-    that rests at its limit.
+    ``chattering``: laws that may switch without end; ``counted``: names of guards whose violations are only counted; ``modes``: indices of
+    all modes; ``rests``: by the index of a mode, the index of the mark for a law that rests at its limit.
     """
 
     kinds: tuple[tuple[int, str, str], ...]
@@ -40,13 +38,7 @@ def catalogue(dae: HybridDae) -> Catalogue:
         kinds=tuple((law.index, law.name, kind) for kind, laws in groups for law in laws),
         quiet=frozenset(entries | {s.index for s in (*dae.switches, *dae.relations) if s.continuous}),
         chattering={law.index: law for _, laws in groups for law in laws if getattr(law, "time", None) is None},
-        counted=_told_apart([guard for guard in dae.guards if guard.action == "count"]),
+        counted=tuple(dae.counted),
         modes=tuple(law.index for law in (*dae.laws, *dae.whens)),
         rests={f.index: f.rests for f in dae.frictions if f.rests is not None},
     )
-
-
-def _told_apart(guards: list[Guard]) -> tuple[str, ...]:
-    """Names of the guards, with the component where several have the same name."""
-    names = Counter(guard.name for guard in guards)
-    return tuple(g.name if names[g.name] == 1 else f"{g.name} ({g.where.partition(':')[0]})" for g in guards)

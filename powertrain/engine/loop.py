@@ -21,7 +21,7 @@ from powertrain.integration.specialized import Calls
 from powertrain.integration.step_control import FINEST, HALVINGS, STIFF, STIFF_STEPS, reduction
 from powertrain.language.reals import Array
 from powertrain.modes.algebra import NotConsistent
-from powertrain.modes.guards import first_violation, guard_message
+from powertrain.modes.guards import Point, first_violation, guard_message
 from powertrain.numerics.buffers import view
 
 Progress = Callable[[float, Array, Array], None]
@@ -268,7 +268,7 @@ class Run:
             if self.memory.g[k] <= 0.0:
                 law = self.engine.indicators[k].law
                 assert isinstance(law, Guard)
-                raise SimulationError(guard_message(self.dae, self.memory, self.side, law, self.t))
+                raise SimulationError(guard_message(self.dae, self._point(), law))
 
     def _pass(self, located: bool) -> None:
         """An event at which nothing may jump that something with inertia follows, and no sides of a contact into each other."""
@@ -373,8 +373,11 @@ class Run:
                 f"at t = {self.t:.9g} s {law.name} ({law.where}) triggers events repeatedly without changing its mode"
             )
 
+    def _point(self) -> Point:
+        return self.memory.values(self.t, self.memory.y[self.side], self.memory.m)
+
     def _check_guards(self) -> None:
-        if message := first_violation(self.dae, self.memory, self.side, self.t):
+        if message := first_violation(self.dae, self._point()):
             raise SimulationError(message)
 
 

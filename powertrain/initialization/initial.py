@@ -37,6 +37,7 @@ from powertrain.initialization.uniqueness import is_default, not_unique
 from powertrain.language.reals import Array
 from powertrain.language.units import with_unit
 from powertrain.modes.complementarity import Laws
+from powertrain.modes.guards import first_violation
 from powertrain.modes.tied import tied_notes
 from powertrain.numerics.newton import HALVINGS, newton
 
@@ -64,7 +65,10 @@ class Initializer:
         for name in plan.held:
             m[places[name]] = starts[name]
         given = np.array([float(starts[name]) for name in names if name not in plan.held])
-        return plan.solve(engine, t, p, m, given, guesses)
+        x, z, m, report = plan.solve(engine, t, p, m, given, guesses)
+        if message := first_violation(self.compiled.dae, (t, x, z, m, p), "start"):
+            raise InitializationError(message)
+        return x, z, m, report
 
 
 class _Plan:

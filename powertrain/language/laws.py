@@ -255,7 +255,8 @@ def within(value: Symbol, low: Expression, high: Expression, *, name: str, unit:
     name, unit : str
         What the value is called in messages, and its unit.
     action : {"error", "count"}
-        "error" ends the simulation with a message, "count" counts the steps outside the range.
+        "error" ends the simulation with a message, "count" counts the steps outside the range. In ``initial()`` it holds for the
+        start alone: "error" rejects the start, "count" does nothing.
     """
     active = recorder()
     value, low, high = (_expression("within", v) for v in (value, low, high))

@@ -36,7 +36,7 @@ class SelfLocking:
         if self._memory.flags[5] <= 0.0:
             return
         t = float(self._memory.time[0])
-        violated = first_violation(self._dae, self._memory, side, t)
+        violated = first_violation(self._dae, self._memory.instant(side))
         for law, w, _, low, high, _ in zip(self._dae.frictions, *self._memory.frictions(side), strict=True):
             slides = abs(w) > ZONE and self._memory.m[law.index] != STUCK
             if low > high and (slides or law not in self._laws):

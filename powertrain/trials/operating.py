@@ -90,9 +90,10 @@ def _steady(part: Any) -> Any:
 def _refuse_memory(vehicle: pt.Component, held: Container[str]) -> None:
     part, left = remembered(vehicle, held)
     if left:
+        options = " ".join(f"--held {name}=1" for name in left)
         raise pt.ParameterError(
             f"{type(vehicle).__name__} has no map of operating points over speed and accelerator alone: {part} "
-            f"depends on its history. Give a value for {', '.join(left)}: held={{{left[0]!r}: 1}}, or powertrain map --held {left[0]}=1"
+            f"depends on its history. Give a value for {' and '.join(left)}: held={dict.fromkeys(left, 1)}, or powertrain map {options}"
         )
 
 

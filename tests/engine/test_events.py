@@ -135,6 +135,16 @@ def test_counts_of_one_name_are_told_apart() -> None:
     assert found["outside current (rear.battery)"] == 0
 
 
+def test_a_step_outside_several_limits_of_one_name_counts_once() -> None:
+    t, x, m, p = symbols(1, 0)
+    place = "gearbox: yield pressure.value == curve(lever.value) (car.py:4)"
+    guards = tuple(
+        Guard("lever", place, x[0], ca.SX(-np.inf), ca.SX(limit), "1", "count") for limit in (-1.0, -0.5, 0.5)
+    )
+    found = Simulator(dae(t, x, m, p, ca.cos(t), ["a"], guards=guards)).run([0.0], [], stop=1.0).statistics
+    assert found["outside lever (gearbox)"] == found["steps"]
+
+
 def test_chattering_is_named() -> None:
     t, x, m, p = symbols(1, 1)
     switch = Switch("thermostat", "hand", 0, x[0])

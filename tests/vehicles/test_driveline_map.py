@@ -334,6 +334,9 @@ def test_what_a_hybrid_remembers_is_given() -> None:
         pt.ParameterError, match="FlywheelHybrid has no map of operating points: flywheel takes and gives power only"
     ):
         driveline_map(FlywheelHybrid(), [10.0], [0.5], held={"charge.charging": 1})
+    both = r"held={'control.running': 1, 'control.matched': 1}, or powertrain map --held control.running=1 --held control.m"
+    with pytest.raises(pt.ParameterError, match=both):
+        driveline_map(ParallelHybrid(), [10.0], [0.5])
 
 
 @pytest.mark.slow

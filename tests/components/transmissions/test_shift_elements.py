@@ -65,6 +65,16 @@ BOXES: dict[str, tuple[Any, Any]] = {
 }
 
 
+def test_no_gear_of_a_dual_clutch_gearbox_is_beyond_its_range() -> None:
+    """Its six synchronisers are pressed and released by the lever, in order; all others wait."""
+    all_gears = TimeTable(table=((0.0, 1.0), (0.1, 1.0), (0.6, 6.0)))
+    result = pt.simulate(Shift(box=DualClutchGearbox(), lever=all_gears), 0.7, starts={"car.w": 10.0, "engine.w": 38.0})
+    assert result.notes == ()
+    lever = np.array([1.0, 2.0, 2.15, 2.2, 2.3, 4.0, 4.05, 4.15, 6.0])
+    third = result.at(0.1 + (lever - 1) / 10, "box.synchronisers[2].f_normalized")
+    assert third == pytest.approx([0.0, 0.0, 0.0, 1 / 9, 1.0, 1.0, 4 / 9, 0.0, 0.0], abs=1e-9)
+
+
 @pytest.mark.parametrize("name", BOXES)
 def test_a_shift_does_not_depend_on_the_lining(name: str) -> None:
     """Plates of the same torque capacity: the control presses them for the same torque, whatever their coefficient of friction."""
