@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -42,7 +43,7 @@ class ModelInput:
 class ModelConstant:
     """A parameter (tunable) or a discrete variable of the model; ``check`` rejects values outside the range.
 
-    ``default``: the value of a parameter to which none was given; None if one must be given.
+    ``default``: the value of a parameter to which none was given; None if one must be given. ``low`` and ``high``: the ends of the range.
     """
 
     name: str
@@ -52,6 +53,8 @@ class ModelConstant:
     value: float
     check: Callable[[float, str], float] = lambda value, where: float(value)
     default: float | None = None
+    low: float = -math.inf
+    high: float = math.inf
 
 
 @dataclass(frozen=True)

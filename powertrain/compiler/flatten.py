@@ -110,7 +110,8 @@ def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) ->
     flat.recorder.units[key(symbol)] = unit
     if isinstance(quantity, Parameter):
         value = component._values[quantity.name]
-        flat.parameters.append(ModelConstant(name, symbol, unit, doc, value, quantity.check, quantity.default))
+        q, low = quantity, max(quantity.min, quantity.above)
+        flat.parameters.append(ModelConstant(name, symbol, unit, doc, value, q.check, q.default, low, q.max))
     elif isinstance(quantity, Discrete):
         flat.discretes.append(ModelConstant(name, symbol, unit, doc, quantity.start))
     return symbol
