@@ -70,6 +70,43 @@ class NeverYielded(pt.Component):
         pt.connect(self.J1.flange_b, self.J2.flange_a)
 
 
+class Dropped(pt.Component):
+    """A start without yield beside one with it."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+    def initial(self) -> pt.Equations:
+        self.J1.w == 5.0  # noqa: B015
+        yield self.J2.w == 2.0
+
+
+class DroppedCondition(pt.Component):
+    """A condition without yield beside one with it."""
+
+    low: pt.Parameter = pt.parameter("1", "Lower limit", default=3.0)
+    high: pt.Parameter = pt.parameter("1", "Upper limit", default=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+    def check(self) -> pt.Equations:
+        yield self.low > 0.0
+        self.low < self.high  # noqa: B015
+
+
+class NoPart(pt.Component):
+    """A component that is made in the equations."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, rot.Inertia(J=2.0).flange_a)
+
+
 class MixedPorts(pt.Component):
     """A shaft joined to a mass."""
 
@@ -220,6 +257,9 @@ class Partial(pt.Component):
             Unconnected,
             ["pt.connect(self.J2.flange_b, self.J3.flange_a) (test_text_errors.py:", "no effect without yield"],
         ),
+        (Dropped, ["self.J1.w == 5.0", "(test_text_errors.py:", "no effect without yield; write  yield a == b"]),
+        (DroppedCondition, ["self.low < self.high", "(test_text_errors.py:", "no effect without yield"]),
+        (NoPart, ["rot.Inertia(J=2.0).flange_a", "not a part of the model; declare the component as a field"]),
         (NeverYielded, ["the model: connect(...) has no effect without yield; write  yield connect(...)"]),
         (
             MixedPorts,
@@ -246,6 +286,22 @@ class Partial(pt.Component):
 )
 def test_wrong_text(model: type[pt.Component], said: list[str]) -> None:
     refused(pt.ModelError, *said, do=lambda: pt.compile(model()))
+
+
+def test_conditions_that_are_not_yielded() -> None:
+    def define() -> None:
+        class Returned(pt.Component):
+            low: pt.Parameter = pt.parameter("1", "Lower limit", default=3.0)
+
+            def equations(self) -> pt.Equations:
+                yield from ()
+
+            def check(self) -> pt.Equations:
+                return self.low < 2.0
+
+        Returned()
+
+    refused(pt.ModelError, "Returned: the conditions of check() are", "yield self.d_in < self.d_out", do=define)
 
 
 def test_fields_are_given_by_name() -> None:
