@@ -246,7 +246,10 @@ class Map:
                     action = "error" if axis.outside == "error" else "count"
                     low, high = axis.low - axis.slack, axis.high + axis.slack
                     within(argument, low, high, name=f"{self.name}: {axis.name}", unit=axis.unit, action=action)
-        return self._expression(arguments)
+        result = self._expression(arguments)
+        if recording() and self.unit != "1" and not (result.is_symbolic() or result.is_constant()):
+            recorder().measured(result, self.unit)
+        return result
 
     def _check_units(self, arguments: Sequence[Symbol]) -> None:
         """An axis over another unit than that of the variable it is asked for; "1" stands for anything."""

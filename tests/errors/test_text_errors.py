@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import pytest
 from refusals import refused
 
@@ -96,6 +97,27 @@ class DroppedCondition(pt.Component):
     def check(self) -> pt.Equations:
         yield self.low > 0.0
         self.low < self.high  # noqa: B015
+
+
+class MixedSum(pt.Component):
+    """A speed in m/s and one in km/h are added."""
+
+    v: pt.Parameter = pt.parameter("m/s", "Speed", default=10.0)
+    wind: pt.Parameter = pt.parameter("km/h", "Wind speed", default=36.0)
+    air: pt.Variable = pt.variable("m/s", "Speed of the air")
+
+    def equations(self) -> pt.Equations:
+        yield self.air == 2.0 + (ca.fabs(self.v) - self.wind)
+
+
+class Kilowatts(pt.Component):
+    """A power in W is equated to a map in kW."""
+
+    power: pt.Map = pt.Map.curve([0.0, 1.0], [0.0, 50.0], x="time", x_unit="s", unit="kW")
+    P: pt.Variable = pt.variable("W", "Power")
+
+    def equations(self) -> pt.Equations:
+        yield self.P == self.power(pt.time)
 
 
 class NoPart(pt.Component):
@@ -259,6 +281,8 @@ class Partial(pt.Component):
         ),
         (Dropped, ["self.J1.w == 5.0", "(test_text_errors.py:", "no effect without yield; write  yield a == b"]),
         (DroppedCondition, ["self.low < self.high", "(test_text_errors.py:", "no effect without yield"]),
+        (MixedSum, ["yield self.air ==", "its terms are in m/s and km/h; nothing is converted"]),
+        (Kilowatts, ["yield self.P ==", "the left side is in W, the right side in kW; nothing is converted"]),
         (NoPart, ["rot.Inertia(J=2.0).flange_a", "not a part of the model; declare the component as a field"]),
         (NeverYielded, ["the model: connect(...) has no effect without yield; write  yield connect(...)"]),
         (
