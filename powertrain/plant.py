@@ -410,7 +410,8 @@ class Plant(Generic[M]):
                 if name in self.compiled.parameters:
                     hint = f'; it is a parameter, with one value for a run: parameters={{"{name}": ...}}'
                 raise ParameterError(f"the model has no input {name}{hint}")
-        return [scheduled(s, inputs) for s in self.compiled.dae.schedules]
+        units = {name: given.unit for name, given in self.compiled.inputs.items()}
+        return [scheduled(s, inputs, units.get(s.name, "1")) for s in self.compiled.dae.schedules]
 
 
 def compile(model: M) -> Plant[M]:  # noqa: A001

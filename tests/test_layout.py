@@ -23,7 +23,7 @@ ORDER = [
     "errors",
     "language: units symbols htmltext tables reals",
     "language: dimensions",
-    "language: quantities",
+    "language: quantities labelled",
     "language: arguments",
     "language: texttable",
     "language: gridtable",

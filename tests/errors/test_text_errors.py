@@ -117,7 +117,7 @@ class Kilowatts(pt.Component):
     P: pt.Variable = pt.variable("W", "Power")
 
     def equations(self) -> pt.Equations:
-        yield self.P == self.power(pt.time)
+        yield self.power(pt.time) == self.P
 
 
 class NoPart(pt.Component):
@@ -282,7 +282,10 @@ class Partial(pt.Component):
         (Dropped, ["self.J1.w == 5.0", "(test_text_errors.py:", "no effect without yield; write  yield a == b"]),
         (DroppedCondition, ["self.low < self.high", "(test_text_errors.py:", "no effect without yield"]),
         (MixedSum, ["yield self.air ==", "its terms are in m/s and km/h; nothing is converted"]),
-        (Kilowatts, ["yield self.P ==", "the left side is in W, the right side in kW; nothing is converted"]),
+        (
+            Kilowatts,
+            ["yield self.power(pt.time) ==", "the left side is in kW, the right side in W; nothing is converted"],
+        ),
         (NoPart, ["rot.Inertia(J=2.0).flange_a", "not a part of the model; declare the component as a field"]),
         (NeverYielded, ["the model: connect(...) has no effect without yield; write  yield connect(...)"]),
         (
