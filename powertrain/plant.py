@@ -35,6 +35,7 @@ from powertrain.language.arguments import (
 from powertrain.language.arguments import path as argument_path
 from powertrain.language.component import Component
 from powertrain.language.packing import packed_model
+from powertrain.language.readonly import ReadOnlyValues
 from powertrain.language.reals import Array
 from powertrain.nonfinite import explain
 from powertrain.present import Bar, Watch, told, watcher
@@ -84,8 +85,9 @@ class Plant(Generic[M]):
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Names and values of all parameters that can be changed between runs."""
-        return {name: c.value for name, c in self.compiled.parameters.items()}
+        """Names and values of all parameters that can be changed between runs, by ``simulate(parameters=...)``."""
+        values = {name: c.value for name, c in self.compiled.parameters.items()}
+        return ReadOnlyValues(values, "pass other values to the run: simulate(..., parameters={...})")
 
     def parameter_vector(self, parameters: Mapping[str, float] | None = None, *, together: bool = True) -> Array:
         """All parameter values with the given ones replaced; ParameterError for unknown names and values outside their range.

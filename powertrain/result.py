@@ -22,6 +22,7 @@ from powertrain.language.arguments import array, writing
 from powertrain.language.component import Component
 from powertrain.language.connectors import Signal
 from powertrain.language.quantities import converted
+from powertrain.language.readonly import ReadOnlyValues
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
 from powertrain.signals import Picked, signals_of
@@ -200,7 +201,8 @@ class Result(Generic[M]):
     @cached_property
     def parameters(self) -> dict[str, float]:
         """The parameters of this run by name."""
-        return dict(zip(self._signals.parameters, self._p.tolist(), strict=True))
+        values = dict(zip(self._signals.parameters, self._p.tolist(), strict=True))
+        return ReadOnlyValues(values, "simulate again with other parameters")
 
     @property
     def units(self) -> dict[str, str]:

@@ -72,7 +72,14 @@ def scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue], unit: str)
         raise ParameterError(f"{error}; {wanted}") from None
     if times.size != values.size or not times.size or (np.diff(times) < 0).any():
         raise ParameterError(f"{what}: {wanted}")
-    return replace(schedule, times=times, values=values)
+    return replace(schedule, times=_kept(times), values=_kept(values))
+
+
+def _kept(values: Array) -> Array:
+    """A copy that nobody changes: results quote their inputs."""
+    own = values.copy()
+    own.flags.writeable = False
+    return own
 
 
 def compile_option(value: Any) -> Compile:
