@@ -164,8 +164,8 @@ class Result(Generic[M]):
     def notes(self) -> tuple[str, ...]:
         """What to know about this result.
 
-        What is not unique: its start, or the torque of friction at rest; tables that keep the parameters of the model; quantities that
-        left the range of the model, with the number of steps outside.
+        What is not unique: its start, or the torque of friction at rest; inputs without a value, which are zero; tables that keep the
+        parameters of the model; quantities that left the range of the model, with the number of steps outside.
         """
         return (*self.report.notes, *self.trajectory.notes, *_outside(self.statistics))
 

@@ -30,13 +30,17 @@ class ModelVariable:
 
 @dataclass(frozen=True)
 class ModelInput:
-    """A signal that comes from outside the model, with the value that it has unless another is given."""
+    """A signal that comes from outside the model, with the value that it has unless another is given.
+
+    ``declared``: whether the component declares that value; it is zero otherwise.
+    """
 
     name: str
     symbol: Symbol
     unit: str
     doc: str
     value: float
+    declared: bool
 
 
 @dataclass(frozen=True)
