@@ -69,6 +69,15 @@ def test_values_in_the_unit_of_the_model_are_taken(plant: pt.Plant[Driven]) -> N
     assert again["rotor.w"][-1] == pytest.approx(3.0)
 
 
+def test_another_unit_is_refused_in_a_fit(plant: pt.Plant[Driven]) -> None:
+    times = np.linspace(0.0, 1.0, 5)
+    with pytest.raises(pt.ParameterError, match=r"experiment: times: the values are in 'ms'"):
+        pt.Experiment(stated(1000.0 * times, "ms"), {"rotor.w": times})
+    data = pt.Experiment(times, {"rotor.w": stated(30.0 * times, "rpm")}, inputs={"torque": 4.0})
+    with pytest.raises(pt.ParameterError, match=r"experiment: rotor\.w: the values are in 'rpm', .* must be in rad/s"):
+        pt.fit(plant, data, "rotor.J")
+
+
 AXES = pt.Axis("speed", "rad/s", [0.0, 1.0]), pt.Axis("torque", "N.m", [0.0, 1.0])
 LOSS = np.array([[0.0, 1.0], [2.0, 3.0]])
 

@@ -111,8 +111,8 @@ def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) ->
     flat.recorder.units[key(symbol)] = unit
     if isinstance(quantity, Parameter):
         value = component._values[quantity.name]
-        q, low = quantity, max(quantity.min, quantity.above)
-        flat.parameters.append(ModelConstant(name, symbol, unit, doc, value, q.check, q.default, low, q.max))
+        own, low = quantity, max(quantity.min, quantity.above)
+        flat.parameters.append(ModelConstant(name, symbol, unit, doc, value, own.check, own.default, low, own.max))
     elif isinstance(quantity, Discrete):
         flat.discretes.append(ModelConstant(name, symbol, unit, doc, quantity.start))
     return symbol

@@ -11,14 +11,22 @@ from powertrain.errors import ModelError, ParameterError
 from powertrain.language.dimensions import measure
 
 
-def check_unit(what: str, values: Any, unit: str) -> None:
-    """ParameterError for values whose attribute ``units`` is not ``unit``."""
+def stated_unit(values: Any) -> str:
+    """The attribute ``units`` of values; empty where there is none."""
     attributes = getattr(values, "attrs", None)
     stated = attributes.get("units") if isinstance(attributes, Mapping) else None
-    if not isinstance(stated, str) or not stated:
-        return
+    return stated if isinstance(stated, str) else ""
+
+
+def check_unit(what: str, values: Any, unit: str) -> None:
+    """ParameterError for values whose attribute ``units`` is not ``unit``."""
+    check_stated(what, stated_unit(values), unit)
+
+
+def check_stated(what: str, stated: str, unit: str) -> None:
+    """ParameterError where values are in another unit than ``unit``; an empty one says nothing."""
     try:
-        same = measure(stated) == measure(unit)
+        same = not stated or measure(stated) == measure(unit)
     except ModelError:
         same = False
     if not same:

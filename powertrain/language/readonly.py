@@ -21,7 +21,7 @@ class ReadOnlyValues(dict[str, float]):
         """Always ParameterError."""
         raise ParameterError(f"parameters.update() would have no effect; {self._instead}")
 
-    def __ior__(self, values: Any) -> NoReturn:  # type: ignore[override,misc]
+    def __ior__(self, values: Any) -> NoReturn:  # type: ignore[misc]
         self.update(values)
 
     def __reduce__(self) -> tuple[Any, ...]:
