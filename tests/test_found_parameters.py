@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -42,7 +44,7 @@ class Braked(pt.Component):
     ],
 )
 def test_a_parameter_is_found_within_its_range(free: str, torque: float, value: float, named: str) -> None:
-    grid = {"rotor.w": 2.0, "torque": [5.0, torque]}
+    grid: dict[str, Any] = {"rotor.w": 2.0, "torque": [5.0, torque]}
     found = pt.steady(Braked(), grid, outputs=free, free=[free])
     meanings = dict(zip(found.status.flag_values, found.status.flag_meanings.split(), strict=True))
     assert [meanings[int(s)] for s in found.status] == ["ok", "outside_range"]

@@ -68,6 +68,7 @@ OPTIONS: list[tuple[dict[str, Any], list[str]]] = [
     ({"rtol": "small"}, ["rtol = 'small' is not a finite number"]),
     ({"rtol": math.nan}, ["rtol = nan"]),
     ({"rtol": 1}, ["rtol = 1 must be at most 0.1"]),
+    ({"atol": math.inf}, ["atol = inf must be finite"]),
     ({"max_step": 0}, ["max_step = 0 must be positive"]),
     ({"max_step": 5e-324}, ["max_step = 4.94066e-324 s is shorter than 1e-12 s"]),
     ({"times": "all"}, ["times = 'all' is not a sequence of numbers"]),
