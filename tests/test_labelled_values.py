@@ -59,13 +59,13 @@ def test_another_unit_is_refused(plant: pt.Plant[Driven], given: Any, said: str)
 
 def test_another_unit_is_refused_in_a_step(plant: pt.Plant[Driven]) -> None:
     with pytest.raises(pt.ParameterError, match=r"input torque: the values are in 'kN\.m'"):
-        plant.start().step(0.1, torque=stated(4.0, "kN.m"))  
+        plant.start().step(0.1, torque=stated(4.0, "kN.m"))
 
 
 def test_values_in_the_unit_of_the_model_are_taken(plant: pt.Plant[Driven]) -> None:
     given = {"torque": (stated([0.0, 1.0], "s"), stated([4.0, 4.0], "Nm"))}
     first = plant.simulate(1.0, inputs=given, parameters={"rotor.J": stated(4.0, "kg.m2")})
-    again = plant.simulate(1.0, inputs=given, starts={"rotor.w": first.to_xarray()["rotor.w"][-1]})
+    again = plant.simulate(1.0, inputs=given, starts={"rotor.w": first.to_xarray()["rotor.w"][-1]})  # type: ignore[dict-item]
     assert again["rotor.w"][-1] == pytest.approx(3.0)
 
 

@@ -324,7 +324,7 @@ def test_conditions_that_are_not_yielded() -> None:
                 yield from ()
 
             def check(self) -> pt.Equations:
-                return self.low < 2.0
+                return self.low < 2.0  # type: ignore[return-value]
 
         Returned()
 
