@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
+from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, cast, overload
 
 import numpy as np
@@ -290,6 +291,10 @@ class Result(Generic[M]):
 
     def evaluate(self, expressions: Sequence[Symbol]) -> NDArray[np.float64]:
         """Expressions of the model's variables (symbols of ``compiled.source``) over the samples, one column each."""
+        if not isinstance(expressions, Sequence) or not all(isinstance(e, Symbol) for e in expressions):
+            raise ParameterError(
+                f"expressions = {short(expressions)}: pass a list of expressions; signals and selectors are read by result[...]"
+            )
         return self._expressions(self._signals.resolve(expressions))
 
     def _expressions(self, expressions: Sequence[Symbol]) -> NDArray[np.float64]:
