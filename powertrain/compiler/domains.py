@@ -70,7 +70,7 @@ def unsafe_arguments(expression: Symbol, known: Mapping[int, Interval]) -> Itera
             ranges[place] = _range(node, [ranges[key(o)] for o in operands], len({key(o) for o in operands}) == 1)
     for place in _always_computed(expression, graph):
         node, operands = graph[place]
-        if operation(node) not in _DOMAINS or _whole(operands):
+        if operation(node) not in _DOMAINS or _may_be_whole(operands):
             continue
         what, (low, high) = _DOMAINS[operation(node)]
         least, most = ranges[key(operands[0])]
@@ -78,10 +78,10 @@ def unsafe_arguments(expression: Symbol, known: Mapping[int, Interval]) -> Itera
             yield what, operands[0], (low, high)
 
 
-def _whole(operands: list[Symbol]) -> bool:
-    """Whether a power has a whole number as exponent."""
+def _may_be_whole(operands: list[Symbol]) -> bool:
+    """Whether a power may have a whole number as exponent, with which negative numbers have powers."""
     power = operands[1] if len(operands) > 1 else None
-    return power is not None and power.is_constant() and float(power).is_integer()
+    return power is not None and not (power.is_constant() and not float(power).is_integer())
 
 
 def _always_computed(expression: Symbol, graph: Mapping[int, tuple[Symbol, list[Symbol]]]) -> list[int]:

@@ -55,6 +55,7 @@ def test_a_run_ends_where_a_value_is_lost(signal: Callable[[Any, Any], Any], wha
         lambda x, k: ca.fabs(x - 0.75) ** 1.3,
         lambda x, k: ca.asin(ca.fmin(ca.fmax(3.0 * x, -1.0), 1.0)),
         lambda x, k: (x - 0.75) ** 3,
+        lambda x, k: (x - 0.75) ** (2.0 * k),
         lambda x, k: ca.sqrt(k) * x,
         lambda x, k: ca.if_else(x > 0.75, ca.sqrt(x - 0.75), 0.0),
         lambda x, k: pt.switch(x > 0.75, ca.sqrt(x - 0.75), 0.0),
