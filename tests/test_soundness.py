@@ -32,7 +32,8 @@ def is_sound(model: Text) -> bool:
         try:
             result = plant.simulate(0.0, starts={"x": x})
         except pt.SimulationError as error:  # a comparison hides the nan of an argument outside its domain
-            assert "leaves its range" in str(error), (model, x)
+            if "leaves its range" not in str(error):
+                raise
             continue
         compared += 1
         for name in ("v", "y1", "y2", "y3"):
