@@ -77,9 +77,17 @@ def _origin(expression: Symbol, known: dict[int, float]) -> str | None:
     return None
 
 
+def _has_infinity(expression: Symbol) -> bool:
+    """Whether one of the numbers in an expression is not finite."""
+    return any(node.is_constant() and not np.isfinite(float(node)) for node, _ in graph_of(expression).values())
+
+
 def _loose(compiled: Compiled, known: dict[int, float], symbols: dict[int, Symbol]) -> str:
     """The lines with what is not finite, where no single one of them is to blame."""
     lost = [k for k, value in known.items() if not np.isfinite(value)]
+    infinite = [str(e.place) for e in compiled.source.equations if _has_infinity(e.residual)]
+    if infinite:
+        return "\n  ".join(["it comes from a number that is not finite in", *infinite[:_MOST]])
     rows = [
         (sum(key(s) in lost for s in free_symbols(e.residual)), str(e.place))
         for e in compiled.source.equations

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, get_args
@@ -35,7 +36,9 @@ from powertrain.language.arguments import (
 from powertrain.language.arguments import path as argument_path
 from powertrain.language.component import Component
 from powertrain.language.packing import packed_model
+from powertrain.language.readonly import ReadOnlyValues
 from powertrain.language.reals import Array
+from powertrain.language.units import with_unit
 from powertrain.nonfinite import explain
 from powertrain.present import Bar, Watch, told, watcher
 from powertrain.result import Result
@@ -84,8 +87,9 @@ class Plant(Generic[M]):
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Names and values of all parameters that can be changed between runs."""
-        return {name: c.value for name, c in self.compiled.parameters.items()}
+        """Names and values of all parameters that can be changed between runs, by ``simulate(parameters=...)``."""
+        values = {name: c.value for name, c in self.compiled.parameters.items()}
+        return ReadOnlyValues(values, "pass other values to the run: simulate(..., parameters={...})")
 
     def parameter_vector(self, parameters: Mapping[str, float] | None = None, *, together: bool = True) -> Array:
         """All parameter values with the given ones replaced; ParameterError for unknown names and values outside their range.
@@ -147,7 +151,8 @@ class Plant(Generic[M]):
         guesses : mapping of str to float, optional
             Values from which the initial conditions are solved.
         inputs : mapping, optional
-            Inputs of the model by name: a number, or (times [s], values), linear between them; a repeated time is a jump.
+            Inputs of the model by name: a number, or (times [s], values), linear between them; a repeated time is a jump. An input that
+            is not given has its default; without one it is zero, which ``result.notes`` says.
         times : array_like, optional
             Output times [s] besides those of the events.
         points : int
@@ -208,11 +213,13 @@ class Plant(Generic[M]):
                 if OUTSIDE in str(error):
                     why = explain(self.compiled, reached.end, reached.final, reached.final_held, p)
                     error.args = (f"{error}{why and chr(10) + '  '}{why}",)
-                error.result = Result(self.compiled, error.result, grid, p, report, record, str(error), knots)
+                reached = replace(reached, notes=(*reached.notes, *self._not_given(given)))
+                error.result = Result(self.compiled, reached, grid, p, report, record, str(error), knots)
             raise
         finally:
             if isinstance(shown, Bar):
                 shown.close()
+        trajectory = replace(trajectory, notes=(*trajectory.notes, *self._not_given(given)))
         return Result(self.compiled, trajectory, grid, p, report, record, inputs=knots)
 
     def initialize(
@@ -402,6 +409,13 @@ class Plant(Generic[M]):
         given = start_values(self.compiled, starts), numbers_by_name("guesses", guesses)
         return initializer.solve(engine, t, p, held, *given)
 
+    def _not_given(self, inputs: Mapping[str, InputValue]) -> list[str]:
+        """What to say of inputs that have neither a value in this run nor one of their own."""
+        missing = {n: u.unit for n, u in self.compiled.inputs.items() if n not in inputs and not u.declared}
+        return [
+            f"the input {n} is {with_unit('0', unit)}, because it was given no value" for n, unit in missing.items()
+        ]
+
     def _schedules(self, inputs: Mapping[str, InputValue]) -> list[TimeSignal]:
         """The signals of time of a run with these inputs."""
         for name in inputs:
@@ -410,7 +424,8 @@ class Plant(Generic[M]):
                 if name in self.compiled.parameters:
                     hint = f'; it is a parameter, with one value for a run: parameters={{"{name}": ...}}'
                 raise ParameterError(f"the model has no input {name}{hint}")
-        return [scheduled(s, inputs) for s in self.compiled.dae.schedules]
+        units = {name: given.unit for name, given in self.compiled.inputs.items()}
+        return [scheduled(s, inputs, units.get(s.name, "1")) for s in self.compiled.dae.schedules]
 
 
 def compile(model: M) -> Plant[M]:  # noqa: A001

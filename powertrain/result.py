@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
+from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, cast, overload
 
 import numpy as np
@@ -22,6 +23,7 @@ from powertrain.language.arguments import array, writing
 from powertrain.language.component import Component
 from powertrain.language.connectors import Signal
 from powertrain.language.quantities import converted
+from powertrain.language.readonly import ReadOnlyValues
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
 from powertrain.signals import Picked, signals_of
@@ -163,8 +165,8 @@ class Result(Generic[M]):
     def notes(self) -> tuple[str, ...]:
         """What to know about this result.
 
-        What is not unique: its start, or the torque of friction at rest; tables that keep the parameters of the model; quantities that
-        left the range of the model, with the number of steps outside.
+        What is not unique: its start, or the torque of friction at rest; inputs without a value, which are zero; tables that keep the
+        parameters of the model; quantities that left the range of the model, with the number of steps outside.
         """
         return (*self.report.notes, *self.trajectory.notes, *_outside(self.statistics))
 
@@ -200,7 +202,8 @@ class Result(Generic[M]):
     @cached_property
     def parameters(self) -> dict[str, float]:
         """The parameters of this run by name."""
-        return dict(zip(self._signals.parameters, self._p.tolist(), strict=True))
+        values = dict(zip(self._signals.parameters, self._p.tolist(), strict=True))
+        return ReadOnlyValues(values, "simulate again with other parameters")
 
     @property
     def units(self) -> dict[str, str]:
@@ -288,6 +291,10 @@ class Result(Generic[M]):
 
     def evaluate(self, expressions: Sequence[Symbol]) -> NDArray[np.float64]:
         """Expressions of the model's variables (symbols of ``compiled.source``) over the samples, one column each."""
+        if not isinstance(expressions, Sequence) or not all(isinstance(e, Symbol) for e in expressions):
+            raise ParameterError(
+                f"expressions = {short(expressions)}: pass a list of expressions; signals and selectors are read by result[...]"
+            )
         return self._expressions(self._signals.resolve(expressions))
 
     def _expressions(self, expressions: Sequence[Symbol]) -> NDArray[np.float64]:

@@ -20,6 +20,7 @@ from powertrain.errors import ParameterError, SimulationError, suggestion
 from powertrain.language import htmltext
 from powertrain.language.arguments import number
 from powertrain.language.component import Component
+from powertrain.language.labelled import check_unit
 from powertrain.language.reals import Array
 from powertrain.present import Present
 from powertrain.result import Result
@@ -107,6 +108,7 @@ class Running(Generic[M]):
         for name, value in given.items():
             if name not in self._places:
                 raise ParameterError(f"the model has no input {name}{suggestion(name, self._places)}")
+            check_unit(f"input {name}", inputs[name], self._compiled.inputs[name].unit)
             m[self._places[name] : self._places[name] + 3] = state.t, value, 0.0
         signals = tuple(s for s in state.signals if s.name not in inputs)
         schedules = self._schedules if len(signals) == len(state.signals) else Schedules(signals)

@@ -21,9 +21,9 @@ PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "
 # A core module imports modules of its own row and of rows above it. A new module gets its place here.
 ORDER = [
     "errors",
-    "language: units symbols htmltext tables reals",
+    "language: units symbols htmltext tables reals readonly",
     "language: dimensions",
-    "language: quantities",
+    "language: quantities labelled",
     "language: arguments",
     "language: texttable",
     "language: gridtable",
@@ -44,8 +44,8 @@ ORDER = [
     "numerics: tape buffers lookup hoisting vertex_elimination pivots sparse_lu newton elimination compiled background vectorised",
     "numerics: batch many newton_abreast",
     "numerics: replay folding",
-    "compiler: matching calls cancellation generic",
-    "compiler: texts operations walks flat connections flatten binding source jumps alias index state_selection law_torques "
+    "compiler: matching calls cancellation generic statements",
+    "compiler: texts operations walks flat connections flatten binding source jumps domains alias index state_selection law_torques "
     "structure blocks torques resolver continuity records assemble",
     "modes: lemke",
     "modes: complementarity indicators rules projection jam guards selflocking admissible algebra uniqueness",

@@ -29,7 +29,12 @@ def is_sound(model: Text) -> bool:
         expected = model.value(x=x, k=1.37, n=2.0)
         if not all(math.isfinite(v) and abs(v) < LARGE for v in expected.values()):
             continue
-        result = plant.simulate(0.0, starts={"x": x})
+        try:
+            result = plant.simulate(0.0, starts={"x": x})
+        except pt.SimulationError as error:  # a comparison hides the nan of an argument outside its domain
+            if "leaves its range" not in str(error):
+                raise
+            continue
         compared += 1
         for name in ("v", "y1", "y2", "y3"):
             found = result[name][-1]

@@ -719,6 +719,25 @@ def test_arrays_that_do_not_fit_are_refused(bench: pt.Plant[SplitPathBench], gri
         pt.steady(bench, {"r": 0.3, "load": 5.0, **grid}, outputs=["V"])
 
 
+def test_a_coordinate_does_not_take_the_name_of_an_output() -> None:
+    class Displayed(pt.Component):
+        """A rotor with a display of its speed in other units."""
+
+        rotor: Inertia = Inertia(J=1.0)
+        w: pt.Variable = pt.variable("rpm", "Speed on the display")
+
+        def equations(self) -> pt.Equations:
+            yield self.w == self.rotor.w * (30.0 / np.pi)
+
+    plant = pt.compile(Displayed())
+    found = pt.steady(plant, {"rotor.w": [np.pi, 2 * np.pi]}, outputs=["w"])
+    assert found["w"].dims == ("rotor.w",)
+    np.testing.assert_allclose(found["w"], [30.0, 60.0])
+    for outputs in ({"w": "w"}, {"status": "w"}):
+        with pytest.raises(pt.ParameterError, match=f"outputs: {next(iter(outputs))} is also the name of"):
+            pt.steady(plant, {"rotor.w": xr.DataArray([1.0, 2.0], dims="w")}, outputs=outputs)
+
+
 def test_a_result_is_a_grid(bench: pt.Plant[SplitPathBench]) -> None:
     found = pt.steady(bench, {"r": [0.3, 0.5], "load": [5.0, 6.0]}, outputs=OUTPUTS)
     assert pt.steady(bench, {"r": found["r"], "load": found["load"]}, outputs=OUTPUTS).equals(found)

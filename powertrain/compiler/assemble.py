@@ -11,6 +11,7 @@ from powertrain.compiler.alias import Base, Reduced, eliminate_aliases
 from powertrain.compiler.binding import Limits, bind_parameters
 from powertrain.compiler.blocks import Solved, solve_blocks
 from powertrain.compiler.continuity import smooth_variables
+from powertrain.compiler.domains import guard_domains
 from powertrain.compiler.flat import Equation, Flat, ModelConstant, ModelInput, ModelVariable
 from powertrain.compiler.flatten import flatten
 from powertrain.compiler.generic import generic_values
@@ -87,7 +88,7 @@ def free_parameters(model: Component) -> set[str]:
 
 def compile_flat(flat: Flat) -> Compiled:
     """The passes after flattening, in their order."""
-    flat = schedule_inputs(refuse_jumps(bind_parameters(flat)))
+    flat = schedule_inputs(guard_domains(refuse_jumps(bind_parameters(flat))))
     values = {key(c.symbol): c.value for c in flat.parameters}
     reduced = eliminate_aliases(flat, values)
     with reading(flat.recorder):

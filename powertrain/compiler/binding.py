@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.flat import Binding, Flat, ModelConstant, rewritten
+from powertrain.dae.hybrid import Guard
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.checks import unmet
 from powertrain.language.recorder import Place
@@ -110,6 +111,21 @@ class Limits:
         """The parameters in conditions with others."""
         concerned = set().union(*self._symbols)
         return {c.name for c in self.parameters if key(c.symbol) in concerned}
+
+    def guards(self, names: Sequence[str]) -> list[Guard]:
+        """The ranges of the named parameters and the conditions in which they occur, for values that are to be found."""
+        named = [c for c in self.parameters if c.name in names]
+        found = [Guard(c.name, "its range", c.symbol, Symbol(c.low), Symbol(c.high), c.unit, "error") for c in named]
+        wanted = {key(c.symbol) for c in named}
+        for limit, inside in zip(self._limits, self._symbols, strict=True):
+            if not inside & wanted:
+                continue
+            low, high, name, unit = limit.low, limit.high, limit.name or "condition", limit.unit
+            if limit.constant is not None:
+                low, high = Symbol(limit.constant.low), Symbol(limit.constant.high)
+                name, unit = limit.constant.name, limit.constant.unit
+            found.append(Guard(name, str(limit.place), limit.value, low, high, unit, "error"))
+        return found
 
     def check(self, p: NDArray[np.float64]) -> None:
         """Raise ParameterError if values, one set per column, are not allowed."""

@@ -132,7 +132,8 @@ def _write_unconnected_signal(flat: Flat, port: Signal, place: Place, top: bool)
     if not top and _given_by_whole(flat, port):
         return
     if top or port.outside:
-        flat.inputs.append(ModelInput(port._path, symbol, port.unit, port.doc, port.default or 0.0))
+        value, declared = port.default or 0.0, port.default is not None
+        flat.inputs.append(ModelInput(port._path, symbol, port.unit, port.doc, value, declared))
     elif port.default is not None:
         constant = flat.recorder.hold(port._path)
         flat.parameters.append(ModelConstant(port._path, constant, port.unit, port.doc, port.default))

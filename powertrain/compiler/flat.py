@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -29,20 +30,24 @@ class ModelVariable:
 
 @dataclass(frozen=True)
 class ModelInput:
-    """A signal that comes from outside the model, with the value that it has unless another is given."""
+    """A signal that comes from outside the model, with the value that it has unless another is given.
+
+    ``declared``: whether the component declares that value; it is zero otherwise.
+    """
 
     name: str
     symbol: Symbol
     unit: str
     doc: str
     value: float
+    declared: bool
 
 
 @dataclass(frozen=True)
 class ModelConstant:
     """A parameter (tunable) or a discrete variable of the model; ``check`` rejects values outside the range.
 
-    ``default``: the value of a parameter to which none was given; None if one must be given.
+    ``default``: the value of a parameter to which none was given; None if one must be given. ``low`` and ``high``: the ends of the range.
     """
 
     name: str
@@ -52,6 +57,8 @@ class ModelConstant:
     value: float
     check: Callable[[float, str], float] = lambda value, where: float(value)
     default: float | None = None
+    low: float = -math.inf
+    high: float = math.inf
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ Every component gets a path ('wheels[0].hub'), its quantities become symbols wit
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 import casadi as ca
@@ -17,7 +18,7 @@ from powertrain.errors import ModelError, ParameterError
 from powertrain.language.checks import checked_condition
 from powertrain.language.component import Component, children, place_parts
 from powertrain.language.connectors import Connector, Signal, declared
-from powertrain.language.dimensions import measure
+from powertrain.language.dimensions import measure, units_of_terms
 from powertrain.language.fields import Discrete, Parameter, Quantity, Variable, is_symbolic
 from powertrain.language.law import Law
 from powertrain.language.laws import Connection
@@ -114,7 +115,8 @@ def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) ->
     flat.recorder.units[key(symbol)] = unit
     if isinstance(quantity, Parameter):
         value = component._values[quantity.name]
-        flat.parameters.append(ModelConstant(name, symbol, unit, doc, value, quantity.check, quantity.default))
+        own, low = quantity, max(quantity.min, quantity.above)
+        flat.parameters.append(ModelConstant(name, symbol, unit, doc, value, own.check, own.default, low, own.max))
     elif isinstance(quantity, Discrete):
         flat.discretes.append(ModelConstant(name, symbol, unit, doc, quantity.start))
     return symbol
@@ -159,14 +161,17 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
 
 
 def _residual(flat: Flat, row: Any, place: Place) -> Symbol:
-    """Left - right of an equation. ModelError where it equates rad/s to rpm; where the kinds differ, a factor of 1 may be meant."""
-    residual, sides = residual_of(row, place), (row.dep(0), row.dep(1))
-    left, right = (flat.recorder.units.get(key(side), "1") if side.is_symbolic() else "1" for side in sides)
-    if "1" in (left, right):
-        return residual
-    (size, kind), (other_size, other_kind) = measure(left), measure(right)
-    if kind == other_kind and size != other_size:
-        raise ModelError(
-            f"{place}: the left side is in {left}, the right side in {right}; nothing is converted in an equation"
-        )
+    """Left - right of an equation. ModelError where it adds or equates rad/s and rpm; where kinds differ, a factor of 1 may be meant."""
+    residual = residual_of(row, place)
+    left, right = (units_of_terms(side, flat.recorder.units) for side in (row.dep(0), row.dep(1)))
+    for one, other in combinations(dict.fromkeys([*left, *right]), 2):
+        (size, kind), (other_size, other_kind) = measure(one), measure(other)
+        if kind == other_kind and size != other_size and "1" not in (one, other):
+            apart = len(left) == len(right) == 1
+            said = (
+                f"the left side is in {one}, the right side in {other}"
+                if apart
+                else f"its terms are in {one} and {other}"
+            )
+            raise ModelError(f"{place}: {said}; nothing is converted in an equation")
     return residual

@@ -10,6 +10,7 @@ from typing import Any
 
 import casadi as ca
 
+from powertrain.compiler.statements import dropped_comparison
 from powertrain.errors import ModelError, PowertrainError, suggestion
 from powertrain.language.component import Component
 from powertrain.language.connectors import of_a_signal
@@ -33,6 +34,9 @@ def read(component: Component, text: Any, active: Recorder) -> Iterator[tuple[Pl
             _not_yielded(active, where)
             or f"{where}: the equations of {type(component).__name__} are {text!r}; an equation is written  yield a == b"
         )
+    if dropped := dropped_comparison(type(component)):
+        place = Place(component._path, *dropped)
+        raise ModelError(f"{place}: a comparison has no effect without yield; write  yield a == b")
     with guarded(component):
         for row in text:
             active.yielded(row)

@@ -15,6 +15,7 @@ from powertrain.engine.prepared import Compile
 from powertrain.engine.trajectory import within_span
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import count, flag, number, positive, row
+from powertrain.language.labelled import check_unit
 from powertrain.language.reals import Array
 
 InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
@@ -51,8 +52,8 @@ def longest_step(given: Any, time: float) -> float:
     return step
 
 
-def scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue]) -> TimeSignal:
-    """The time signal with the values of the input of its name. ParameterError for anything but numbers over times."""
+def scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue], unit: str) -> TimeSignal:
+    """The time signal with the values of the input of its name, in ``unit``. ParameterError for anything but numbers over times."""
     if schedule.name not in inputs:
         return schedule
     value, what = inputs[schedule.name], f"input {schedule.name}"
@@ -63,13 +64,22 @@ def scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue]) -> TimeSig
         )
     if isinstance(value, tuple) and len(value) != 2:
         raise ParameterError(f"{what}: {wanted}")
+    for part, own in zip(value, ("s", unit), strict=True) if isinstance(value, tuple) else ((value, unit),):
+        check_unit(what, part, own)
     try:
         times, values = (row(what, v) for v in (value if isinstance(value, tuple) else ([0.0], [number(what, value)])))
     except ParameterError as error:
         raise ParameterError(f"{error}; {wanted}") from None
     if times.size != values.size or not times.size or (np.diff(times) < 0).any():
         raise ParameterError(f"{what}: {wanted}")
-    return replace(schedule, times=times, values=values)
+    return replace(schedule, times=_kept(times), values=_kept(values))
+
+
+def _kept(values: Array) -> Array:
+    """A copy that nobody changes: results quote their inputs."""
+    own = values.copy()
+    own.flags.writeable = False
+    return own
 
 
 def compile_option(value: Any) -> Compile:

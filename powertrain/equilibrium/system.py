@@ -142,6 +142,7 @@ def _reduced(
         return _changed(placed.put(expressions), old, new)
 
     wanted = {key(s) for s in placed.free.values()}
+    guards = [*(g for g in dae.guards if g.action == "error"), *placed.compiled.limits.guards(asked.free)]
     lost, cancelled = lost_outputs(placed, cyclic, turning)
     return Equilibrium(
         grid=list(placed.axis.values()),
@@ -155,7 +156,7 @@ def _reduced(
         outputs=final(asked.wanted),
         rates=final([dae.xdot[state_of(placed.compiled, n)] for n in asked.held]),
         laws=[_mapped(law, final) for law in placed.laws],
-        guards=[_mapped(g, final) for g in dae.guards if g.action == "error"],
+        guards=[_mapped(g, final) for g in guards],
         turning=lost,
         together=bool(turning) or cancelled,
         balance=balance,

@@ -13,6 +13,7 @@ from powertrain.compiler.assemble import Compiled
 from powertrain.dae.hybrid import HybridDae
 from powertrain.errors import InitializationError, ParameterError, suggestion
 from powertrain.language.arguments import by_name, number
+from powertrain.language.labelled import check_unit
 from powertrain.language.quantities import has_unit, quantity
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, free_symbols, key
@@ -122,6 +123,7 @@ def start_values(compiled: Compiled, given: Any, what: str = "starts") -> dict[s
         if name not in compiled.signals:
             raise ParameterError(f"{what}: the model has no variable {name}{suggestion(name, compiled.signals)}")
         unit = compiled.signals[name].unit
+        check_unit(f"{what}: {name}", one, unit)
         with_unit = isinstance(one, str) and has_unit(one)
         return quantity(one, unit, f"{what}: {name}") if with_unit else number(f"{what}: {name}", one)
 

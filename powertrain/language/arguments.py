@@ -54,7 +54,10 @@ def tolerances(rtol: Any, atol: Any) -> tuple[float, float]:
     relative = positive("rtol", rtol)
     if relative > LOOSEST:
         raise ParameterError(f"rtol = {relative:g} must be at most {LOOSEST:g}")
-    return relative, relative if atol is None else positive("atol", atol)
+    absolute = relative if atol is None else positive("atol", atol)
+    if math.isinf(absolute):
+        raise ParameterError("atol = inf must be finite: no error would be too large")
+    return relative, absolute
 
 
 def single(value: Any) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numbers
 import types
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
@@ -23,6 +23,10 @@ _TRUTHS = frozenset({ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR
 
 def check_conditions(text: Any, name: str, parameters: Sequence[tuple[Symbol, float, str]]) -> None:
     """ParameterError for the first condition that the values of the parameters (symbol, value, unit) do not meet."""
+    if not isinstance(text, Iterable) or isinstance(text, Symbol):
+        raise ModelError(
+            f"{name}: the conditions of check() are {text!r}; a condition is written  yield self.d_in < self.d_out"
+        )
     for place, row in lines(text, name):
         holds = checked_condition(row, place)
         inside = {key(s) for s in free_symbols(holds)}

@@ -61,12 +61,30 @@ def exact(unit: str) -> Measure:
 
 
 def unit_of(expression: Symbol, units: Mapping[int, str]) -> str | None:
-    """The unit of a variable, also of its size, of limits on it and of sums; None where an operation may change it."""
-    while not expression.is_symbolic():
-        if expression.is_constant() or expression.is_output() or expression.op() not in _KEEPING:
+    """The unit of a variable or a map, also of its size, of limits on it and of sums; None where an operation may change it."""
+    while key(expression) not in units:
+        if (
+            expression.is_symbolic()
+            or expression.is_constant()
+            or expression.is_output()
+            or expression.op() not in _KEEPING
+        ):
             return None
         inner = [expression.dep(i) for i in range(expression.n_dep()) if not expression.dep(i).is_constant()]
         if not inner:
             return None
         expression = inner[0]
-    return units.get(key(expression))
+    return units[key(expression)]
+
+
+def units_of_terms(expression: Symbol, units: Mapping[int, str]) -> list[str]:
+    """The units of the variables in a sum, without those whose operations may change them."""
+    found: dict[str, None] = {}
+    stack = [expression]
+    while stack:
+        term = stack.pop()
+        if key(term) in units:
+            found[units[key(term)]] = None
+        elif term.n_dep() and not term.is_output() and term.op() in _KEEPING:
+            stack += [term.dep(i) for i in reversed(range(term.n_dep()))]
+    return list(found)

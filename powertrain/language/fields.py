@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Literal, Protocol, Self, TypeVar, overload
 
 from powertrain.errors import ModelError, ParameterError
+from powertrain.language.labelled import check_unit
 from powertrain.language.quantities import has_unit, is_number, quantity
 from powertrain.language.reals import real
 from powertrain.language.symbols import Symbol
@@ -111,6 +112,7 @@ class Parameter(Quantity):
                 f"{where} is given a declared parameter ({value.doc}), which has no value in a class body; write "
                 f"yield self.part.{self.name} == self.{self.name}  in equations(), and here a number only where there is no default"
             )
+        check_unit(where, value, self.unit)
         if isinstance(value, str) and self.reads and (read := self.reads(value, where)) is not None:
             value = read
         if isinstance(value, str) and has_unit(value):

@@ -275,6 +275,11 @@ def _checked(ports: Sequence[Connector]) -> tuple[Connector, ...]:
     for p in ports:
         if not isinstance(p, Connector):
             raise ModelError(f"{recorder().place}: connect() joins ports, but {_no_port(p)}")
+        if "_symbols" not in vars(p):
+            raise ModelError(
+                f"{recorder().place}: connect() joins a port of a component that is not a part of the model; "
+                "declare the component as a field"
+            )
     twice = [p._path for k, p in enumerate(ports) if any(p is other for other in ports[:k])]
     if twice:
         raise ModelError(f"{recorder().place}: connect() joins {twice[0]} to itself")

@@ -19,6 +19,7 @@ from powertrain.language import htmltext, tables
 from powertrain.language.arguments import array, one_of, row, text
 from powertrain.language.dimensions import measure, unit_of
 from powertrain.language.gridtable import read_grid
+from powertrain.language.labelled import check_unit, in_order
 from powertrain.language.laws import within
 from powertrain.language.recorder import recorder, recording
 from powertrain.language.symbols import Symbol
@@ -44,7 +45,8 @@ class Axis:
     outside: Outside = "error"
 
     def __init__(self, name: str, unit: str, points: ArrayLike, outside: Outside = "error") -> None:
-        grid = row(f"axis {text('name', name)}", points)
+        check_unit(f"axis {text('name', name)}", points, unit)
+        grid = row(f"axis {name}", points)
         if grid.size == 0:
             raise ParameterError(f"axis {name} has no points")
         one_of(f"axis {name}: outside", outside, get_args(Outside))
@@ -102,6 +104,8 @@ class Map:
     ) -> None:
         if not isinstance(axes, Sequence) or not all(isinstance(axis, Axis) for axis in axes):
             raise ParameterError(f"map {name}: axes = {axes!r}: give a list of Axis(name, unit, points)")
+        check_unit(f"map {name}", values, unit)
+        values = in_order(f"map {name}", values, {axis.name: axis.points for axis in axes})
         grid = array(f"map {name}", values).copy()
         grid.flags.writeable = False
         object.__setattr__(self, "axes", tuple(axes))
@@ -246,7 +250,10 @@ class Map:
                     action = "error" if axis.outside == "error" else "count"
                     low, high = axis.low - axis.slack, axis.high + axis.slack
                     within(argument, low, high, name=f"{self.name}: {axis.name}", unit=axis.unit, action=action)
-        return self._expression(arguments)
+        result = self._expression(arguments)
+        if recording() and self.unit != "1" and not (result.is_symbolic() or result.is_constant()):
+            recorder().measured(result, self.unit)
+        return result
 
     def _check_units(self, arguments: Sequence[Symbol]) -> None:
         """An axis over another unit than that of the variable it is asked for; "1" stands for anything."""
@@ -306,7 +313,13 @@ class Map:
                 said = with_unit(told_apart(numbers[bad].flat[0], (axis.low, axis.high)), axis.unit)
                 allowed = with_unit(f"[{axis.low:g}, {axis.high:g}]", axis.unit)
                 raise ParameterError(f"map {self.name}: {axis.name} = {said} is outside its range {allowed}")
-        full = np.broadcast_arrays(*given)
+        try:
+            full = np.broadcast_arrays(*given)
+        except ValueError:
+            shapes = ", ".join(f"{a.name} {g.shape}" for a, g in zip(self.axes, given, strict=True))
+            raise ParameterError(
+                f"map {self.name}: the shapes of the arguments do not fit together: {shapes}"
+            ) from None
         if full[0].size == 0:
             return np.zeros(full[0].shape)
         result = np.asarray(self._function(np.vstack([f.ravel() for f in full])), float)

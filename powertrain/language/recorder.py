@@ -102,6 +102,9 @@ class Recorder:
     schedules: list[ScheduleEntry] = field(default_factory=list)
     guards: list[GuardEntry] = field(default_factory=list)
     units: dict[int, str] = field(default_factory=dict)
+    """Of variables, parameters and results of maps, by their keys."""
+    results: list[Symbol] = field(default_factory=list)
+    """The results of maps, which keep their keys as long as they exist."""
     differentiated: list[tuple[Place, Symbol]] = field(default_factory=list)
     """Expressions that ``der`` was asked of."""
     calls: bool = False
@@ -119,6 +122,11 @@ class Recorder:
     def yielded(self, law: Any) -> None:
         """Note that a law has become part of the model."""
         self.written = [one for one in self.written if one[2] is not law]
+
+    def measured(self, result: Symbol, unit: str) -> None:
+        """Note the unit of the result of a map."""
+        self.results.append(result)
+        self.units[key(result)] = unit
 
     def derivative(self, symbol: Symbol) -> Symbol:
         """The symbol of d/dt of a symbol; 1 for time, 0 for parameters and held values."""

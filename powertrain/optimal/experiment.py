@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import by_name, number, row
 from powertrain.language.arguments import path as argument_path
+from powertrain.language.labelled import check_unit, stated_unit
 from powertrain.language.reals import Array
 
 if TYPE_CHECKING:
@@ -26,7 +27,8 @@ class Experiment:
     ``times`` (s) ascend; ``values``: signals by name, one value for each time, nan where none was measured; ``sigma``: the standard
     deviation of a measurement, one for all or one per signal, None if it is unknown; ``starts``, ``inputs`` and ``parameters`` as for
     ``simulate``. A run starts at 0 s, or at the first time if that is below zero, and ``starts`` are the values then: shift the times of
-    a part of a longer recording so that it begins at zero. ParameterError for unequal lengths.
+    a part of a longer recording so that it begins at zero. ParameterError for unequal lengths; ``fit`` refuses values in another unit
+    than the model's.
     """
 
     times: ArrayLike
@@ -35,8 +37,11 @@ class Experiment:
     starts: Mapping[str, float] = field(default_factory=dict)
     inputs: Mapping[str, Any] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(init=False, repr=False, compare=False, default_factory=dict)
+    """What the values say of their units, empty where they say nothing."""
 
     def __post_init__(self) -> None:
+        check_unit("experiment: times", self.times, "s")
         times = row("times", self.times)
         if not times.size or (np.diff(times) <= 0).any():
             raise ParameterError("experiment: times (s) must ascend, and there must be at least one")
@@ -44,6 +49,7 @@ class Experiment:
             name: row(f"experiment: {name}", v, finite=False)
             for name, v in by_name("experiment: values", self.values).items()
         }
+        object.__setattr__(self, "units", {name: stated_unit(v) for name, v in self.values.items()})
         if not measured:
             raise ParameterError("experiment: give the values of at least one signal")
         for what in ("starts", "inputs", "parameters"):

@@ -23,6 +23,7 @@ from powertrain.initialization.outdated import constant_in_tables
 from powertrain.language.arguments import by_name, limits, listed, number, tolerances
 from powertrain.language.arguments import names as argument_names
 from powertrain.language.component import Component
+from powertrain.language.labelled import check_stated
 from powertrain.language.reals import Array
 from powertrain.language.units import with_unit
 from powertrain.optimal.experiment import Experiment
@@ -312,6 +313,9 @@ class _LeastSquares:
         self.plant, self.experiments, self.asked, self.options = plant, list(experiments), asked, options
         signals = signals_of(plant.compiled)
         self.picked = [[signals.pick(name) for name in e.values] for e in self.experiments]
+        for e, picked in zip(self.experiments, self.picked, strict=True):
+            for name, one in zip(e.values, picked, strict=True):
+                check_stated(f"experiment: {name}", e.units[name], one.unit)
         self.measured = [np.array([np.asarray(v, float) for v in e.values.values()]) for e in self.experiments]
         self.weights = [np.array([[1.0 / (e.deviation(n) or 1.0)] for n in e.values]) for e in self.experiments]
         self.known = all(e.deviation(n) is not None for e in self.experiments for n in e.values)

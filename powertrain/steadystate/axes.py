@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import prod
 from reprlib import repr as short
@@ -108,8 +108,12 @@ class Grid:
         return values.reshape([n if d in axis.dims else 1 for d, n in zip(self.dims, self.shape, strict=True)])
 
 
-def make_grid(given: Mapping[str, Any]) -> Grid:
-    """A grid of numbers (constant), sequences (one dimension each, named by the last part of the name) and DataArrays."""
+def make_grid(given: Mapping[str, Any], results: Collection[str] = ()) -> Grid:
+    """A grid of numbers (constant), sequences and DataArrays.
+
+    A sequence has a dimension of its own, named by the last part of its name; by the whole name where the last part is that of another
+    axis or of one of the ``results``.
+    """
     if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
         raise ParameterError(f'grid = {short(given)}: pass values by name, such as {{"engine.w": [100.0, 200.0]}}')
     last = [n.rpartition(".")[2] for n in given]
@@ -127,7 +131,7 @@ def make_grid(given: Mapping[str, Any]) -> Grid:
                 f"grid: {name} has {values.ndim} dimensions; pass a number, a sequence, or a DataArray that names them"
             )
         else:
-            dims = ((end if last.count(end) == 1 else name),) * values.ndim
+            dims = ((end if last.count(end) == 1 and end not in results else name),) * values.ndim
         for d, n in zip(dims, values.shape, strict=True):
             if sizes.setdefault(d, n) != n:
                 raise ParameterError(f"grid: {name} has {n} values along {d}, but others have {sizes[d]}")

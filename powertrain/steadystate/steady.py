@@ -71,9 +71,9 @@ def steady(
     plant : Plant or Component
         The model.
     grid : mapping of str to array_like
-        Values of inputs, parameters or variables by name. A sequence spans a dimension, named by the last part of the name; a number
-        holds at all points; a ``DataArray`` names its own dimensions, and its ``units``, if it has any, must be the model's. Discrete
-        variables that are not given keep their start values.
+        Values of inputs, parameters or variables by name. A sequence spans a dimension, named by the last part of the name, or by the
+        whole name if the last part is that of another result; a number holds at all points; a ``DataArray`` names its own dimensions, and
+        its ``units``, if it has any, must be the model's. Discrete variables that are not given keep their start values.
     outputs : str, iterable or mapping, optional
         Names, patterns or selectors of signals, or a mapping of new names to them; by default all signals with a steady value.
     parameters, inputs : mapping of str to float, optional
@@ -154,8 +154,9 @@ def question(
     time: float = 0.0,
 ) -> Question:
     """The request in the arguments; ParameterError for wrong names and values."""
-    spanned, given, guessed = make_grid(grid), numbers_by_name("inputs", inputs), numbers_by_name("guesses", guesses)
+    given, guessed = numbers_by_name("inputs", inputs), numbers_by_name("guesses", guesses)
     wanted = wanted_signals(signals_of(plant.compiled), outputs)
+    spanned = make_grid(grid, {w.name for w in wanted})
     found, kept = (None if n is None else names(w, n) for w, n in (("free", free), ("held", held)))
     asked = replace(asked_for(plant, spanned, wanted, given, found, kept), guesses=guessed, time=time)
     _check_names(spanned, wanted)
@@ -255,9 +256,15 @@ def _count(names: list[str], what: str) -> str:
 
 
 def _check_names(grid: Grid, wanted: list[Wanted]) -> None:
-    """A coordinate must not take the place of a result."""
-    own, status = {a.coordinate for a in grid.axes}, {"status", "status_laws"}
-    results = {w.name for w in wanted} - own
+    """A coordinate must not take the place of a result, nor a result that of another."""
+    own, status = {a.coordinate: a.name for a in grid.axes}, {"status", "status_laws"}
+    for w in wanted:
+        if w.name in status or own.get(w.name, w.picked.name) != w.picked.name:
+            other = "a variable that every map has" if w.name in status else f"the coordinate for {own[w.name]}"
+            raise ParameterError(
+                f'outputs: {w.name} is also the name of {other}; choose another one: outputs={{"another_name": ...}}'
+            )
+    results = {w.name for w in wanted} - own.keys()
     for axis in grid.axes:
         for n in axis.coords.keys() & results | {*axis.coords, *axis.dims} & status:
             raise ParameterError(

@@ -96,3 +96,20 @@ def test_method_is_free_to_choose(plant: pt.Plant[ThreeClutches]) -> None:
     runs = [plant.simulate(1.5, method=method, rtol=1e-8) for method in ("dopri5", "rodas5p")]
     assert len(runs[0].events) == len(runs[1].events)
     np.testing.assert_allclose([e.time for e in runs[0].events], [e.time for e in runs[1].events], atol=1e-7)
+
+
+class TwoInputs(pt.Component):
+    """x' = u + v, where v has a default."""
+
+    u: pt.Input = pt.signal_input("m/s", "Speed")
+    v: pt.Input = pt.signal_input("m/s", "Speed of the belt", default=0.0)
+    x: pt.Variable = pt.variable("m", "Position")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.u.value + self.v.value
+
+
+def test_an_input_without_value_and_default_is_named() -> None:
+    plant = pt.compile(TwoInputs())
+    assert plant.simulate(1.0).notes == ("the input u is 0 m/s, because it was given no value",)
+    assert plant.simulate(1.0, inputs={"u": 0.0}).notes == ()

@@ -68,6 +68,7 @@ OPTIONS: list[tuple[dict[str, Any], list[str]]] = [
     ({"rtol": "small"}, ["rtol = 'small' is not a finite number"]),
     ({"rtol": math.nan}, ["rtol = nan"]),
     ({"rtol": 1}, ["rtol = 1 must be at most 0.1"]),
+    ({"atol": math.inf}, ["atol = inf must be finite"]),
     ({"max_step": 0}, ["max_step = 0 must be positive"]),
     ({"max_step": 5e-324}, ["max_step = 4.94066e-324 s is shorter than 1e-12 s"]),
     ({"times": "all"}, ["times = 'all' is not a sequence of numbers"]),
@@ -144,3 +145,9 @@ def test_unit_is_a_text() -> None:
 def test_whole_numbers_of_numpy_are_taken() -> None:
     assert Two(n=np.int64(4), exact=np.bool_(False)).n == 4  # type: ignore[arg-type]
     assert TWO.simulate(np.float64(0.1), starts={"J1.w": np.float32(1)}).time[-1] == 0.1  # type: ignore[dict-item]
+
+
+@pytest.mark.parametrize("given", [lambda m: m.J1.w, "J1.w", 1.0, ["J1.w"]])
+def test_expressions_of_a_result(given: Any) -> None:
+    result = TWO.simulate(0.1)
+    refused(pt.ParameterError, "pass a list of expressions", "result[...]", do=lambda: result.evaluate(given))

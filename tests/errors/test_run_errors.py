@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Any
 
@@ -281,3 +282,17 @@ def test_a_speed_that_nothing_determines_is_named() -> None:
         "fan: yield self.tau == ",
         do=lambda: pt.simulate(Fan(), 1.0, starts={"shaft.w": 10.0}),
     )
+
+
+def test_a_number_that_is_not_finite_is_named_with_its_line() -> None:
+    class Rushing(pt.Component):
+        """Its rate is a plain number."""
+
+        rate: float = math.inf
+        x: pt.Variable = pt.variable("m", "Position")
+
+        def equations(self) -> pt.Equations:
+            yield pt.der(self.x) == self.rate
+
+    said = ["the derivative of x is inf", "a number that is not finite in", "yield pt.der(self.x) == self.rate"]
+    refused(pt.SimulationError, *said, do=lambda: pt.simulate(Rushing(), 1.0))

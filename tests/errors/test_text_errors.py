@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import pytest
 from refusals import refused
 
@@ -68,6 +69,64 @@ class NeverYielded(pt.Component):
 
     def equations(self) -> pt.Equations:  # type: ignore[return]
         pt.connect(self.J1.flange_b, self.J2.flange_a)
+
+
+class Dropped(pt.Component):
+    """A start without yield beside one with it."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+    def initial(self) -> pt.Equations:
+        self.J1.w == 5.0  # noqa: B015
+        yield self.J2.w == 2.0
+
+
+class DroppedCondition(pt.Component):
+    """A condition without yield beside one with it."""
+
+    low: pt.Parameter = pt.parameter("1", "Lower limit", default=3.0)
+    high: pt.Parameter = pt.parameter("1", "Upper limit", default=2.0)
+
+    def equations(self) -> pt.Equations:
+        yield from ()
+
+    def check(self) -> pt.Equations:
+        yield self.low > 0.0
+        self.low < self.high  # noqa: B015
+
+
+class MixedSum(pt.Component):
+    """A speed in m/s and one in km/h are added."""
+
+    v: pt.Parameter = pt.parameter("m/s", "Speed", default=10.0)
+    wind: pt.Parameter = pt.parameter("km/h", "Wind speed", default=36.0)
+    air: pt.Variable = pt.variable("m/s", "Speed of the air")
+
+    def equations(self) -> pt.Equations:
+        yield self.air == 2.0 + (ca.fabs(self.v) - self.wind)
+
+
+class Kilowatts(pt.Component):
+    """A power in W is equated to a map in kW."""
+
+    power: pt.Map = pt.Map.curve([0.0, 1.0], [0.0, 50.0], x="time", x_unit="s", unit="kW")
+    P: pt.Variable = pt.variable("W", "Power")
+
+    def equations(self) -> pt.Equations:
+        yield self.power(pt.time) == self.P
+
+
+class NoPart(pt.Component):
+    """A component that is made in the equations."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, rot.Inertia(J=2.0).flange_a)
 
 
 class MixedPorts(pt.Component):
@@ -220,6 +279,14 @@ class Partial(pt.Component):
             Unconnected,
             ["pt.connect(self.J2.flange_b, self.J3.flange_a) (test_text_errors.py:", "no effect without yield"],
         ),
+        (Dropped, ["self.J1.w == 5.0", "(test_text_errors.py:", "no effect without yield; write  yield a == b"]),
+        (DroppedCondition, ["self.low < self.high", "(test_text_errors.py:", "no effect without yield"]),
+        (MixedSum, ["yield self.air ==", "its terms are in m/s and km/h; nothing is converted"]),
+        (
+            Kilowatts,
+            ["yield self.power(pt.time) ==", "the left side is in kW, the right side in W; nothing is converted"],
+        ),
+        (NoPart, ["rot.Inertia(J=2.0).flange_a", "not a part of the model; declare the component as a field"]),
         (NeverYielded, ["the model: connect(...) has no effect without yield; write  yield connect(...)"]),
         (
             MixedPorts,
@@ -246,6 +313,22 @@ class Partial(pt.Component):
 )
 def test_wrong_text(model: type[pt.Component], said: list[str]) -> None:
     refused(pt.ModelError, *said, do=lambda: pt.compile(model()))
+
+
+def test_conditions_that_are_not_yielded() -> None:
+    def define() -> None:
+        class Returned(pt.Component):
+            low: pt.Parameter = pt.parameter("1", "Lower limit", default=3.0)
+
+            def equations(self) -> pt.Equations:
+                yield from ()
+
+            def check(self) -> pt.Equations:
+                return self.low < 2.0  # type: ignore[return-value]
+
+        Returned()
+
+    refused(pt.ModelError, "Returned: the conditions of check() are", "yield self.d_in < self.d_out", do=define)
 
 
 def test_fields_are_given_by_name() -> None:

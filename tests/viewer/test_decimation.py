@@ -36,6 +36,12 @@ def test_lines_stay_within_the_tolerance(seed: int, size: int, tolerance: float)
     assert distance(t, y, kept) <= tolerance * (1 + 1e-12)
 
 
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_signal_with_gaps_is_kept_whole(bad: float) -> None:
+    t = np.linspace(0, 10, 11)
+    assert kept_samples(t, np.where(t == 0.0, bad, 1.0), bad).tolist() == list(range(11))
+
+
 def test_a_straight_line_needs_its_ends_and_a_kink_one_more() -> None:
     t = np.linspace(0, 10, 1001)
     assert kept_samples(t, 3 * t, 1e-9).tolist() == [0, 1000]

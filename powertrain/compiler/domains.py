@@ -1,0 +1,160 @@
+"""Where an expression has no real value: roots and logarithms of negative numbers, arcsines of numbers beyond one.
+
+CasADi computes nan there, and fmin, fmax and comparisons drop a nan without a word: fmin(sqrt(-1), 2) is 2. The arguments that
+interval arithmetic does not place inside the domain get a guard, at which a run ends.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+
+import casadi as ca
+
+from powertrain.compiler.flat import Flat
+from powertrain.compiler.operations import operation
+from powertrain.language.dimensions import unit_of
+from powertrain.language.recorder import GuardEntry
+from powertrain.language.symbols import Symbol, key
+from powertrain.numerics.tape import graph_of
+
+Interval = tuple[float, float]
+_ALL: Interval = (-math.inf, math.inf)
+_ONE: Interval = (-1.0, 1.0)
+_POSITIVE: Interval = (0.0, math.inf)
+_DOMAINS: dict[int, tuple[str, Interval]] = {
+    ca.OP_SQRT: ("the argument of a square root", _POSITIVE),
+    ca.OP_LOG: ("the argument of a logarithm", _POSITIVE),
+    ca.OP_LOG1P: ("the argument of log1p", (-1.0, math.inf)),
+    ca.OP_ASIN: ("the argument of an arcsine", _ONE),
+    ca.OP_ACOS: ("the argument of an arccosine", _ONE),
+    ca.OP_ATANH: ("the argument of an inverse hyperbolic tangent", _ONE),
+    ca.OP_ACOSH: ("the argument of an inverse hyperbolic cosine", (1.0, math.inf)),
+    ca.OP_POW: ("the base of a power", _POSITIVE),
+    ca.OP_CONSTPOW: ("the base of a power", _POSITIVE),
+}
+"""What may leave its domain in an operation, and the domain of its first operand."""
+
+
+def guard_domains(flat: Flat) -> Flat:
+    """The model with guards for the arguments that may leave the domain of a root, a logarithm or the like."""
+    active = flat.recorder
+    known = {key(c.symbol): (c.low, c.high) for c in flat.parameters}
+    lines = [(e.place, e.residual, "error") for e in flat.equations]
+    lines += [(place, v, "error") for place, law in flat.laws for v in vars(law).values() if isinstance(v, Symbol)]
+    lines += [(s.place, s.g, "error") for s in (*active.switches, *active.relations)]
+    lines += [(e.place, e.residual, "start") for e in flat.initial]
+    lines += [(g.place, g.value, "start" if g.action == "start" else "error") for g in active.guards]
+    found: dict[int, GuardEntry] = {}
+    for place, expression, action in lines:
+        for what, argument, (low, high) in unsafe_arguments(expression, known):
+            unit = unit_of(argument, active.units) or "1"
+            guard = GuardEntry(what, argument, Symbol(low), Symbol(high), unit, action, place)
+            found.setdefault(key(argument), guard)
+    return replace(flat, recorder=replace(active, guards=[*active.guards, *found.values()])) if found else flat
+
+
+def unsafe_arguments(expression: Symbol, known: Mapping[int, Interval]) -> Iterator[tuple[str, Symbol, Interval]]:
+    """(what, argument, domain) of operations of an expression that may have no value; ``known``: ranges of symbols by their keys.
+
+    Operations in a branch, which count only where it is taken, are left out.
+    """
+    graph = graph_of(expression)
+    if all(operation(node) not in _DOMAINS for node, _ in graph.values()):
+        return
+    ranges: dict[int, Interval] = {}
+    for place, (node, operands) in graph.items():
+        if not operands:
+            ranges[place] = (float(node),) * 2 if node.is_constant() else known.get(place, _ALL)
+        else:
+            ranges[place] = _range(node, [ranges[key(o)] for o in operands], len({key(o) for o in operands}) == 1)
+    for place in _always_computed(expression, graph):
+        node, operands = graph[place]
+        if operation(node) not in _DOMAINS or _may_be_whole(operands):
+            continue
+        what, (low, high) = _DOMAINS[operation(node)]
+        least, most = ranges[key(operands[0])]
+        if not (low <= least and most <= high):
+            yield what, operands[0], (low, high)
+
+
+def _may_be_whole(operands: list[Symbol]) -> bool:
+    """Whether a power may have a whole number as exponent, with which negative numbers have powers."""
+    power = operands[1] if len(operands) > 1 else None
+    return power is not None and not (power.is_constant() and not float(power).is_integer())
+
+
+def _always_computed(expression: Symbol, graph: Mapping[int, tuple[Symbol, list[Symbol]]]) -> list[int]:
+    """The nodes outside the branches of if_else."""
+    found, stack = dict[int, None](), [key(expression)]
+    while stack:
+        place = stack.pop()
+        if place in found:
+            continue
+        found[place] = None
+        node, operands = graph[place]
+        stack += [key(o) for o in operands[: 1 if operation(node) == ca.OP_IF_ELSE_ZERO else None]]
+    return list(found)
+
+
+def _range(node: Symbol, inside: list[Interval], same: bool) -> Interval:
+    """The range of an operation for the ranges of its operands."""
+    code = operation(node)
+    if code not in _RANGES:
+        return _ALL
+    found = _square(inside[0]) if code == ca.OP_MUL and same else _RANGES[code](*inside)
+    return _ALL if any(map(math.isnan, found)) else found
+
+
+def _square(a: Interval) -> Interval:
+    ends = sorted((a[0] ** 2, a[1] ** 2))
+    return (0.0 if a[0] <= 0.0 <= a[1] else ends[0], ends[1])
+
+
+def _product(a: Interval, b: Interval) -> Interval:
+    ends = [0.0 if 0.0 in (x, y) else x * y for x in a for y in b]
+    return min(ends), max(ends)
+
+
+def _quotient(a: Interval, b: Interval) -> Interval:
+    if b[0] < 0.0 < b[1] or (b[0] == 0.0 == b[1]):
+        return _ALL
+    ends = sorted(1.0 / e if e else math.copysign(math.inf, b[0] + b[1]) for e in b)
+    return _product(a, (ends[0], ends[1]))
+
+
+def _size(a: Interval) -> Interval:
+    return (0.0 if a[0] <= 0.0 <= a[1] else min(map(abs, a)), max(map(abs, a)))
+
+
+def _power(a: Interval, b: Interval) -> Interval:
+    return _POSITIVE if a[0] >= 0.0 or (b[0] == b[1] and b[0] % 2.0 == 0.0) else _ALL
+
+
+_RANGES: dict[int, Callable[..., Interval]] = {
+    ca.OP_ADD: lambda a, b: (a[0] + b[0], a[1] + b[1]),
+    ca.OP_SUB: lambda a, b: (a[0] - b[1], a[1] - b[0]),
+    ca.OP_NEG: lambda a: (-a[1], -a[0]),
+    ca.OP_MUL: _product,
+    ca.OP_TWICE: lambda a: (2.0 * a[0], 2.0 * a[1]),
+    ca.OP_DIV: _quotient,
+    ca.OP_INV: lambda a: _quotient((1.0, 1.0), a),
+    ca.OP_SQ: _square,
+    ca.OP_FABS: _size,
+    ca.OP_FMAX: lambda a, b: (max(a[0], b[0]), max(a[1], b[1])),
+    ca.OP_FMIN: lambda a, b: (min(a[0], b[0]), min(a[1], b[1])),
+    ca.OP_SQRT: lambda a: (math.sqrt(max(a[0], 0.0)), math.sqrt(max(a[1], 0.0))),
+    ca.OP_POW: _power,
+    ca.OP_CONSTPOW: _power,
+    ca.OP_EXP: lambda a: _POSITIVE,
+    ca.OP_COSH: lambda a: (1.0, math.inf),
+    ca.OP_HYPOT: lambda a, b: _POSITIVE,
+    ca.OP_SIN: lambda a: _ONE,
+    ca.OP_COS: lambda a: _ONE,
+    ca.OP_TANH: lambda a: _ONE,
+    ca.OP_IF_ELSE_ZERO: lambda a, b: (min(b[0], 0.0), max(b[1], 0.0)),
+    **dict.fromkeys((ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR), lambda a, b: (0.0, 1.0)),
+    ca.OP_NOT: lambda a: (0.0, 1.0),
+}
+"""The range of an operation from those of its operands; others may have any value."""

@@ -1,0 +1,28 @@
+"""Values by name that are only read."""
+
+from __future__ import annotations
+
+from typing import Any, NoReturn
+
+from powertrain.errors import ParameterError
+
+
+class ReadOnlyValues(dict[str, float]):
+    """Numbers by name. A change in place would reach nothing, so it is an error that says what to do ``instead``."""
+
+    def __init__(self, values: dict[str, float], instead: str) -> None:
+        super().__init__(values)
+        self._instead = instead
+
+    def __setitem__(self, name: str, value: float) -> NoReturn:
+        raise ParameterError(f"parameters[{name!r}] = {value!r} would have no effect; {self._instead}")
+
+    def update(self, *values: Any, **named: Any) -> NoReturn:
+        """Always ParameterError."""
+        raise ParameterError(f"parameters.update() would have no effect; {self._instead}")
+
+    def __ior__(self, values: Any) -> NoReturn:  # type: ignore[misc]
+        self.update(values)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return dict, (dict(self),)

@@ -1,0 +1,94 @@
+"""Roots, logarithms and the like of arguments without a real value end a run, also where other operations would hide the nan."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import casadi as ca
+import pytest
+
+import powertrain as pt
+
+CURVE = pt.Map.curve([0.0, 1.0], [0.0, 1.0], outside="clip")
+
+
+class Integrated(pt.Component):
+    """x' = f(x); ``shown`` is a signal on which nothing depends."""
+
+    x: pt.Variable = pt.variable("1", "Integral", start=1.0)
+    shown: pt.Variable = pt.variable("1", "Signal")
+    k: pt.Parameter = pt.parameter("1", "Factor", default=1.0, min=0.0)
+    rate: Any = lambda x, k: -0.5
+    signal: Any = lambda x, k: x
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.rate(self.x, self.k)
+        yield self.shown == self.signal(self.x, self.k)
+
+
+@pytest.mark.parametrize(
+    ("signal", "what"),
+    [
+        (lambda x, k: ca.fmin(ca.sqrt(x - 0.75), 9.0), "the argument of a square root"),
+        (lambda x, k: ca.fmax(ca.log(x - 0.75), -9.0), "the argument of a logarithm"),
+        (lambda x, k: ca.fmax((x - 0.75) ** 1.3, 0.0), "the base of a power"),
+        (lambda x, k: ca.fmax(ca.asin(1.75 - x), 0.0), "the argument of an arcsine"),
+        (lambda x, k: CURVE(ca.sqrt(x - 0.75)), "the argument of a square root"),
+        (lambda x, k: ca.sqrt(x - 0.75), "the argument of a square root"),
+    ],
+)
+def test_a_run_ends_where_a_value_is_lost(signal: Callable[[Any, Any], Any], what: str) -> None:
+    """x = 1 - t / 2 leaves the domain at t = 0.5 s, where the run ends with what was reached."""
+    with pytest.raises(pt.SimulationError, match=rf"{what} \(.*test_domains.py.* at t = 0\.5\d* s") as caught:
+        pt.simulate(Integrated(signal=signal), 1.0)
+    assert caught.value.result is not None
+    assert caught.value.result["x"][-1] == pytest.approx(0.75)
+
+
+@pytest.mark.parametrize(
+    "signal",
+    [
+        lambda x, k: ca.sqrt(ca.fmax(x - 0.75, 0.0)),
+        lambda x, k: ca.sqrt(x * x + k),
+        lambda x, k: ca.fabs(x - 0.75) ** 1.3,
+        lambda x, k: ca.asin(ca.fmin(ca.fmax(3.0 * x, -1.0), 1.0)),
+        lambda x, k: (x - 0.75) ** 3,
+        lambda x, k: (x - 0.75) ** (2.0 * k),
+        lambda x, k: ca.sqrt(k) * x,
+        lambda x, k: ca.if_else(x > 0.75, ca.sqrt(x - 0.75), 0.0),
+        lambda x, k: pt.switch(x > 0.75, ca.sqrt(x - 0.75), 0.0),
+    ],
+)
+def test_arguments_that_stay_in_the_domain_need_no_guard(signal: Callable[[Any, Any], Any]) -> None:
+    plant = pt.compile(Integrated(signal=signal))
+    assert not plant.compiled.dae.guards
+    assert plant.simulate(1.0)["x"][-1] == pytest.approx(0.5)
+
+
+def test_a_root_of_parameters_is_an_error_of_the_parameters() -> None:
+    plant = pt.compile(Integrated(rate=lambda x, k: -ca.fmin(ca.sqrt(2.0 - k), 1.0)))
+    said = re.escape("the argument of a square root = -1 is outside [0, inf]")
+    with pytest.raises(pt.ParameterError, match=rf"{said} with k = 3"):
+        plant.simulate(1.0, parameters={"k": 3.0})
+
+
+class Placed(pt.Component):
+    """A start that is a function of itself and of the parameter k."""
+
+    x: pt.Variable = pt.variable("1", "Integral")
+    k: pt.Parameter = pt.parameter("1", "Offset", default=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == 1.0
+
+    def initial(self) -> pt.Equations:
+        yield self.x == ca.fmin(ca.sqrt(2.0 - self.x * self.x), 2.0) + self.k
+
+
+def test_a_start_is_checked_at_the_start_alone() -> None:
+    """x = sqrt(2 - x^2) at x = 1; later 2 - x^2 is negative. With k = 4 only x = 2 + k is left, where the root has no value."""
+    assert pt.simulate(Placed(), 2.0)["x"][-1] == pytest.approx(3.0)
+    with pytest.raises(pt.InitializationError, match="the argument of a square root"):
+        pt.simulate(Placed(k=4.0), 2.0)
