@@ -75,20 +75,21 @@ def test_a_root_of_parameters_is_an_error_of_the_parameters() -> None:
 
 
 class Placed(pt.Component):
-    """A start that is a function of itself and of the parameter k."""
+    """y starts where a root of x would have it."""
 
-    x: pt.Variable = pt.variable("1", "Integral")
-    k: pt.Parameter = pt.parameter("1", "Offset", default=0.0)
+    x: pt.Variable = pt.variable("1", "Integral", start=1.0)
+    y: pt.Variable = pt.variable("1", "Twice the integral")
 
     def equations(self) -> pt.Equations:
         yield pt.der(self.x) == 1.0
+        yield pt.der(self.y) == 2.0
 
     def initial(self) -> pt.Equations:
-        yield self.x == ca.fmin(ca.sqrt(2.0 - self.x * self.x), 2.0) + self.k
+        yield self.y == ca.fmin(ca.sqrt(2.0 - self.x * self.x), 2.0)
 
 
 def test_a_start_is_checked_at_the_start_alone() -> None:
-    """x = sqrt(2 - x^2) at x = 1; later 2 - x^2 is negative. With k = 4 only x = 2 + k is left, where the root has no value."""
-    assert pt.simulate(Placed(), 2.0)["x"][-1] == pytest.approx(3.0)
+    """The root has a value at x = 1, not later; from x = 4 it has none."""
+    assert pt.simulate(Placed(), 2.0)["y"][-1] == pytest.approx(5.0)
     with pytest.raises(pt.InitializationError, match="the argument of a square root"):
-        pt.simulate(Placed(k=4.0), 2.0)
+        pt.simulate(Placed(), 2.0, starts={"x": 4.0})
