@@ -44,7 +44,6 @@ def guard_domains(flat: Flat) -> Flat:
     lines = [(e.place, e.residual, "error") for e in flat.equations]
     lines += [(place, v, "error") for place, law in flat.laws for v in vars(law).values() if isinstance(v, Symbol)]
     lines += [(s.place, s.g, "error") for s in (*active.switches, *active.relations)]
-    lines += [(e.place, e.residual, "start") for e in flat.initial]
     lines += [(g.place, g.value, "start" if g.action == "start" else "error") for g in active.guards]
     found: dict[int, GuardEntry] = {}
     for place, expression, action in lines:

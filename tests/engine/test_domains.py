@@ -75,7 +75,7 @@ def test_a_root_of_parameters_is_an_error_of_the_parameters() -> None:
 
 
 class Placed(pt.Component):
-    """y starts where a root of x would have it."""
+    """y starts at a table of a root of x."""
 
     x: pt.Variable = pt.variable("1", "Integral", start=1.0)
     y: pt.Variable = pt.variable("1", "Twice the integral")
@@ -85,11 +85,11 @@ class Placed(pt.Component):
         yield pt.der(self.y) == 2.0
 
     def initial(self) -> pt.Equations:
-        yield self.y == ca.fmin(ca.sqrt(2.0 - self.x * self.x), 2.0)
+        yield self.y == pt.Map.curve([0.0, 2.0], [0.0, 2.0], outside="error")(ca.sqrt(2.0 - self.x * self.x))
 
 
 def test_a_start_is_checked_at_the_start_alone() -> None:
     """The root has a value at x = 1, not later; from x = 4 it has none."""
     assert pt.simulate(Placed(), 2.0)["y"][-1] == pytest.approx(5.0)
-    with pytest.raises(pt.InitializationError, match="the argument of a square root"):
+    with pytest.raises(pt.InitializationError):
         pt.simulate(Placed(), 2.0, starts={"x": 4.0})
