@@ -482,6 +482,26 @@ def test_what_cannot_be_drawn_is_said(found: xr.Dataset) -> None:
     assert (np.diff(np.asarray(edge.get_xdata(), float)) > 0).all()
 
 
+def test_labels_of_contours_stand_on_them_and_apart() -> None:
+    """An efficiency of 0.6 f/f_max: its contours are horizontal lines, and the map is a triangle."""
+    speed, pedal = np.linspace(1.0, 41.0, 41), np.linspace(0.0, 1.0, 41)
+    force = 8e3 * pedal * (1.0 - speed[:, None] / 45.0)
+    values = {"force": force, "efficiency": 0.6 * force / force.max()}
+    grid = {name: (("speed", "accelerator"), value) for name, value in values.items()}
+    found = xr.Dataset(grid, {"speed": speed, "accelerator": pedal})
+    found["efficiency"].attrs["long_name"] = "Efficiency from the tank to the road"
+    ax = plot_driveline_map(found)
+    texts = {text.get_text(): text.get_position() for text in ax.texts}
+    assert len(texts) == len(ax.texts) >= 3
+    for text, (_, up) in texts.items():
+        assert up == pytest.approx(float(text) / 0.6 * force.max(), rel=0.01)
+    full = np.column_stack([speed * 3.6, force[:, -1]])
+    size = [41 * 3.6, 1.05 * force.max()]
+    places, edges = np.array([*texts.values()]) / size, np.vstack([full, full * [1, 0]]) / size
+    apart = np.hypot(*(places[:, None] - np.vstack([edges, places])).T)
+    assert (np.sort(apart, axis=0)[1] > 0.04).all()  # the nearest is itself
+
+
 @pytest.mark.slow
 def test_figure_shows_map_and_points(found: xr.Dataset) -> None:
     run = drive_cycle(SplitPathCar(), DriveCycle.named("wltc").part(0, 40))

@@ -158,6 +158,37 @@ def test_a_machine_whose_wheels_lock_does_not_brake(w: float, fade: float) -> No
     assert result["tau"][-1] == pytest.approx(-fade * 3000.0 * 10 / w if w > 0 else 0.0)
 
 
+@pytest.fixture(scope="module")
+def drive() -> pt.Plant[ElectricDriveControl]:
+    return pt.compile(ElectricDriveControl())
+
+
+@pytest.mark.parametrize(
+    ("accelerator", "charge", "torque"),
+    [(1.0, 1e9, 200.0), (1.0, 1e3, 200.0 * 1.3 / 2.3), (1.0, -5.0, 200.0 * 0.3 / 2.3), (0.1, 1e3, 20.0)],
+)
+def test_a_vehicle_that_rolls_back_is_held_as_far_as_the_battery_takes_the_power(
+    drive: pt.Plant[ElectricDriveControl], accelerator: float, charge: float, torque: float
+) -> None:
+    """200 N.m at -10 rad/s give 2 kW; losses and accessories take 300 W. The brakes have the pedal to themselves."""
+    inputs = {"accelerator": accelerator, "brake": 0.4, "v": -2.0, "w": -10.0, "limit": 200.0, "charge_power": charge}
+    result = drive.simulate(1.0, points=2, inputs=inputs)
+    assert result["tau"][-1] == pytest.approx(torque)
+    assert result["regenerated"][-1] == 0
+    assert result["friction"][-1] == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(("power", "torque"), [(1e9, 200.0), (10.5e3, 200.0), (4.2e3, 80.0), (0.0, 0.0)])
+def test_driving_takes_what_the_battery_gives(
+    drive: pt.Plant[ElectricDriveControl], power: float, torque: float
+) -> None:
+    """200 N.m at 50 rad/s draw 10 kW, and 500 W of losses."""
+    inputs = {"accelerator": 1.0, "brake": 0.0, "v": 10.0, "w": 50.0, "limit": 200.0}
+    inputs |= {"discharge_power": power, "added_loss": 500.0}
+    result = drive.simulate(1.0, points=2, inputs=inputs)
+    assert result["tau"][-1] == pytest.approx(torque)
+
+
 def test_engine_stops_after_its_delay() -> None:
     result = pt.simulate(StartStop(delay=3.0, t_least=1.0), 6.0, points=61, inputs={"accelerator": 0.0, "v": 0.0})
     assert [result.at(t, "on") for t in (0.5, 2.999, 3.001, 6.0)] == [1, 1, 0, 0]
