@@ -491,6 +491,7 @@ def test_labels_of_contours_stand_on_them_and_apart() -> None:
     found = xr.Dataset(grid, {"speed": speed, "accelerator": pedal})
     found["efficiency"].attrs["long_name"] = "Efficiency from the tank to the road"
     ax = plot_driveline_map(found)
+    assert ax.get_xlim() == pytest.approx((0, 41 * 3.6))  # km/h
     texts = {text.get_text(): text.get_position() for text in ax.texts}
     assert len(texts) == len(ax.texts) >= 3
     for text, (_, up) in texts.items():
