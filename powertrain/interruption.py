@@ -19,18 +19,18 @@ def interruptible() -> Iterator[None]:
     main thread; in others nothing changes, either.
     """
     before, interrupted = signal.getsignal(signal.SIGINT), False
+    if not callable(before) or threading.current_thread() is not threading.main_thread():
+        yield
+        return
 
     def handler(number: int, frame: FrameType | None) -> None:
         nonlocal interrupted
         try:
-            before(number, frame)  # type: ignore[operator]
+            before(number, frame)
         except KeyboardInterrupt:
             interrupted = True
             raise
 
-    if not callable(before) or threading.current_thread() is not threading.main_thread():
-        yield
-        return
     signal.signal(signal.SIGINT, handler)
     try:
         yield

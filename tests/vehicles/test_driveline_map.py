@@ -58,6 +58,14 @@ def test_every_point_has_a_steady_state(found: xr.Dataset) -> None:
     assert (found["status"].sel(accelerator=slice(0.1, 1)) == OK).all()
     assert set(found["status"].sel(accelerator=0).values.tolist()) <= {OK, SEVERAL}
     assert np.isfinite(found["force"]).all()
+
+
+def test_the_power_from_the_tank_is_that_of_the_fuel(found: xr.Dataset) -> None:
+    heat = found["fuel_rate"] * float(SplitPathCar().engine.heating_value)
+    np.testing.assert_allclose(found["power"], heat, rtol=1e-12)
+    pulls = (found["force"] > 0).values
+    useful = (found["force"] * found["speed"]).transpose(*found["force"].dims).values
+    np.testing.assert_allclose(found["efficiency"].values[pulls], useful[pulls] / heat.values[pulls], rtol=1e-9)
     assert found["speed"].values == pytest.approx(SPEEDS)
 
 

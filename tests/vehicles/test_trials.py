@@ -237,7 +237,7 @@ def test_energy_flow_shows_every_loss_in_scale(town: CycleRun) -> None:
     assert sorted(along, key=lambda name: places[name]) == along
     widths = [w.width or 0.0 for w in ax.patches if isinstance(w, Wedge)]
     assert max(widths) == pytest.approx(float(lost["engine"]) / supplied)
-    bands = [patch.get_path().vertices[:, 1].min() for patch in ax.patches if isinstance(patch, Polygon)]
+    bands = [patch.get_xy()[:, 1].min() for patch in ax.patches if isinstance(patch, Polygon)]
     wedges = [patch for patch in ax.patches if isinstance(patch, Wedge)]
     ends = [patch.get_bbox() for patch in ax.patches if isinstance(patch, Rectangle)]
     for before, after, wedge, end in zip(
@@ -276,7 +276,7 @@ def test_gradeability_beyond_the_steepest_slope(
     """A vehicle that climbs every slope is told from one at the end of the bisection."""
     monkeypatch.setattr(Hill, "of", lambda vehicle, starts: SimpleNamespace(climbed=lambda grade: grade <= limit))
     table = performance(SplitPathCar(), start)
-    assert table.loc["top speed"].to_list() == [pytest.approx(start["body.v"].max() * 3.6), "km/h"]
+    assert list(table.loc["top speed"]) == [pytest.approx(start["body.v"].max() * 3.6), "km/h"]
     row = table.loc["gradeability"].to_dict()
     assert row["value"] == pytest.approx(found, abs=0.4)
     assert row["unit"] == unit
