@@ -69,7 +69,7 @@ def test_lines_are_in_the_units_of_their_axes() -> None:
     np.testing.assert_allclose(line(movers, "speed of engine"), result["engine.w"] * 30 / np.pi)
     np.testing.assert_allclose(line(powers, "engine"), result["engine.power"] / 1e3)
     into = line(powers, "into transmission.cvu")
-    times = np.linspace(*result.time[[0, -1]], into.size)
+    times = np.linspace(float(result.time[0]), float(result.time[-1]), into.size)
     sides = [
         result.at(times, f"transmission.cvu.flange_{x}.tau") * result.at(times, f"transmission.cvu.w_{x}") for x in "ab"
     ]
