@@ -24,6 +24,7 @@ from powertrain.errors import InitializationError, ParameterError, SimulationErr
 from powertrain.initialization.conditions import start_values
 from powertrain.initialization.initial import Initializer
 from powertrain.initialization.report import InitialReport, with_notes
+from powertrain.interruption import interruptible
 from powertrain.language import htmltext
 from powertrain.language.arguments import (
     by_name,
@@ -116,6 +117,7 @@ class Plant(Generic[M]):
         p[[self._position[name] for name in names]] = sets
         self.compiled.limits.check(p)
 
+    @interruptible()
     def simulate(
         self,
         stop: float | str,
@@ -386,6 +388,7 @@ class Plant(Generic[M]):
         x, z, m, report = self.initialize(start, parameters, starts, guesses, given)
         return Begun(x, z, m, self.parameter_vector(parameters), report, self._schedules(given))
 
+    @interruptible()
     def _engine(self, method: Method, compiled: Compile) -> Simulator:
         one_of("method", method, get_args(Method))
         key = method, compile_option(compiled)

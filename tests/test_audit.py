@@ -216,6 +216,8 @@ def test_an_impact_is_a_loss_of_the_contact() -> None:
     assert audit.jumps["time"].to_numpy() == pytest.approx([0.25])
     assert audit.jumps["energy"].to_numpy() == pytest.approx([-lost])
     assert "at impacts and resets" in repr(audit)
+    released, stored = 2.0 - 0.25**2 / 2, 3.0 * 0.75**2 / 2
+    assert audit.turnover == pytest.approx((released + stored) / 2)  # without what is lost in the jump
 
 
 class Press(pt.Component):

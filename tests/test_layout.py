@@ -20,7 +20,7 @@ PACKAGES = {"powertrain": "powertrain", "components": "powertrain.components", "
 
 # A core module imports modules of its own row and of rows above it. A new module gets its place here.
 ORDER = [
-    "errors",
+    "errors interruption",
     "language: units symbols htmltext tables reals readonly",
     "language: dimensions",
     "language: quantities labelled",

@@ -10,6 +10,7 @@ import pytest
 
 import powertrain as pt
 from powertrain.optimal import scheduling
+from powertrain.optimal.stages import weights
 
 
 def random_stages(seed: int, n: int = 5, modes: int = 2, controls: int = 2) -> pt.Stages:
@@ -24,6 +25,14 @@ def random_stages(seed: int, n: int = 5, modes: int = 2, controls: int = 2) -> p
     return pt.Stages(
         np.ones(n), np.array([0.0, 12.0]), cost, rate, random.uniform(0, 1.5, (modes, modes)) * (1 - np.eye(modes))
     )
+
+
+def test_rates_between_states_are_linear_and_constant_beyond() -> None:
+    states = np.array([1.0, 2.0, 5.0])
+    values = np.array([3.0, 7.0, 1.0])
+    nodes = np.array([0.0, 1.0, 1.25, 2.0, 3.5, 5.0, 9.0])
+    np.testing.assert_allclose(values @ weights(states, nodes), [3.0, 3.0, 4.0, 7.0, 4.0, 1.0, 1.0])
+    assert (weights(states[:1], nodes) == 1.0).all()
 
 
 def enumerated(stages: pt.Stages, start: float, end: float, price: float) -> float:

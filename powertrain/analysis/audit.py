@@ -237,7 +237,11 @@ class EnergyAudit:
 
     @cached_property
     def turnover(self) -> float:
-        """Energy exchanged in joules: half of all energy supplied, lost, stored and released."""
+        """Energy exchanged in joules: half of all energy supplied, lost, stored and released.
+
+        At events, energy stored and released counts; energy supplied and lost at impacts and resets does not count again. An impact that
+        turns all of its kinetic energy into heat counts half of it.
+        """
         changed = np.abs(self._sums.turned).sum() + sum(np.abs(jump.change).sum() for jump in self._jumps)
         return float(changed / 2)
 

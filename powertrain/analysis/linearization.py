@@ -19,6 +19,7 @@ from powertrain.dae.friction import FORWARD
 from powertrain.dae.hybrid import Law, OperatingPoint
 from powertrain.dae.tolerances import SAME, ZONE
 from powertrain.errors import ModelError, ParameterError, suggestion
+from powertrain.interruption import interruptible
 from powertrain.language.arguments import flag, listed
 from powertrain.language.component import Component
 from powertrain.language.connectors import Output
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 Selector: TypeAlias = "str | Callable[[Any], Any]"
 
 
+@interruptible()
 def linearize(
     plant: Plant[Any] | Component,
     inputs: Sequence[Selector] | None = None,

@@ -35,6 +35,7 @@ from powertrain.compiler.source import Source, source_of
 from powertrain.compiler.state_selection import given, select_states
 from powertrain.compiler.structure import check_structure
 from powertrain.dae.hybrid import HybridDae, TimeSignal
+from powertrain.interruption import interruptible
 from powertrain.language.component import Component
 from powertrain.language.fields import NOMINAL
 from powertrain.language.law import Law
@@ -76,6 +77,7 @@ class Compiled:
     open: Any = field(repr=False)
 
 
+@interruptible()
 def compile_model(model: Component) -> Compiled:
     """Flatten, reduce and solve the model symbolically. Raises ModelError if the model is not solvable."""
     return compile_flat(flatten(model))

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from powertrain.equilibrium.placed import Request, state_of
 from powertrain.equilibrium.system import formulate
 from powertrain.errors import ParameterError, suggestion
+from powertrain.interruption import interruptible
 from powertrain.language.arguments import by_name, flag, listed, names, number, numbers_by_name, text
 from powertrain.language.component import Component
 from powertrain.language.reals import Array
@@ -37,6 +38,7 @@ T = TypeVar("T")
 _KEPT = 16
 
 
+@interruptible()
 def steady(
     plant: Plant[Any] | Component,
     grid: Mapping[str, ArrayLike],

@@ -52,6 +52,18 @@ def test_torque_that_the_battery_allows() -> None:
         assert result["tau"][-1] == pytest.approx(tau)
 
 
+def test_two_machines_are_one_to_the_control() -> None:
+    """Losses of copper grow with the square of the torque, 0.06 and 0.045 W/(N.m)2; 40 and 60 % of the torque are theirs."""
+    run = pt.simulate(ElectricFourWheelDriveCar(), 1e-3, points=2, starts={"body.v": 20.0})
+    front, rear = (run[f"{end}_machine.w"][-1] for end in ("front", "rear"))
+    assert run["control.w"][-1] == pytest.approx(0.4 * front + 0.6 * rear)
+    most = min(90e3 / front / 0.4, 150e3 / rear / 0.6)
+    assert run["control.limit"][-1] == pytest.approx(most, rel=1e-6)
+    assert run["control.added_loss"][-1] == pytest.approx(
+        0.06 * (0.4 * most) ** 2 + 0.045 * (0.6 * most) ** 2, rel=1e-6
+    )
+
+
 @pytest.mark.parametrize("car", few([ElectricCar(), ElectricFourWheelDriveCar()]), ids=["one machine", "two machines"])
 @pytest.mark.parametrize("weak", [{"battery.R": 1.0}, {"battery.i_discharge": 100.0}], ids=["R", "i"])
 def test_full_pedal_with_a_weak_battery(car: ElectricCar | ElectricFourWheelDriveCar, weak: dict[str, float]) -> None:

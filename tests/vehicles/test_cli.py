@@ -19,7 +19,7 @@ from click.testing import CliRunner, Result
 
 import powertrain as pt
 from powertrain.cli import main
-from powertrain.cli.running import spanned
+from powertrain.cli.running import report, spanned
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import WillansEngine
 from powertrain.presets.catalogue import assembled, components, vehicles
@@ -83,6 +83,13 @@ def test_commands_take_a_parameter_file_in_place_of_a_vehicle(tmp_path: Path, sh
     assert "there is no file" in refused("run", str(tmp_path / "light.toml"))
     path.write_text("[body]\nm = 1900\n")
     assert "does not say which vehicle it is" in refused("run", str(path))
+
+
+def test_notes_of_the_run_are_printed_below_its_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = drive_cycle(ElectricCar(), DriveCycle("short", ((0.0, 0.0), (1.0, 0.0), (4.0, 3.0))), rtol=1e-3)
+    monkeypatch.setattr(run.result, "notes", ("the start is not unique", "3 of 9 steps were outside"), raising=True)
+    text = next(report(run)).splitlines()
+    assert text[-4:] == ["", "Note: the start is not unique.", "", "Note: 3 of 9 steps were outside."]
 
 
 @pytest.mark.slow

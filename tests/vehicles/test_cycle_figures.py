@@ -52,6 +52,31 @@ def test_speed_marks_what_is_outside_of_the_band(ax: Any) -> None:
     assert np.array_equal(np.isfinite(v), run().excess != 0)
 
 
+def test_lines_are_in_the_units_of_their_axes() -> None:
+    """km/h, rpm and kW."""
+
+    def line(axes: Any, label: str) -> Any:
+        (found,) = [each for each in axes.lines if each.get_label() == label]
+        return np.asarray(found.get_ydata(), float)
+
+    speed, movers, powers = (Figure().add_subplot() for _ in range(3))
+    draw.plot_speed(run(), ax=speed)
+    draw.plot_prime_movers_and_ratio(run(), ax=movers)
+    draw.plot_powers(run(), ax=powers)
+    result = run().result
+    np.testing.assert_allclose(line(speed, "vehicle"), result["body.v"] * 3.6)
+    assert line(speed, "cycle short").max() == pytest.approx(72.0)
+    np.testing.assert_allclose(line(movers, "speed of engine"), result["engine.w"] * 30 / np.pi)
+    np.testing.assert_allclose(line(powers, "engine"), result["engine.power"] / 1e3)
+    into = line(powers, "into transmission.cvu")
+    times = np.linspace(float(result.time[0]), float(result.time[-1]), into.size)
+    sides = [
+        result.at(times, f"transmission.cvu.flange_{x}.tau") * result.at(times, f"transmission.cvu.w_{x}") for x in "ab"
+    ]
+    entering = np.abs(sides).max(axis=0)  # the unit loses power
+    np.testing.assert_allclose(np.abs(into), entering / 1e3, atol=1e-6)
+
+
 def test_ratio_is_output_over_input_speed() -> None:
     ratio = draw.transmission_ratio(run())
     assert ratio is not None

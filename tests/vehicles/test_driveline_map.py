@@ -58,6 +58,14 @@ def test_every_point_has_a_steady_state(found: xr.Dataset) -> None:
     assert (found["status"].sel(accelerator=slice(0.1, 1)) == OK).all()
     assert set(found["status"].sel(accelerator=0).values.tolist()) <= {OK, SEVERAL}
     assert np.isfinite(found["force"]).all()
+
+
+def test_the_power_from_the_tank_is_that_of_the_fuel(found: xr.Dataset) -> None:
+    heat = found["fuel_rate"] * float(SplitPathCar().engine.heating_value)
+    np.testing.assert_allclose(found["power"], heat, rtol=1e-12)
+    pulls = (found["force"] > 0).values
+    useful = (found["force"] * found["speed"]).transpose(*found["force"].dims).values
+    np.testing.assert_allclose(found["efficiency"].values[pulls], useful[pulls] / heat.values[pulls], rtol=1e-9)
     assert found["speed"].values == pytest.approx(SPEEDS)
 
 
@@ -484,6 +492,27 @@ def test_what_cannot_be_drawn_is_said(found: xr.Dataset) -> None:
     backwards = plot_driveline_map(found.isel(speed=slice(None, None, -1), accelerator=slice(None, None, -1)))
     edge = next(line for line in backwards.lines if line.get_label() == "full accelerator")
     assert (np.diff(np.asarray(edge.get_xdata(), float)) > 0).all()
+
+
+def test_labels_of_contours_stand_on_them_and_apart() -> None:
+    """An efficiency of 0.6 f/f_max: its contours are horizontal lines, and the map is a triangle."""
+    speed, pedal = np.linspace(1.0, 41.0, 41), np.linspace(0.0, 1.0, 41)
+    force = 8e3 * pedal * (1.0 - speed[:, None] / 45.0)
+    values = {"force": force, "efficiency": 0.6 * force / force.max()}
+    grid = {name: (("speed", "accelerator"), value) for name, value in values.items()}
+    found = xr.Dataset(grid, {"speed": speed, "accelerator": pedal})
+    found["efficiency"].attrs["long_name"] = "Efficiency from the tank to the road"
+    ax = plot_driveline_map(found)
+    assert ax.get_xlim() == pytest.approx((0, 41 * 3.6))  # km/h
+    texts = {text.get_text(): text.get_position() for text in ax.texts}
+    assert len(texts) == len(ax.texts) >= 3
+    for text, (_, up) in texts.items():
+        assert up == pytest.approx(float(text) / 0.6 * force.max(), rel=0.01)
+    full = np.column_stack([speed * 3.6, force[:, -1]])
+    size = [41 * 3.6, 1.05 * force.max()]
+    places, edges = np.array([*texts.values()]) / size, np.vstack([full, full * [1, 0]]) / size
+    apart = np.hypot(*(places[:, None] - np.vstack([edges, places])).T)
+    assert (np.sort(apart, axis=0)[1] > 0.04).all()  # the nearest is itself
 
 
 @pytest.mark.slow

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import powertrain as pt
 from powertrain.components.control import PlannedPowerSplit
 from powertrain.components.cycles import DriveCycle
 from powertrain.trials import flywheel_management, power_split_management
 from powertrain.trials.management import Management, looked_up
-from powertrain.trials.management_power_split import PowerSplitBench
+from powertrain.trials.management_power_split import MARGIN, PowerSplitBench
 from powertrain.trials.operating import on_rolling_road
 from powertrain.vehicles.flywheel_hybrid import FlywheelHybrid
 from powertrain.vehicles.power_split_hybrid import PowerSplitHybrid
@@ -38,6 +40,23 @@ def test_a_plan_by_an_unknown_method_is_an_error(method: Any) -> None:
     management = Management(unused, unused, HILLS, stages, 0.5, 1.0, unused, unused, "battery.soc")
     with pytest.raises(pt.ParameterError, match=r"method=.* must be one of dynamic programming, ECMS"):
         management.plan(method)
+
+
+def test_torques_that_the_planned_control_may_request() -> None:
+    """From full recovery, of which half is left at 1.5 m/s, to what battery and engine give."""
+    control = SimpleNamespace(tau_full=500.0, w_fade=20.0, v_fade=3.0, F_most=5e3)
+    speeds = np.array([1.5, 10.0, 30.0])
+    ring = xr.DataArray(30.0 * speeds, dims="speed", coords={"speed": speeds})
+    bench: Any = SimpleNamespace(
+        vehicle=SimpleNamespace(control=control), ring=ring, charge=20e3, discharge=10e3 / MARGIN
+    )
+    torque = PowerSplitBench._wanted(bench, 5e3).transpose("speed", "level").values
+    np.testing.assert_allclose(torque[:, 0], [-0.5 * 7.5e3 / 45, -20e3 / 300, -20e3 / 900])
+    np.testing.assert_allclose(torque[:, -1], [15e3 / 45, 15e3 / 300, 15e3 / 900])
+    assert np.ptp(np.diff(torque), axis=1) == pytest.approx(0.0, abs=1e-9)
+    bench.ring = ring / 10  # at 3 rad/s per m/s, below 20 rad/s, less is left, and powers count as at 20 rad/s
+    torque = PowerSplitBench._wanted(bench, 5e3).transpose("speed", "level").values
+    np.testing.assert_allclose(torque[0, [0, -1]], [-0.225 * 7.5e3 / 20, 500.0])
 
 
 @pytest.mark.slow

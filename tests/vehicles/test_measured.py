@@ -14,9 +14,9 @@ import pytest
 from scipy.optimize import least_squares
 
 import powertrain as pt
-from powertrain.measured.building import RADIUS, build, progression, ratios
+from powertrain.measured.building import DOWN, RADIUS, _machine, build, progression, ratios
 from powertrain.measured.fitting import NOISE, Sensitivities
-from powertrain.measured.prediction import predict
+from powertrain.measured.prediction import Prediction, predict, table
 from powertrain.measured.published import published, published_others
 from powertrain.measured.record import SPREAD, TestCar, cased
 from powertrain.measured.technology import Technology, family, priors, stops
@@ -322,6 +322,38 @@ def test_a_full_accelerator_shifts_the_largest_step_at_the_rated_speed(car: Test
     schedule, rated = vehicle.schedule, float(vehicle.engine.w_limit) / 1.12
     speeds = np.array([up for up, _ in schedule.speeds]) * (1 + float(schedule.eager))
     assert (speeds * gears[:-1]).max() * car.axle_ratio / RADIUS == pytest.approx(rated)
+    assert [down / up for up, down in schedule.speeds] == pytest.approx([DOWN] * len(speeds))
+
+
+def test_the_ring_of_a_power_split_turns_as_that_of_the_prius() -> None:
+    """3.267 times as fast as wheels of 0.317 m, whatever the radius of the model's."""
+    vehicle = build(CARS["Toyota Prius power split"], Technology())
+    assert float(vehicle.front.final_drive.ratio) / RADIUS == pytest.approx(3.267 / 0.317, rel=1e-3)
+
+
+@pytest.mark.parametrize("geared", [False, True])
+def test_losses_of_a_machine_are_shares_of_its_power(geared: bool) -> None:
+    """0.07 % for the inverter and 100 W, 6 % at the largest torque, and at top speed 1.5 % unless the road load has them."""
+    machine = _machine(80e3, 200.0, 1200.0, geared=geared)
+    rest, pulling, turning = machine.losses(np.array([0.0, 0.0, 1200.0]), np.array([0.0, 200.0, 0.0]))
+    assert [rest, pulling - rest, turning - rest] == pytest.approx([156.0, 4800.0, 0.0 if geared else 1200.0])
+
+
+def test_cool_oil_makes_drag_and_no_other_loss() -> None:
+    technology = Technology()
+    for car in CARS.values():
+        (eta, drag), (cool_eta, cool_drag) = technology.gearbox(car), technology.gearbox(car, cool=True)
+        assert cool_eta == eta
+        assert cool_drag == pytest.approx(technology.cool_gearbox * drag)
+    assert technology.cool_gearbox > 1
+
+
+def test_the_table_of_predictions_has_both_cycles_of_a_car_in_one_row() -> None:
+    found = [Prediction(MIRAGE, "udds", 44.0, 40.0, 0.0), Prediction(MIRAGE, "hwfet", 57.0, 60.0, 0.0)]
+    (row,) = table(found).to_dict("records")
+    assert row["udds error %"] == pytest.approx(10.0)
+    assert row["hwfet error %"] == pytest.approx(-5.0)
+    assert (row["car"], row["udds predicted"], row["hwfet measured"]) == (MIRAGE.name, 44.0, 60.0)
 
 
 @pytest.mark.parametrize("name", ["Toyota Prius power split", "Tesla Model 3 Long Range AWD electric"])

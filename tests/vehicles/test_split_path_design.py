@@ -170,6 +170,16 @@ def test_weights_are_shares_of_energy() -> None:
     assert row.mean_efficiency == pytest.approx(1 / (0.9 / eta[0] + 0.1 / eta[1]), rel=1e-9)
 
 
+def test_a_duty_of_a_drive_is_what_the_output_takes() -> None:
+    """5 kW at r = 0.5 and 15 kW at r = 1.5; at standstill and in overrun nothing, and r = 1 is only passed."""
+    duty = Duty.driven([100.0, 80.0, 100.0, 100.0], [150.0, 0.0, 50.0, 60.0], [100.0, 50.0, 100.0, -20.0])
+    assert duty.sampled
+    assert [duty.low, duty.high] == [0.5, 1.5]
+    assert duty.r.tolist() == [0.5, 1.0, 1.5]
+    assert duty.weight == pytest.approx([0.25, 0.0, 0.75])
+    assert duty.torque.tolist() == duty.speed.tolist() == [100.0, 100.0, 100.0]
+
+
 @pytest.mark.slow
 def test_drive_cycle() -> None:
     t = np.linspace(0, 60, 61)

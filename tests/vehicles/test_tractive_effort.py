@@ -10,6 +10,7 @@ import powertrain as pt
 from powertrain.components.body import RoadProfile
 from powertrain.components.transmissions import ManualGearbox
 from powertrain.trials import full_accelerator, tractive_effort
+from powertrain.trials.tractive_effort import _highest
 from powertrain.trials.tractive_figure import plot_tractive_effort
 from powertrain.vehicles import ManualCar, SeriesHybrid, VariatorCar
 
@@ -61,6 +62,22 @@ def test_speeds_on_grades_by_hand_and_by_simulation() -> None:
 def test_a_speed_beyond_the_given_ones_is_not_guessed() -> None:
     found = tractive_effort(CAR, np.linspace(1, 30, 30), (0.0, 0.9))
     assert np.isnan(found["speed_on_grade"].values).all(), "one is faster, the other cannot be climbed"
+
+
+@pytest.mark.parametrize(
+    ("surplus", "reached"),
+    [
+        ([9, 6, -3, -9], 4.0),
+        ([9, -9, 2, -1], 7.0),
+        ([9, 5, 2, 0], 8.0),
+        ([9, -9, 0, 2], np.nan),
+        ([-1, -2, -3, -4], np.nan),
+    ],
+)
+def test_the_highest_speed_is_where_the_surplus_falls_through_zero(surplus: list[float], reached: float) -> None:
+    """Linear between 1, 2, 5 and 8 m/s; where the engine is stronger again at last there is no highest one."""
+    found = _highest(np.array([1.0, 2.0, 5.0, 8.0]), np.array(surplus, float))
+    assert found == pytest.approx(reached, nan_ok=True)
 
 
 def test_a_vehicle_without_gears_has_one_line() -> None:

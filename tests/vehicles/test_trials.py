@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from matplotlib.patches import Wedge
+from matplotlib.patches import Polygon, Rectangle, Wedge
 
 import powertrain as pt
 from powertrain.components.body import CoastDownBody, LumpedAxle, RollingAxle
@@ -237,6 +237,15 @@ def test_energy_flow_shows_every_loss_in_scale(town: CycleRun) -> None:
     assert sorted(along, key=lambda name: places[name]) == along
     widths = [w.width or 0.0 for w in ax.patches if isinstance(w, Wedge)]
     assert max(widths) == pytest.approx(float(lost["engine"]) / supplied)
+    bands = [patch.get_xy()[:, 1].min() for patch in ax.patches if isinstance(patch, Polygon)]
+    wedges = [patch for patch in ax.patches if isinstance(patch, Wedge)]
+    ends = [patch.get_bbox() for patch in ax.patches if isinstance(patch, Rectangle)]
+    for before, after, wedge, end in zip(
+        bands, bands[1:], wedges, ends, strict=False
+    ):  # what is taken from the band turns down
+        outer, width = wedge.center[1] + wedge.r, wedge.width or 0.0
+        assert [outer - width, outer] == pytest.approx([before, after])
+        assert [end.width, end.y1, end.x1] == pytest.approx([width, wedge.center[1], wedge.center[0] + wedge.r])
 
 
 @pytest.mark.slow
@@ -266,7 +275,9 @@ def test_gradeability_beyond_the_steepest_slope(
 ) -> None:
     """A vehicle that climbs every slope is told from one at the end of the bisection."""
     monkeypatch.setattr(Hill, "of", lambda vehicle, starts: SimpleNamespace(climbed=lambda grade: grade <= limit))
-    row = performance(SplitPathCar(), start).loc["gradeability"].to_dict()
+    table = performance(SplitPathCar(), start)
+    assert list(table.loc["top speed"]) == [pytest.approx(start["body.v"].max() * 3.6), "km/h"]
+    row = table.loc["gradeability"].to_dict()
     assert row["value"] == pytest.approx(found, abs=0.4)
     assert row["unit"] == unit
 

@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from moving_off import MovingOff
 from pages import Page, in_browser
 
 import powertrain as pt
 from powertrain.components.blocks import Step
+from powertrain.saved import Saved
 
 PLANT = pt.compile(MovingOff())
 SOFT = PLANT.simulate(3.0, parameters={"driveline.shaft.c": 4000})
@@ -57,6 +59,12 @@ def test_equal_runs_do_not_differ() -> None:
     assert both.parameters.empty
     assert not both.signals["largest difference"].any()
     assert "0 parameters differ" in repr(both)
+
+
+def test_a_saved_run_is_linear_between_its_samples() -> None:
+    """At an event there are two, of which the later one counts."""
+    saved = Saved(xr.Dataset({"w": ("time", [0.0, 2.0, 10.0, 4.0])}, {"time": [0.0, 1.0, 1.0, 3.0]}))
+    assert saved.at([0.0, 0.5, 1.0, 1.5, 3.0], ["w"])["w"].tolist() == [0.0, 1.0, 10.0, 8.5, 4.0]
 
 
 @pytest.mark.slow

@@ -137,6 +137,11 @@ def test_a_clutch_passes_on_some_of_the_power_and_not_more(side: str, share: flo
         pt.simulate(gears, 1.0)
 
 
+@pytest.fixture(scope="module")
+def drive() -> pt.Plant[ElectricDriveControl]:
+    return pt.compile(ElectricDriveControl())
+
+
 @pytest.mark.parametrize(("soc_power", "force"), [(1e9, 3000.0), (12e3, 1200.0), (0.0, 0.0)])
 def test_recovery_is_what_brake_axle_machine_and_battery_allow(soc_power: float, force: float) -> None:
     """At 10 m/s and 50 rad/s, half a pedal of 15 kN: the axle allows 3 kN, the battery P/v."""
@@ -148,6 +153,22 @@ def test_recovery_is_what_brake_axle_machine_and_battery_allow(soc_power: float,
     assert result["friction"][-1] == pytest.approx(0.5 - force / 15e3)
 
 
+@pytest.mark.parametrize(("v", "force"), [(10.0, 3000.0), (3.0, 3000.0), (1.5, 1500.0), (0.05, 50.0)])
+def test_recovery_fades_out_below_3_metres_per_second(
+    drive: pt.Plant[ElectricDriveControl], v: float, force: float
+) -> None:
+    result = drive.simulate(1.0, points=2, inputs={"accelerator": 0.0, "brake": 0.2, "v": v, "w": 50.0, "limit": 1e4})
+    assert result["regenerated"][-1] == pytest.approx(force)
+    assert result["tau"][-1] == pytest.approx(-force * max(v, 0.1) / 50)
+
+
+def test_a_machine_brakes_with_its_largest_torque(drive: pt.Plant[ElectricDriveControl]) -> None:
+    """40 N.m at 50 rad/s hold 200 N at 10 m/s."""
+    inputs = {"accelerator": 0.0, "brake": 0.5, "v": 10.0, "w": 50.0, "limit": 40.0}
+    result = drive.simulate(1.0, points=2, inputs=inputs)
+    assert result["regenerated"][-1] == pytest.approx(200.0)
+
+
 @pytest.mark.parametrize(("w", "fade"), [(50.0, 1.0), (10.0, 0.5), (0.0, 0.0), (-30.0, 0.0)])
 def test_a_machine_whose_wheels_lock_does_not_brake(w: float, fade: float) -> None:
     """At 10 m/s it would turn at 50 rad/s; wheels that slide to a stop on ice are not driven backward."""
@@ -156,6 +177,32 @@ def test_a_machine_whose_wheels_lock_does_not_brake(w: float, fade: float) -> No
     result = pt.simulate(control, 1.0, points=2, inputs=inputs)
     assert result["regenerated"][-1] == pytest.approx(fade * 3000.0)
     assert result["tau"][-1] == pytest.approx(-fade * 3000.0 * 10 / w if w > 0 else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("accelerator", "charge", "torque"),
+    [(1.0, 1e9, 200.0), (1.0, 1e3, 200.0 * 1.3 / 2.3), (1.0, -5.0, 200.0 * 0.3 / 2.3), (0.1, 1e3, 20.0)],
+)
+def test_a_vehicle_that_rolls_back_is_held_as_far_as_the_battery_takes_the_power(
+    drive: pt.Plant[ElectricDriveControl], accelerator: float, charge: float, torque: float
+) -> None:
+    """200 N.m at -10 rad/s give 2 kW; losses and accessories take 300 W. The brakes have the pedal to themselves."""
+    inputs = {"accelerator": accelerator, "brake": 0.4, "v": -2.0, "w": -10.0, "limit": 200.0, "charge_power": charge}
+    result = drive.simulate(1.0, points=2, inputs=inputs)
+    assert result["tau"][-1] == pytest.approx(torque)
+    assert result["regenerated"][-1] == 0
+    assert result["friction"][-1] == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(("power", "torque"), [(1e9, 200.0), (10.5e3, 200.0), (4.2e3, 80.0), (0.0, 0.0)])
+def test_driving_takes_what_the_battery_gives(
+    drive: pt.Plant[ElectricDriveControl], power: float, torque: float
+) -> None:
+    """200 N.m at 50 rad/s draw 10 kW, and 500 W of losses."""
+    inputs = {"accelerator": 1.0, "brake": 0.0, "v": 10.0, "w": 50.0, "limit": 200.0}
+    inputs |= {"discharge_power": power, "added_loss": 500.0}
+    result = drive.simulate(1.0, points=2, inputs=inputs)
+    assert result["tau"][-1] == pytest.approx(torque)
 
 
 def test_engine_stops_after_its_delay() -> None:
