@@ -99,7 +99,7 @@ def test_a_chain_costs_as_much_as_it_is_long() -> None:
 
 
 def test_gears_on_one_shaft_cost_as_much_as_they_are_many() -> None:
-    """Laws whose speeds are multiples of one state, by ratios that are parameters: their slopes form no matrix; nothing moves at a ratio of zero."""
+    """Laws whose speeds are multiples of one state form no matrix; a multiple that is zero holds nothing."""
 
     def meshes(n: int) -> HybridDae:
         return laws(lambda t, x, p: [(p + k) * x[0] for k in range(n - 1)] + [x[0] - x[1]], 2, n)
