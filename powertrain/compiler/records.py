@@ -209,6 +209,7 @@ def when_record(
         state = position[key(inside[0])]
         resets.append(Reset(False, state, (value - ca.substitute(root, inside[0], 0)) / slope, units[state]))
     (g,) = resolver.model([law.g])
+    (instant,) = _event_times([g], resolver, held)
     modes = {key(r.mode) for r in reduced.flat.recorder.relations}
     return When(
         f"{place.path}.{law.name}".lstrip("."),
@@ -216,7 +217,7 @@ def when_record(
         held.place(flag),
         g,
         tuple(resets),
-        *_event_times([g], resolver, held),
+        instant,
         tuple(held.place(s) for s in free_symbols(law.g) if key(s) in modes),
         law.initially,
     )

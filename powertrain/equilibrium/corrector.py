@@ -18,8 +18,6 @@ CORRECTIONS, PROXIMAL = 20, 3
 """Full steps for given modes with the compliance of stuck laws, and steps after them that remove the creep."""
 DAMPED = 40
 """Damped steps if full ones fail, for instance because a torque saturates."""
-FAR = 1e6
-"""Relative distance that only equations without a solution lead to: their unknowns tell which modes follow, but start nothing."""
 TOGETHER = 64
 """Halved steps in one evaluation: for a few points it takes no longer than for one."""
 CHANGES = 8
@@ -61,9 +59,7 @@ def corrected(
         if not left.size:
             break
         active, before, rest = active[left], taken(now, left), rest.some(left)
-        lost = (np.abs(here.z - begun.z) > FAR * relative(begun.z)).any(axis=1, keepdims=True) & ~fine[:, None]
-        y_next, tau_next = (np.where(lost, a, b) for a, b in ((begun.y, here.y), (begun.tau, here.tau)))
-        here = Iterates(begun.grid, y_next, new, tau_next).some(left)
+        here = Iterates(begun.grid, here.y, new, here.tau).some(left)
     return Iterates(at.grid, y, modes, tau), done
 
 
