@@ -101,9 +101,8 @@ def test_eight_speed(plant: pt.Plant[EightSpeed], gear: str, torque: float) -> N
     assert point["load.tau_constant"].item() == pytest.approx(load, rel=1e-9)
 
 
-@pytest.mark.parametrize("gear", few(["1", "R"]))
 def test_modes_that_contradict_each_other_cost_little(
-    plant: pt.Plant[EightSpeed], gear: str, monkeypatch: pytest.MonkeyPatch
+    plant: pt.Plant[EightSpeed], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """At starts with the wrong speeds no torques let all laws stick. Iterated to the end, that took 900 evaluations a point."""
     asked, known = [0], SteadyLaws.equations
@@ -114,7 +113,7 @@ def test_modes_that_contradict_each_other_cost_little(
 
     monkeypatch.setattr(SteadyLaws, "equations", equations)
     grid = {"turbine.w": np.linspace(10.0, 600.0, 20), "tau_in": np.linspace(-200.0, 200.0, 20)}
-    grid |= {f"p{e}": float(e in EIGHT[gear]) for e in "ABCDE"}
+    grid |= {f"p{e}": float(e in EIGHT["1"]) for e in "ABCDE"}
     point = pt.steady(plant, grid, outputs=["output.w"], free=["load.tau_constant"])
     assert (point.status == 0).all()
     assert asked[0] < 650 * point.status.size
