@@ -112,7 +112,7 @@ def test_modes_that_contradict_each_other_cost_little(
         return known(self, fixed, z)
 
     monkeypatch.setattr(SteadyLaws, "equations", equations)
-    grid = {"turbine.w": np.linspace(10.0, 600.0, 20), "tau_in": np.linspace(-200.0, 200.0, 20)}
+    grid: dict[str, Any] = {"turbine.w": np.linspace(10.0, 600.0, 20), "tau_in": np.linspace(-200.0, 200.0, 20)}
     grid |= {f"p{e}": float(e in EIGHT["1"]) for e in "ABCDE"}
     point = pt.steady(plant, grid, outputs=["output.w"], free=["load.tau_constant"])
     assert (point.status == 0).all()
