@@ -20,7 +20,7 @@ from powertrain.errors import ModelError
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw
 from powertrain.language.recorder import GuardEntry, Place, SwitchEntry
-from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
+from powertrain.language.symbols import Symbol, column, depending, free_symbols, key, scalars, time
 
 _NO_TURN = 1e-12
 """Slopes of motions below this are round-off: t0 - t0 in larger expressions."""
@@ -110,7 +110,7 @@ def opened_record(resolver: Resolver, rates: list[Symbol]) -> Opened | None:
         upper=upper,
         peak=peak,
         reach=column([resolver.open_reaches[k] for k in places]),
-        compliance=column([resolver.open_compliance(k) for k in places]),
+        compliance=column([resolver.open_compliances[k] for k in places]),
         conditions=column(resolver.open_conditions(resolver.reduced.flat.recorder.switches)),
     )
 
@@ -166,11 +166,13 @@ def switch_records(entries: Sequence[SwitchEntry], resolver: Resolver, held: Hel
             str(s.place),
             held.place(s.mode),
             g,
-            _event_time(g, _lasting(resolver)),
+            instant,
             s.continuous,
             resolver.condition_known(opened),
         )
-        for s, g, opened in zip(entries, values, resolver.open_conditions(entries), strict=True)
+        for s, g, instant, opened in zip(
+            entries, values, _event_times(values, resolver, held), resolver.open_conditions(entries), strict=True
+        )
     )
 
 
@@ -207,6 +209,7 @@ def when_record(
         state = position[key(inside[0])]
         resets.append(Reset(False, state, (value - ca.substitute(root, inside[0], 0)) / slope, units[state]))
     (g,) = resolver.model([law.g])
+    (instant,) = _event_times([g], resolver, held)
     modes = {key(r.mode) for r in reduced.flat.recorder.relations}
     return When(
         f"{place.path}.{law.name}".lstrip("."),
@@ -214,27 +217,29 @@ def when_record(
         held.place(flag),
         g,
         tuple(resets),
-        _event_time(g, _lasting(resolver)),
+        instant,
         tuple(held.place(s) for s in free_symbols(law.g) if key(s) in modes),
         law.initially,
     )
 
 
-def _lasting(resolver: Resolver) -> set[int]:
-    """Values that are constant except for resets and time signals: all held values except the modes of laws."""
+def _event_times(conditions: list[Symbol], resolver: Resolver, held: Held) -> list[Symbol | None]:
+    """The instants at which conditions that are affine in time and independent of states change sign.
+
+    None if states or modes are involved: the instant moves with them, and an instant that moves to the present would be missed. Discrete
+    variables, marks and time signals change only by resets and at corners.
+    """
     recorder = resolver.reduced.flat.recorder
     switches = [*recorder.switches, *recorder.relations]
-    return recorder.constants - {key(t.mode) for t in resolver.laws} - {key(s.mode) for s in switches}
+    modes = {key(t.mode) for t in resolver.laws} | {key(s.mode) for s in switches}
+    moving = column([*scalars(resolver.x), *resolver.z, *(s for s in held.symbols if key(s) in modes)])
+    moves = depending(conditions, moving)
+    return [None if moved else _event_time(g) for g, moved in zip(conditions, moves, strict=True)]
 
 
-def _event_time(g: Symbol, constants: set[int]) -> Symbol | None:
-    """The instant at which g, affine in time and independent of states, changes sign.
-
-    None if modes are involved: the instant moves with them, and an instant that moves to the present would be missed.
-    """
-    if any(key(s) not in constants and key(s) != key(time) for s in free_symbols(g)):
-        return None
+def _event_time(g: Symbol) -> Symbol | None:
+    """The instant at which a function of time changes sign; None if it is not affine or depends on nothing."""
     slope = ca.jacobian(g, time)
-    if slope.is_zero() or any(key(s) == key(time) for s in free_symbols(slope)):
+    if slope.is_zero() or ca.depends_on(slope, time):
         return None
     return -ca.substitute(g, time, 0) / slope

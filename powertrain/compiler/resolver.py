@@ -242,11 +242,12 @@ class Resolver:
 
     def share(self, k: int) -> Symbol:
         """The torque due to the law's compliance, before and after the proximal step; at a limit it is at least the limit."""
-        return self._creep[k] / (COMPLIANCE * self.close([self.open_compliance(k)])[0])
+        return self._creep[k] / (COMPLIANCE * self.close([self.open_compliances[k]])[0])
 
-    def open_compliance(self, k: int) -> Symbol:
-        """The compliance of a stuck law for given torques."""
-        return compliance(self.laws[k], self._tau_column)
+    @cached_property
+    def open_compliances(self) -> list[Symbol]:
+        """The compliance of every law, when stuck, for given torques."""
+        return [compliance(law, self._tau_column) for law in self.laws]
 
     def open_residuals(self) -> list[Symbol]:
         """The model's implicit equations for given torques."""

@@ -5,10 +5,13 @@ The mode is 1 while the condition g > 0, else 0. If g is affine in time, the ins
 
 from __future__ import annotations
 
+from itertools import compress
+
 import casadi as ca
 
 from powertrain.dae.hybrid import HybridDae, Switch, When
 from powertrain.dae.tolerances import EPS, NOW
+from powertrain.language.symbols import depending
 
 
 def condition_margin(mode: ca.SX, g: ca.SX, known: ca.SX | float = EPS, ended: ca.SX | None = None) -> ca.SX:
@@ -24,11 +27,16 @@ def margin(dae: HybridDae, law: Switch) -> ca.SX:
     return condition_margin(dae.m[law.index], law.g, law.known)
 
 
-def watched(dae: HybridDae, law: Switch) -> list[tuple[ca.SX, ca.SX | float]]:
-    """What falls through zero when the switch must change its mode, with its uncertainty; nothing if the instant is known."""
-    if law.time is not None or not ca.depends_on(law.g, ca.vertcat(dae.t, dae.x, dae.z)):
-        return []
-    return [(margin(dae, law), law.known)]
+def located(dae: HybridDae) -> list[Switch]:
+    """The switches and relations that change at state events: the others change at known instants or with held values."""
+    laws = [law for law in (*dae.switches, *dae.relations) if law.time is None]
+    moving = depending([law.g for law in laws], ca.vertcat(dae.t, dae.x, dae.z))
+    return list(compress(laws, moving))
+
+
+def watched(dae: HybridDae, law: Switch) -> tuple[ca.SX, ca.SX | float]:
+    """What falls through zero when a switch that is ``located`` must change its mode, with its uncertainty."""
+    return margin(dae, law), law.known
 
 
 def next_mode(dae: HybridDae, law: Switch, fires: ca.SX | None) -> ca.SX:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
+from itertools import compress
 from operator import or_
 
 import casadi as ca
@@ -12,7 +13,7 @@ import numpy as np
 
 from powertrain.dae.hybrid import Contact, Friction, HybridDae
 from powertrain.language.reals import Array
-from powertrain.language.symbols import column, free_symbols, key, scalars
+from powertrain.language.symbols import column, depending, free_symbols, key, scalars
 from powertrain.modes.indicators import Indicator
 from powertrain.numerics.buffers import Evaluated
 from powertrain.numerics.tape import applied, replayed
@@ -32,7 +33,7 @@ class Waves:
     """The sines and cosines of time that the indicators of a model contain."""
 
     def __init__(self, dae: HybridDae, indicators: Sequence[Indicator]) -> None:
-        timed = [i for i in indicators if ca.depends_on(i.value, dae.t)]
+        timed = list(compress(indicators, depending([i.value for i in indicators], dae.t)))
         speeds = _Speeds(dae, [i.value for i in timed])
         found = [(i.law, of) for k, i in enumerate(timed) if (of := speeds.of(k))]
         self._laws = [(law, len(of)) for law, of in found]

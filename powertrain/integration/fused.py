@@ -52,6 +52,8 @@ class Common:
     watch: Callable[[ca.SX, ca.SX], ca.SX]
     reached: Callable[[ca.SX, ca.SX], list[ca.SX]]
     located: Callable[[ca.SX, ca.SX], ca.SX]
+    still: Callable[[ca.SX, ca.SX], ca.SX]
+    algebra: Callable[[ca.SX, ca.SX], list[ca.SX]]
     partials: Callable[[ca.SX, ca.SX], list[ca.SX]]
     rows: Sequence[int] | None
     indicators: int
@@ -67,9 +69,10 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX)
     """``rows`` are the pivot rows of d(residual)/dz if there are algebraic unknowns."""
     n = dae.x.numel()
     rates = ca.densify(ca.vertcat(dae.xdot, dae.residual))
-    found = ca.vertcat(*[indicator.value for indicator in indicators(dae)])
-    noise = ca.densify(ca.vertcat(*[indicator.noise for indicator in indicators(dae)]))
-    scaled = ca.densify(ca.vertcat(*[indicator.scaled for indicator in indicators(dae)]))
+    watched = indicators(dae)
+    found = ca.vertcat(*[indicator.value for indicator in watched])
+    noise = ca.densify(ca.vertcat(*[indicator.noise for indicator in watched]))
+    scaled = ca.densify(ca.vertcat(*[indicator.scaled for indicator in watched]))
     found, counted = ca.densify(found), ca.densify(ca.vertcat(*dae.counted.values()))
     called = kind is not ca.SX
     m, p = (kind.sym("m", dae.m.numel()), kind.sym("p", dae.p.numel())) if called else (dae.m, dae.p)
@@ -101,6 +104,8 @@ def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX)
         watch=lambda t, u: call("watch", lambda: [found], t, u)[0],
         reached=lambda t, u: call("reached", lambda: [rates, found, noise], t, u),
         located=lambda t, u: call("located", lambda: [scaled], t, u)[0],
+        still=lambda t, u: call("still", lambda: [ca.densify(at_rest(dae))], t, u)[0],
+        algebra=lambda t, u: call("algebra", lambda: [dae.residual, ca.jacobian(dae.residual, dae.z)], t, u),
         partials=lambda t, u: call("partials", partials, t, u),
         rows=rows,
         indicators=found.numel(),
@@ -209,8 +214,7 @@ def rest(model: Common) -> ca.Function:
 
 def _at_rest(model: Common, y: ca.SX) -> ca.SX:
     """Unknowns with stuck speeds set to zero."""
-    (x,) = model.dae.function("at_rest", at_rest(model.dae)).call(model.arguments(model.time[0], y))
-    return ca.vertcat(x, y[model.dae.x.numel() :, :])
+    return ca.vertcat(model.still(model.time[0], y), y[model.dae.x.numel() :, :])
 
 
 def _right_slope(model: Common, y: ca.SX) -> ca.SX:
@@ -264,15 +268,8 @@ def locate(model: Common) -> ca.Function:
 def _corrected(model: Common, t: ca.SX, y: ca.SX) -> ca.SX:
     """The unknowns after a Newton step for z."""
     n = model.dae.x.numel()
-    residual, jacobian = _algebra(model, t, y)
+    residual, jacobian = model.algebra(t, y)
     return ca.vertcat(y[:n, :], y[n:, :] - factorize(jacobian, model.rows)(residual))
-
-
-def _algebra(model: Common, t: ca.SX, y: ca.SX) -> list[ca.SX]:
-    """The residuals, and their derivatives by z."""
-    dae = model.dae
-    outputs = [dae.residual, ca.jacobian(dae.residual, dae.z)]
-    return list(ca.Function(PREFIX + "algebra", dae.arguments, outputs).call(model.arguments(t, y)))
 
 
 def newton(model: Common) -> ca.Function:
@@ -281,7 +278,7 @@ def newton(model: Common) -> ca.Function:
     n = dae.x.numel()
     z, before, last, open_ = model.y[n:, :], ca.SX(np.inf), ca.SX(0), ca.SX(0)
     for k in range(_STEPS):
-        residual, jacobian = _algebra(model, model.time[0], ca.vertcat(model.y[:n, :], z))
+        residual, jacobian = model.algebra(model.time[0], ca.vertcat(model.y[:n, :], z))
         step = factorize(jacobian, model.rows)(residual)
         size, share = ca.mmax(ca.fabs(residual)), ca.mmax(ca.fabs(step)) / (1 + ca.mmax(ca.fabs(z)))
         if k:

@@ -39,6 +39,13 @@ def scalars(matrix: Symbol) -> list[Symbol]:
     return list(ca.vertsplit(ca.vec(ca.densify(matrix))))
 
 
+def depending(expressions: Sequence[Symbol], symbols: Symbol) -> list[bool]:
+    """Whether each scalar depends on any of the symbols, found in one pass over what the scalars share."""
+    if not expressions or not symbols.numel():
+        return [False] * len(expressions)
+    return [bool(found) for found in ca.which_depends(ca.densify(column(expressions)), symbols, 1, True)]
+
+
 def column(expressions: Sequence[Symbol]) -> Symbol:
     """A column vector, also of nothing."""
     return ca.vertcat(*expressions) if expressions else Symbol(0, 1)

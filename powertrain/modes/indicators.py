@@ -35,7 +35,7 @@ def indicators(dae: HybridDae) -> tuple[Indicator, ...]:
     """All indicators that are located as state events; conditions with a known instant are time events."""
     return (
         *(Indicator(law, *margin) for law in dae.frictions for margin in friction.watched(dae, law)),
-        *(Indicator(law, *margin) for law in (*dae.switches, *dae.relations) for margin in switch.watched(dae, law)),
+        *(Indicator(law, *switch.watched(dae, law)) for law in switch.located(dae)),
         *(Indicator(law, *margin) for law in dae.contacts for margin in contact.watched(dae, law)),
         *(Indicator(law, *margin) for law in dae.whens for margin in when.watched(dae, law)),
         *(Indicator(law, *margin) for law in dae.guards for margin in guards.watched(law)),

@@ -16,7 +16,7 @@ import casadi as ca
 
 from powertrain.compiler.cancellation import terms
 from powertrain.dae.hybrid import Contact, HybridDae
-from powertrain.language.symbols import column
+from powertrain.language.symbols import column, scalars
 
 _DEPENDENT = 1e-13
 """A row of W is dependent if elimination leaves less than this share of the square of its terms: others hold its motion already, or it is
@@ -26,19 +26,27 @@ round-off, as where a clutch connects two shafts that gears tie to one speed.
 
 def at_rest(dae: HybridDae) -> ca.SX:
     """The states with the speeds of all stuck laws set to zero."""
-    x = [dae.x[i] for i in range(dae.x.numel())]
-    place = {state.element_hash(): i for i, state in enumerate(x)}
-    free, coupled = _moved(dae), []
+    x, free, coupled = scalars(dae.x), _moved(dae), []
     for law in dae.frictions:
         if law.algebraic or law.prescribed:
             continue
-        stuck = dae.m[law.index] == 0
-        i = place.get(law.w.element_hash()) if law.w.is_symbolic() else None
-        if i is None:
+        stuck, slopes = dae.m[law.index] == 0, ca.jacobian(law.w, dae.x)
+        if not _is_multiple(law.w, slopes, dae.x):
             coupled.append((stuck, law.w))
-        else:
-            x[i], free[i] = ca.if_else(stuck, 0.0, x[i]), ca.if_else(stuck, 0.0, free[i])
+            continue
+        (i,), factor = slopes.sparsity().get_col(), slopes.nz[0]
+        if not factor.is_constant():
+            stuck = ca.logic_and(stuck, factor**2 > _DEPENDENT * terms(factor) ** 2)
+        x[i], free[i] = ca.if_else(stuck, 0.0, x[i]), ca.if_else(stuck, 0.0, free[i])
     return _projected(dae, column(x), column(free), coupled) if coupled else column(x)
+
+
+def _is_multiple(speed: ca.SX, slopes: ca.SX, x: ca.SX) -> bool:
+    """Whether a speed is a multiple of one state, as those of all gears on one shaft; the state is then zero where the speed is."""
+    if slopes.nnz() != 1:
+        return False
+    state = x[slopes.sparsity().get_col()[0]]
+    return bool(ca.substitute(speed, state, 0).is_zero()) and not ca.depends_on(slopes.nz[0], state)
 
 
 def closed(dae: HybridDae) -> ca.SX | None:

@@ -6,7 +6,7 @@ All other laws keep their modes: what rests stays at rest, although sliding may 
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import product
+from itertools import compress, product
 
 import casadi as ca
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from powertrain.dae.hybrid import HybridDae
 from powertrain.dae.tolerances import SAME
 from powertrain.language.reals import Array
+from powertrain.language.symbols import depending
 from powertrain.numerics.buffers import Memory
 
 _MOST = 6
@@ -25,7 +26,8 @@ class Uniqueness:
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.memory = memory
         laws = ca.vertcat(*[dae.m[friction.index] for friction in dae.frictions])
-        self.pieces = [s.index for s in dae.switches if s.time is None and dae.frictions and ca.depends_on(s.g, laws)]
+        pieces = compress(dae.switches, depending([s.g for s in dae.switches], laws))
+        self.pieces = [s.index for s in pieces if s.time is None]
 
     def others(self, side: int, consistent: Callable[[], bool]) -> list[Array]:
         """Other consistent modes with other torques; ``memory`` is restored, except for what ``consistent`` computes."""

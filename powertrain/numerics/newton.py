@@ -29,6 +29,8 @@ Solver = Callable[[Array], Array]
 
 HALVINGS = 16
 """How often a step is halved before the iteration of its system ends without a solution."""
+DRIFT = 1e-6
+"""Relative change of a step below which it equals the one before."""
 
 
 def relative(z: Array) -> Array:
@@ -71,6 +73,18 @@ def dense(matrix: Array) -> Solver:
     return partial(solved, matrix)
 
 
+def drifting(matrix: Array, step: Array, before: tuple[Array, Array]) -> Mask:
+    """The systems with the same matrix and the same step as ``before``: they are affine there, and no step in this direction solves them.
+
+    So it is with equations that contradict each other and are singular but for a compliance.
+    """
+    change, size = (np.abs(one).max(axis=1, initial=0.0) for one in (step - before[1], step))
+    same: Mask = np.asarray((change <= DRIFT * size) & (size > 0.0))
+    if same.any():
+        same &= (matrix == before[0]).reshape(len(matrix), -1).all(axis=1)
+    return same
+
+
 def newton(
     equations: Equations,
     z: Array,
@@ -88,7 +102,8 @@ def newton(
     ----------
     still
         The iteration ends with a step that changes no unknown by more than this share of its ``sizes(z)``; that step is still taken.
-        If a step has no value, a full step leaves nan, a damped step the last unknowns.
+        If a step has no value, a full step leaves nan, a damped step the last unknowns. Steps that ``drifting`` finds useless are not
+        tried: of full ones the sum is taken at once.
     most
         The number of steps.
     halvings
@@ -105,7 +120,8 @@ def newton(
     z = columns.T
     active = np.flatnonzero(np.isfinite(z).all(axis=1))
     known: tuple[Array, Array] | None = None
-    for _ in range(most):
+    before: tuple[Array, Array] | None = None
+    for k in range(most):
         whole = known is None and active.size == len(z)  # damped systems are in another order
         here = z if whole else columns.take(active, axis=1).T
         matrix, value = equations(active, here) if known is None else known
@@ -117,11 +133,15 @@ def newton(
         fine[active] = last
         go = np.isfinite(size) & ~last
         if not halvings:
+            if before is not None:
+                drifts = go & drifting(matrix, step, before)
+                step[drifts] *= most - k  # all steps that remain
+                go &= ~drifts
             if whole:
                 z += step
             else:
                 z[active] += step
-            active = active[go]
+            active, before = active[go], (matrix if len(matrix) == 1 else matrix[go], step[go])
         else:
             z[active[last]] += step[last]
             some = np.flatnonzero(go)
@@ -170,6 +190,11 @@ def _helped(
         some, first = helps.any(axis=0), helps.argmax(axis=0) * left.size + np.arange(left.size)
         best = first[some]
         found.append((left[some], trial[best], matrix[best], value[best]))
+        if (
+            k == 0
+        ):  # whole steps first; where even the shortest one is longer than the unknowns, a drift ends the search
+            n, far = left.size, full.size > 2.0**halvings
+            some |= far & drifting(matrix[:n], following[:n] * unit[:n], (full.matrix, full.step))
         left, k = left[~some], k + count
     which, z, matrix, value = (np.concatenate(parts) for parts in zip(*found, strict=True))
     return full.systems[which], z, (matrix, value)

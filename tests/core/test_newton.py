@@ -239,3 +239,31 @@ def test_a_solved_system_needs_no_slope(halvings: int) -> None:
         z, fine = newton(equations, np.array(starts), still=1e-2, most=9, halvings=halvings)
         assert fine[0]
         assert z[0, 0] == 0.0
+
+
+@pytest.mark.parametrize(("halvings", "calls"), [(0, 2), (16, 2)])
+@pytest.mark.parametrize("together", [1, 64])
+def test_equations_that_contradict_each_other_end_at_once(halvings: int, calls: int, together: int) -> None:
+    """x + y = 1 and x + (1 + 1e-9) y = 1 + lack, where y gives way to itself, which takes its present value off the right-hand side.
+
+    All steps are the same. Full ones lead as far as they would one by one, damped ones nowhere; a system beside it is solved.
+    """
+    asked, lack = list[int](), np.array([1.0, 0.0])
+
+    def equations(which: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:
+        asked.extend(k for k in which.tolist() if k == 0)
+        matrix = np.array([[1.0, 1.0], [1.0, 1.0 + 1e-9]])
+        total = z.sum(axis=1) - 1.0
+        return np.tile(matrix, (len(z), 1, 1)), np.stack([total, total + lack[which]], axis=1)
+
+    z, fine = newton(equations, np.zeros((2, 2)), still=1e-10, most=20, halvings=halvings, together=together)
+    assert fine.tolist() == [False, True]
+    assert len(asked) <= max(calls, together)
+    np.testing.assert_allclose(z, [[20e9 + 1.0, -20e9] if not halvings else [0.0, 0.0], [1.0, 0.0]], rtol=1e-6)
+
+
+def test_steps_that_are_equal_by_chance_are_no_drift() -> None:
+    """With another slope: from 4 to 2 and to 0, the root."""
+    equations, asked = diagonal(lambda z: np.where(z > 3.0, 4.0, z), lambda z: np.where(z > 3.0, 2.0, 1.0))
+    z, fine = newton(equations, np.array([[4.0]]), still=1e-10, most=20, halvings=0)
+    assert (z[0, 0], bool(fine[0]), len(asked)) == (0.0, True, 3)

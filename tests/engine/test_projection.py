@@ -98,6 +98,24 @@ def test_a_chain_costs_as_much_as_it_is_long() -> None:
     assert size(80) < 2.2 * size(40)
 
 
+def test_gears_on_one_shaft_cost_as_much_as_they_are_many() -> None:
+    """Laws whose speeds are multiples of one state form no matrix; a multiple that is zero holds nothing."""
+
+    def meshes(n: int) -> HybridDae:
+        return laws(lambda t, x, p: [(p + k) * x[0] for k in range(n - 1)] + [x[0] - x[1]], 2, n)
+
+    def size(n: int) -> int:
+        model = meshes(n)
+        return int(ca.Function("f", [model.x, model.m, model.p], [at_rest(model)]).n_instructions())
+
+    assert size(80) < 2.2 * size(40)
+    x, one = np.array([3.0, 1.0]), meshes(3)
+    np.testing.assert_array_equal(projected(one, x, np.array([0.0, 1.0, 1.0])), x)
+    np.testing.assert_array_equal(projected(one, x, np.array([0.0, 0.0, 1.0])), [0.0, 1.0])
+    np.testing.assert_allclose(projected(one, x, np.array([0.0, 1.0, 0.0])), [2.0, 2.0])
+    np.testing.assert_array_equal(projected(one, x, np.zeros(3)), [0.0, 0.0])
+
+
 @pytest.mark.parametrize("coefficients", [(1.0, 1e-16, 0.0), (0.0, (0.1 * 3.0) / 0.3 - 1.0, 0.0), (1.0, -2e-15, 1e-15)])
 def test_round_off_is_no_motion(coefficients: tuple[float, ...]) -> None:
     """A stuck law whose speed follows, but for round-off, from one that is zero already, or from none: the other states stay."""

@@ -196,13 +196,14 @@ def test_a_steady_contact_that_nothing_closes_is_closed_where_the_gap_is_zero() 
 @pytest.mark.parametrize("mode", [0.0, 1.0])
 @pytest.mark.parametrize("g", [-1.1, -0.9, 0.9, 1.1])
 def test_a_switch_changes_where_its_indicator_is_below_zero(mode: float, g: float) -> None:
-    """Conditions in units of their hysteresis; one that does not change is not watched."""
+    """Conditions in units of their hysteresis; those that do not change, or at a known instant, are not located."""
     held, known = model(mode), ca.SX(1.0)
-    ((value, _),) = switch.watched(held, Switch("law", "", 0, g * held.x, known=known))
+    value, _ = switch.watched(held, Switch("law", "", 0, g * held.x, known=known))
     stays = float(switch.next_mode(held, Switch("law", "", 0, ca.SX(g), known=known), None)) == mode
     assert (float(ca.substitute(value, held.x, 1.0)) > 0.0) == stays
     assert (float(switch.steady_margins(Switch("law", "", 0, ca.SX(g * EPS)))[mode]) >= 0.0) == stays
-    assert not switch.watched(held, Switch("law", "", 0, ca.SX(g)))
+    laws = Switch("law", "", 0, ca.SX(g)), Switch("law", "", 0, g * held.x), Switch("law", "", 0, held.t - g, ca.SX(g))
+    assert switch.located(replace(held, switches=laws, relations=laws)) == [laws[1], laws[1]]
 
 
 @pytest.mark.parametrize(("mode", "g", "fires", "edge", "expected"), [
