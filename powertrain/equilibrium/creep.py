@@ -17,10 +17,12 @@ from powertrain.language.reals import Array
 from powertrain.language.symbols import column, scalars
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.elimination import Pattern
-from powertrain.numerics.newton import newton
+from powertrain.numerics.newton import newton, relative
 
 CORRECTIONS = 4
 """Newton steps; the equations are almost linear in speeds as small as these."""
+FARTHEST = 1e-3
+"""Unknowns other than torques of laws change by less than this share of 1 + |value|: laws creep at 1e-7 rad/s for 1 N.m."""
 
 
 class Creep:
@@ -33,6 +35,7 @@ class Creep:
         outputs = [*(slopes.nz[k] for k in range(slopes.nnz())), *scalars(rows)]
         varying = [*problem.grid, *problem.u, *problem.modes]
         self._equations = Columns("steady_creep", varying, problem.common, outputs, compile)
+        self._apart = np.array([name in problem.balance.names for name in problem.u_names], bool)
         self._rows = Columns("steady_rows", varying, problem.common, scalars(rows), compile)
 
     def set_common(self, values: Array) -> None:
@@ -53,7 +56,9 @@ class Creep:
             return found[: -self._count].T, found[-self._count :].T
 
         z, fine = newton(equations, u.T[left], still=STILL, most=CORRECTIONS, halvings=0, factors=self._pattern.solver)
-        better = fine | self._balanced(grid[:, left], z.T, modes[:, left])
+        change = np.abs(z - u.T[left]) / relative(u.T[left])
+        near = (change <= FARTHEST)[:, self._apart].all(axis=1)
+        better = near & (fine | self._balanced(grid[:, left], z.T, modes[:, left]))
         u[:, left[better]] = z.T[:, better]
         good[left] = better
         return good
