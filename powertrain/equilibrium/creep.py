@@ -24,6 +24,9 @@ CORRECTIONS = 4
 FARTHEST = 1e-3
 """Unknowns other than torques of laws change by less than this share of 1 + |value|: laws creep at 1e-7 rad/s for 1 N.m."""
 
+ROUND_OFF = 1e-14
+"""Share of its terms that an equation may differ from zero, besides ``BALANCED``."""
+
 
 class Creep:
     """Balances the model's own equations in the modes of given points. Serves one thread."""
@@ -36,12 +39,13 @@ class Creep:
         varying = [*problem.grid, *problem.u, *problem.modes]
         self._equations = Columns("steady_creep", varying, problem.common, outputs, compile)
         self._apart = np.array([name in problem.balance.names for name in problem.u_names], bool)
-        self._rows = Columns("steady_rows", varying, problem.common, scalars(rows), compile)
+        allowed = BALANCED + ROUND_OFF * (ca.fabs(slopes) @ ca.fabs(u))
+        self._excess = Columns("steady_excess", varying, problem.common, scalars(ca.fabs(rows) - allowed), compile)
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
         self._equations.set_common(values)
-        self._rows.set_common(values)
+        self._excess.set_common(values)
 
     def settle(self, grid: Rows, u: Rows, modes: Rows) -> Mask:
         """Change ``u`` where the equations are not zero in ``modes``; return where they are zero now."""
@@ -64,4 +68,4 @@ class Creep:
         return good
 
     def _balanced(self, grid: Rows, u: Rows, modes: Rows) -> Mask:
-        return np.asarray((np.abs(self._rows.of_points([grid.T, u.T, modes.T])) <= BALANCED).all(axis=0))
+        return np.asarray((self._excess.of_points([grid.T, u.T, modes.T]) <= 0.0).all(axis=0))
