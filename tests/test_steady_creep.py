@@ -114,8 +114,8 @@ class Network:
             clutch = rot.Clutch(fn_max=self.uniform(2, 30), mue_pos=CONSTANT)
             self.add(clutch, ("f_normalized", float(rng.choice([0.5, 1.0]))), flange_a=here, flange_b=there)
         elif kind == 2:
-            clutch = rot.OneWayClutch(fn_max=self.uniform(2, 30), mue_pos=CONSTANT)
-            self.add(clutch, ("f_normalized", 1.0), flange_a=here, flange_b=there)
+            one_way = rot.OneWayClutch(fn_max=self.uniform(2, 30), mue_pos=CONSTANT)
+            self.add(one_way, ("f_normalized", 1.0), flange_a=here, flange_b=there)
         else:
             gear = PlanetaryGear(ratio=self.uniform(1.5, 4), eta_ab=eta, eta_ba=eta)
             members = rng.permutation(["sun", "ring", "carrier"]).tolist()

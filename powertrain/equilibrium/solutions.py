@@ -20,7 +20,7 @@ from powertrain.dae.friction import BACKWARD, STUCK
 from powertrain.dae.tolerances import SAME
 from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation, relaxed
-from powertrain.equilibrium.corrector import adrift, corrected, folded, undetermined
+from powertrain.equilibrium.corrector import adrift, corrected, folded, saddles, undetermined
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, SolvedPoints, taken
 from powertrain.equilibrium.system import Balance
@@ -98,25 +98,44 @@ class Solutions:
                 others = known[folds]
                 driven = best.some(others).at(grid[others])
                 driven.modes[:, sides] = 1.0 - driven.modes[:, sides]
-                also = others[self._another(best.some(others), driven, side[others])]
+                also = others[self._another(best.some(others), driven, side[others])[1]]
                 several[also] = True
                 differing[np.ix_(also, sides)] = True
         moved, free = adrift(laws, at, rest)
         loose = known[free]
-        several[loose[self._another(best.some(loose), moved.some(free), side[loose])]] = True
+        several[loose[self._another(best.some(loose), moved.some(free), side[loose])[1]]] = True
+        self._leave_saddles(best, several, grid, side)
         resting = np.zeros_like(best.given)
         if rest.given.any():
             after = laws.next_modes(at, rest)
             resting[known] = rest.given & after.still & after.open
         return Best(best, several, resting, differing, apart)
 
-    def _another(self, found: SolvedPoints, begin: Iterates, side: Array) -> Mask:
-        """Whether the search from ``begin`` leads to other solutions than those found."""
+    def _leave_saddles(self, best: SolvedPoints, several: Mask, grid: Array, side: Array) -> None:
+        """Look for other solutions where motions lead away from one on both sides; they are preferred if none lead away from them."""
+        known = np.flatnonzero(best.done)
+        if not self.laws.rates.size or not known.size:
+            return
+        at, rest = best.at(grid).some(known), best.at_rest(side).some(known)
+        grows, direction = saddles(self.laws, at, rest)
+        some = known[grows]
+        if not some.size:
+            return
+        one, resting, found = at.some(grows), rest.some(grows), best.some(some)
+        for sign in (1.0, -1.0):
+            begin = relaxed(self.laws, replace(one, y=one.y + sign * direction[grows]), resting)
+            other, also = self._another(found, begin, side[some])
+            several[some[also]] = True
+            also[also] = ~saddles(self.laws, other.at(one.grid).some(also), resting.some(also))[0]
+            best.put(some[also], other.some(also))
+
+    def _another(self, found: SolvedPoints, begin: Iterates, side: Array) -> tuple[SolvedPoints, Mask]:
+        """Where the search from ``begin`` ends, and whether these are other solutions than those found."""
         end, good = corrected(self.laws, begin, found.at_rest(side), firm=True)
         other = replace(found, y=end.y, modes=end.modes, tau=end.tau)
         good &= self._differ(begin.grid, found, other)
         good[good] = self.within(begin.grid[good], other.some(good))
-        return good
+        return other, good
 
     def _nothing(self, rest: AtRest) -> SolvedPoints:
         laws, count = self.laws, len(rest.given)
