@@ -98,12 +98,12 @@ class Solutions:
                 others = known[folds]
                 driven = best.some(others).at(grid[others])
                 driven.modes[:, sides] = 1.0 - driven.modes[:, sides]
-                also = others[self._another(best.some(others), driven, side[others])[1]]
+                also = others[self._another(best.some(others), driven, side[others])]
                 several[also] = True
                 differing[np.ix_(also, sides)] = True
         moved, free = adrift(laws, at, rest)
         loose = known[free]
-        several[loose[self._another(best.some(loose), moved.some(free), side[loose])[1]]] = True
+        several[loose[self._another(best.some(loose), moved.some(free), side[loose])]] = True
         self._leave_saddles(best, several, grid, side)
         resting = np.zeros_like(best.given)
         if rest.given.any():
@@ -112,7 +112,7 @@ class Solutions:
         return Best(best, several, resting, differing, apart)
 
     def _leave_saddles(self, best: SolvedPoints, several: Mask, grid: Array, side: Array) -> None:
-        """Look for other solutions where motions lead away from one on both sides; they are preferred if none lead away from them."""
+        """Look for other solutions where motions lead away from one on both sides."""
         known = np.flatnonzero(best.done)
         if not self.laws.rates.size or not known.size:
             return
@@ -124,18 +124,15 @@ class Solutions:
         one, resting, found = at.some(grows), rest.some(grows), best.some(some)
         for sign in (1.0, -1.0):
             begin = relaxed(self.laws, replace(one, y=one.y + sign * direction[grows]), resting)
-            other, also = self._another(found, begin, side[some])
-            several[some[also]] = True
-            also[also] = ~saddles(self.laws, other.at(one.grid).some(also), resting.some(also))[0]
-            best.put(some[also], other.some(also))
+            several[some[self._another(found, begin, side[some])]] = True
 
-    def _another(self, found: SolvedPoints, begin: Iterates, side: Array) -> tuple[SolvedPoints, Mask]:
-        """Where the search from ``begin`` ends, and whether these are other solutions than those found."""
+    def _another(self, found: SolvedPoints, begin: Iterates, side: Array) -> Mask:
+        """Whether the search from ``begin`` leads to other solutions than those found."""
         end, good = corrected(self.laws, begin, found.at_rest(side), firm=True)
         other = replace(found, y=end.y, modes=end.modes, tau=end.tau)
         good &= self._differ(begin.grid, found, other)
         good[good] = self.within(begin.grid[good], other.some(good))
-        return other, good
+        return good
 
     def _nothing(self, rest: AtRest) -> SolvedPoints:
         laws, count = self.laws, len(rest.given)

@@ -89,8 +89,7 @@ def steady(
     time : float
         Time [s] at which time-dependent sources are evaluated.
     first : bool
-        If there are several solutions, return one; laws at rest are preferred to sliding laws, then what the guesses lead to. Where motions
-        lead away from that to another solution, it is this one.
+        If there are several solutions, return one; laws at rest are preferred to sliding laws, then what the guesses lead to.
     side : {-1, 1}, optional
         At ``stuck`` points: return the values at one end of the interval, with the torque of forward (1) or backward (-1) motion.
     compile : bool
