@@ -22,8 +22,8 @@ from powertrain.equilibrium.beginnings import (
     mobilities,
 )
 from powertrain.equilibrium.continuation import relaxed
-from powertrain.equilibrium.corrector import corrected, undetermined
-from powertrain.equilibrium.laws import Linearized, Motion, NextModes, SteadyLaws
+from powertrain.equilibrium.corrector import corrected, saddles, undetermined
+from powertrain.equilibrium.laws import Linearized, NextModes, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Iterates, SolvedPoints
 from powertrain.equilibrium.solutions import Solutions
 from powertrain.equilibrium.system import Balance
@@ -264,22 +264,42 @@ def test_a_limit_that_is_infinite_is_not_seen_from_the_other() -> None:
     assert np.isfinite(entries).all()
 
 
-def test_a_motion_is_followed_in_steps_that_grow() -> None:
+def without_laws(rows: Any, y: float) -> tuple[SteadyLaws, Iterates, AtRest]:
+    """One unknown with this rate, at the value ``y``."""
+    none = np.zeros((1, 0))
+
+    def nothing(y: Any, tau: Any) -> Any:
+        return ca.SX(0, 1)
+
+    laws = by_hand(1, 0, lambda y, tau: rows(y), nothing, nothing, nothing)
+    return laws, Iterates(none, np.full((1, 1), y), none, none), AtRest(none.astype(bool), none, none)
+
+
+def test_a_motion_is_followed_in_steps_that_grow(monkeypatch: pytest.MonkeyPatch) -> None:
     """y' = 1 - y: every implicit Euler step is exact, so that each is taken and the lengths grow threefold from 1e-4 to 1e7 s."""
-    calls, none = 0, np.zeros((1, 0))
+    laws, at, rest = without_laws(lambda y: 1.0 - y, -300.0)
+    rounds, followed = 0, SteadyLaws.next_modes
 
-    def motion(at: Iterates) -> Motion:
-        nonlocal calls
-        calls += 1
-        return Motion(1.0 - at.y, none, np.full((1, 1, 1), -1.0), np.zeros((1, 0, 1)))
+    def counted(self: SteadyLaws, here: Iterates, rest: AtRest) -> NextModes:
+        nonlocal rounds
+        rounds += 1
+        return followed(self, here, rest)
 
-    laws = SimpleNamespace(
-        unknowns=1, rates=np.array([0]), rated=np.array([0]), motion=motion, next_modes=lambda at, rest: at
-    )
-    rest = AtRest(none.astype(bool), none, none)
-    end = relaxed(laws, Iterates(none, np.full((1, 1), -300.0), none, none), rest)  # type: ignore[arg-type]
-    assert end.y[0, 0] == pytest.approx(1.0, abs=1e-9)
-    assert calls == 2 * (1 + int(np.log(1e11) / np.log(3.0)))
+    monkeypatch.setattr(SteadyLaws, "next_modes", counted)
+    assert relaxed(laws, at, rest).y[0, 0] == pytest.approx(1.0, abs=1e-9)
+    assert rounds == 1 + int(np.log(1e11) / np.log(3.0))
+
+
+@pytest.mark.parametrize(("start", "end"), [(1e-3, 1.0), (-1e-3, -1.0), (3.0, 1.0)])
+def test_a_motion_that_grows_is_followed_to_its_end(start: float, end: float) -> None:
+    """y' = y - y^3 leaves zero, where long steps would lead back to; only zero is a saddle, with one direction."""
+    laws, at, rest = without_laws(lambda y: y - y**3, start)
+    there = relaxed(laws, at, rest)
+    assert there.y[0, 0] == pytest.approx(end, abs=1e-9)
+    assert not saddles(laws, there, rest)[0].any()
+    grows, direction = saddles(laws, without_laws(lambda y: y - y**3, 0.0)[1], rest)
+    assert grows.all()
+    assert abs(direction[0, 0]) == 1.0
 
 
 def test_conditions_are_not_beyond_their_bound() -> None:

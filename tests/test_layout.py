@@ -60,7 +60,7 @@ ORDER = [
     "analysis: linear_model operating_point reduction perturbation linearization energy_terms quadrature jumps audit",
     "analysis: identity archive cases dispatch sweep sweeping sampling surrogate",
     "equilibrium: points placed elimination starts system search",
-    "equilibrium: laws corrector beginnings continuation solutions operating",
+    "equilibrium: laws corrector beginnings continuation solutions creep operating",
     "steadystate: axes intervals known_modes rowwise results",
     "steadystate: steady_map dataset",
     "steadystate: steady gradient function",

@@ -30,6 +30,7 @@ from powertrain.components.rotational import (
     TwoFlanges,
 )
 from powertrain.components.transmissions import TYPES, Layout, SplitPathTransmission, relative_ratio
+from powertrain.design import SplitPathBench
 from powertrain.power.circulation import Edge, decompose, loops
 from powertrain.power.powergraph import _shown
 from powertrain.power.powerplot import plot_efficiency_map, plot_lever, plot_variator
@@ -749,6 +750,16 @@ def test_plots_over_ratio_and_map() -> None:
         plot_efficiency_map(several.isel(V=[0]), "V", "ratio")
     with pytest.raises(pt.ParameterError, match="two dimensions"):
         plot_efficiency_map(flow, "V", "ratio")
+
+
+def test_contours_pass_a_line_of_points_at_rest() -> None:
+    """At r = 1 the mesh rests, and the efficiency is an interval; the map shows what is around it, and the points as dots."""
+    bench = SplitPathBench(transmission=SplitPathTransmission(layout="Hba"))
+    r, load = np.linspace(0.6, 1.4, 5), np.linspace(-50.0, -10.0, 3)
+    ax = plot_efficiency_map(pt.power_flow(bench, {"r": r, "load": load}), "r", "load")
+    paths = ax.collections[0].get_paths()
+    assert all(any(path.contains_point((place, -25.0)) for path in paths) for place in (0.7, 0.9, 0.99, 1.1, 1.3))
+    np.testing.assert_allclose(ax.lines[0].get_xydata(), [(1.0, torque) for torque in load])
 
 
 class Lossless(pt.Component):

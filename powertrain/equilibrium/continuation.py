@@ -24,13 +24,13 @@ from powertrain.dae.contact import CLOSED
 from powertrain.dae.friction import FORWARD, STUCK
 from powertrain.dae.hybrid import OperatingPoint
 from powertrain.dae.tolerances import NO_WIDTH, REST, STILL
-from powertrain.equilibrium.beginnings import beginnings, euler_matrix, euler_step, mobilities
+from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
 from powertrain.equilibrium.corrector import corrected
 from powertrain.equilibrium.laws import LAST_STEP, Linearized, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Iterates, Mask, SolvedPoints
 from powertrain.language.reals import Array
 from powertrain.modes.complementarity import Answer, Complementarity, LinearLaws
-from powertrain.numerics.newton import relative, solved
+from powertrain.numerics.newton import relative
 
 FIRST_STEP, LONGEST_STEP, GROWTH = 1.0, 1e4, 10.0
 """First and longest step in seconds, from steps that follow the motion to Newton steps, and the factor by which they grow or shrink."""
@@ -219,27 +219,36 @@ class Continuation:
 
 
 def relaxed(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Iterates:
-    """The state after a long motion from ``at``, or after ``RELAXED_ROUNDS`` steps; every law must be a switch.
+    """The state after a long motion from ``at``, or after ``RELAXED_ROUNDS`` steps.
 
-    Where a torque saturates, its slope does not show where saturation ends, and no Newton step leads on. The motion does.
+    Where a torque saturates, its slope does not show where saturation ends, and no Newton step leads on. The motion does. A step that is
+    longer than the time in which a motion grows would lead back to where it began; the determinant has the opposite sign there.
     """
-    y, modes = at.y.copy(), at.modes.copy()
-    length, active = np.full(len(y), RELAXED_FIRST), np.arange(len(y))
+    z, modes, n = at.z, at.modes.copy(order="K"), laws.unknowns
+    length, active = np.full(len(z), RELAXED_FIRST), np.arange(len(z))
     for _ in range(RELAXED_ROUNDS):
-        here = Iterates(at.grid[active], y[active], modes[active], at.tau[active])
-        motion = laws.motion(here)
-        modes[active] = laws.next_modes(here, rest.some(active)).modes
-        matrix = euler_matrix(laws, motion, length[active, None])
-        step = solved(matrix, -motion.rows)
-        there = Iterates(here.grid, here.y + step, modes[active], here.tau)
-        defect = laws.motion(there).rows
-        defect[:, laws.rates] -= step[:, laws.rated] / length[active, None]
+        here = Iterates(at.grid, z[:, :n], modes, z[:, n:]).some(active)
+        resting, h = rest.some(active), length[active, None]
+        modes[active] = laws.next_modes(here, resting).modes
+        here = replace(here, modes=modes[active])
+        fixed, brief = (laws.fixed(here, resting, step=step) for step in (h, RELAXED_FIRST))
+        entries, value = laws.equations(fixed, here.z)
+        solve = laws.pattern.solver(entries)
+        step = solve(-value)
+        _, defect = laws.equations(fixed, here.z + step)
+        defect[:, laws.rates] -= step[:, laws.rated] / h
         scale = relative(here.y)
-        size, left = (np.abs(v / scale).max(axis=1, initial=0.0) for v in (step, solved(matrix, -defect)))
-        good = left <= RELAXED_DESCRIBED * size
-        y[active[good]] = there.y[good]
+        size, left = (np.abs(v[:, :n] / scale).max(axis=1, initial=0.0) for v in (step, solve(-defect)))
+        settles = _side(laws, entries) == _side(laws, laws.equations(brief, here.z)[0])
+        good = settles & (left <= RELAXED_DESCRIBED * size)
+        z[active[good]] = (here.z + step)[good]
         length[active] *= np.where(good, RELAXED_GROWTH, RELAXED_FALL)
         active = active[(length[active] < LAST_STEP) & (length[active] > RELAXED_FIRST**3)]
         if not active.size:
             break
-    return Iterates(at.grid, y, modes, at.tau)
+    return Iterates(at.grid, z[:, :n], modes, z[:, n:])
+
+
+def _side(laws: SteadyLaws, entries: Array) -> Array:
+    """The signs of the determinants."""
+    return np.asarray(np.linalg.slogdet(np.nan_to_num(laws.pattern.dense(entries)))[0])

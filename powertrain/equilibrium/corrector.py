@@ -20,6 +20,8 @@ DAMPED = 40
 """Damped steps if full ones fail, for instance because a torque saturates."""
 TOGETHER = 64
 """Halved steps in one evaluation: for a few points it takes no longer than for one."""
+NOTHING = 1e-9
+"""Share of the time of the slowest motion below which the time of another one is round-off."""
 CHANGES = 8
 """Changes of modes after which starting from a neighbour's modes is abandoned."""
 
@@ -162,6 +164,36 @@ def adrift(laws: SteadyLaws, at: Iterates, rest: AtRest) -> tuple[Iterates, Mask
         moved.y[:] += change[points, :n, most] / drifts[points, most, None]
     moved.modes[:] = laws.next_modes(replace(moved, modes=at.modes), rest).modes
     return moved, idle.any(axis=1) & (drifts[points, most] > NEUTRAL)
+
+
+def saddles(laws: SteadyLaws, at: Iterates, rest: AtRest) -> tuple[Mask, Array]:
+    """The points that motions leave on two opposite sides, and the direction of such a motion; its largest part is one.
+
+    A motion that grows is an eigenvector, with a positive eigenvalue, of the change of the unknowns by their rates. If the number of these
+    motions is odd, a determinant has the other sign; then each side leads to another equilibrium, or to a motion without end.
+    """
+    n, moves, points = laws.unknowns, laws.rates.size, len(at.y)
+    direction = np.zeros_like(at.y)
+    right = np.zeros((moves, n + laws.count, points)).T
+    right[:, laws.rates, np.arange(moves)] = 1.0
+    entries, _ = laws.equations(laws.fixed(at, rest), at.z)
+    change = np.nan_to_num(laws.pattern.solver(entries)(right)[:, :n])
+    inverse = change[:, laws.rated]
+    with np.errstate(all="ignore"):
+        odd = np.flatnonzero(np.linalg.det(-inverse) < 0.0)
+    direction[odd] = (change[odd] @ _growing(inverse[odd])[:, :, None])[:, :, 0]
+    size = np.abs(direction).max(axis=1, keepdims=True, initial=0.0)
+    return size[:, 0] > 0.0, direction / np.where(size > 0.0, size, 1.0)
+
+
+def _growing(inverse: Array) -> Array:
+    """For the inverse of each matrix, the eigenvector of its greatest positive eigenvalue; zero if there is none but for round-off."""
+    values, vectors = np.linalg.eig(inverse)
+    times, real = np.abs(values), values.real > NOTHING * np.abs(values).max(axis=1, keepdims=True, initial=0.0)
+    real &= np.abs(values.imag) <= NOTHING * times
+    fastest = np.where(real, times, np.inf).argmin(axis=1)
+    found = np.take_along_axis(vectors.real, fastest[:, None, None], axis=2)[:, :, 0]
+    return np.asarray(np.where(real.any(axis=1)[:, None], found, 0.0))
 
 
 def folded(laws: SteadyLaws, at: Iterates, rest: AtRest) -> list[tuple[Index, Mask]]:

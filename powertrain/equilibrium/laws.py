@@ -108,10 +108,10 @@ class SteadyLaws:
         start, initial = np.split(np.where(np.isfinite(found), found, 0.0), 2)
         return start.T, initial.T
 
-    def fixed(self, at: Iterates, rest: AtRest, lossless: bool = False, step: float = LAST_STEP) -> list[Array]:
+    def fixed(self, at: Iterates, rest: AtRest, lossless: bool = False, step: float | Array = LAST_STEP) -> list[Array]:
         """Everything constant while z changes, for the modes of the points, one row per quantity.
 
-        ``step`` is h. ``lossless``: torques that depend on others are left out.
+        ``step`` is h, or a column of one for each point. ``lossless``: torques that depend on others are left out.
         """
         mode = at.modes.T[self.law_modes].T
         mode = np.where(rest.given & (mode == STUCK), rest.side, mode)
@@ -122,7 +122,7 @@ class SteadyLaws:
         kinds = np.where(self.tied & lossless, NOTHING, kinds)
         return self._constant(at, np.where(held, HELD, kinds), rest.yields, step)
 
-    def _constant(self, at: Iterates, kinds: Array, yields: Array, step: float) -> list[Array]:
+    def _constant(self, at: Iterates, kinds: Array, yields: Array, step: float | Array) -> list[Array]:
         return picked([at.grid, at.modes, kinds, yields, np.full((len(at.y), 1), step)], self._fixed)
 
     def equations(self, fixed: list[Array], z: Array) -> tuple[Array, Array]:

@@ -15,8 +15,9 @@ import numpy as np
 from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
 from powertrain.dae.hybrid import Friction, Switch
 from powertrain.dae.tolerances import INFINITE, ZONE, balance_tolerance
+from powertrain.equilibrium.creep import Creep
 from powertrain.equilibrium.laws import SteadyLaws
-from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Mask, Points, SolvedPoints
+from powertrain.equilibrium.points import DIVERGED, IMMOVABLE, NONE, OK, SEVERAL, Index, Mask, Points, SolvedPoints
 from powertrain.equilibrium.search import Combinations, choices, order
 from powertrain.equilibrium.solutions import Between, Solutions
 from powertrain.equilibrium.system import Equilibrium
@@ -42,6 +43,7 @@ class Solver:
             self._combinations = Combinations(problem, self.choices, self.groups)
         else:
             self._solutions = Solutions(SteadyLaws(problem.balance, compile), self._within)
+            self._creep = Creep(problem, compile)
         frictions = [law for law in problem.laws if isinstance(law, Friction)]
         self._shared = np.array([f.rests is not None for f in frictions], bool)
         guards, wanted = [guard_margin(g) for g in problem.guards], [*problem.outputs, *problem.rates]
@@ -62,6 +64,8 @@ class Solver:
         for each in (self._values, self._speeds, self._torques, self._limits):
             each.set_common(values)
         (self._combinations if self.explicit else self._solutions.laws).set_common(values)
+        if not self.explicit:
+            self._creep.set_common(values)
 
     def solve(self, grid: Rows, side: Rows | None = None) -> Points:
         """The points of ``grid`` (one row per axis); ``side`` is the side (1 or -1) from which laws at rest are approached."""
@@ -139,23 +143,42 @@ class Solver:
     def _limit(self, grid: Rows, points: Points) -> None:
         """Laws at rest share a torque by compliance; what exceeds the static limit of one law is passed on to the others.
 
-        Under a growing load the law with the largest torque over its limit yields first, which may spare the others.
+        The model's compliance is not that of the search. Where all laws at rest are stuck first and yield one after the other, the last of
+        them may fail to hold what is left. There the modes that were found hold it.
         """
         count = len(self._shared)
-        modes, candidates = points.modes[:count], ~points.rest[:count] & (points.status == OK)
-        slides = (modes == FORWARD) | (modes == BACKWARD)
-        if (held := self._shared[:, None] & candidates & slides).any():
+        modes, u = points.modes.copy(), points.u.copy()
+        slides = (modes[:count] == FORWARD) | (modes[:count] == BACKWARD)
+        if (held := self._shared[:, None] & ~points.rest[:count] & (points.status == OK) & slides).any():
             still = np.abs(self._speeds.of_points([grid.T, points.u.T, points.modes.T])[:count]) <= ZONE
-            modes[held & still] = STUCK
-        for _ in range(count):
-            found = self._torques.of_points([grid.T, points.u.T, points.modes.T])
+            points.modes[:count][held & still] = STUCK
+        left = self._passed_on(grid, points, np.flatnonzero(np.isin(points.status, (OK, SEVERAL))))
+        points.modes[:, left], points.u[:, left] = modes[:, left], u[:, left]
+        left = self._passed_on(grid, points, left) if left.size else left
+        points.status[left[points.status[left] == OK]] = DIVERGED
+
+    def _passed_on(self, grid: Rows, points: Points, which: Index) -> Index:
+        """Let stuck laws yield that are beyond their limits; return the points that are no equilibrium then.
+
+        Under a growing load the law with the largest torque over its limit yields first, which may spare the others.
+        """
+        count, left, lost = len(self._shared), which, [which[:0]]
+        for _ in range(count + 1):
+            some, modes, u = grid[:, left], points.modes[:, left], points.u[:, left]
+            good = self._creep.settle(some, u, modes)
+            points.u[:, left] = u
+            lost.append(left[~good])
+            found = self._torques.of_points([some.T, u.T, modes.T])
             torque, lower, upper = found[::3], found[1::3], found[2::3]
             known = balance_tolerance(np.abs(torque).max(axis=0, initial=0.0))
-            stuck = candidates & (modes == STUCK)
+            stuck = (modes[:count] == STUCK) & ~points.rest[:count, left] & (points.status[left] == OK) & good
             above, below = stuck & (torque > upper + known), stuck & (torque < lower - known)
-            if not (above | below).any():
-                return
             over = np.where(above, (torque - upper) / (np.abs(upper) + known), -np.inf)
             over = np.where(below, (lower - torque) / (np.abs(lower) + known), over)
-            first = over == over.max(axis=0)
-            modes[above & first], modes[below & first] = FORWARD, BACKWARD
+            yields = (above | below) & (over == over.max(axis=0, initial=-np.inf))
+            modes[:count][above & yields], modes[:count][below & yields] = FORWARD, BACKWARD
+            points.modes[:, left] = modes
+            left = left[yields.any(axis=0)]
+            if not left.size:
+                break
+        return np.concatenate(lost)

@@ -20,7 +20,7 @@ from powertrain.dae.friction import BACKWARD, STUCK
 from powertrain.dae.tolerances import SAME
 from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation, relaxed
-from powertrain.equilibrium.corrector import adrift, corrected, folded, undetermined
+from powertrain.equilibrium.corrector import adrift, corrected, folded, saddles, undetermined
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, SolvedPoints, taken
 from powertrain.equilibrium.system import Balance
@@ -104,11 +104,27 @@ class Solutions:
         moved, free = adrift(laws, at, rest)
         loose = known[free]
         several[loose[self._another(best.some(loose), moved.some(free), side[loose])]] = True
+        self._leave_saddles(best, several, grid, side)
         resting = np.zeros_like(best.given)
         if rest.given.any():
             after = laws.next_modes(at, rest)
             resting[known] = rest.given & after.still & after.open
         return Best(best, several, resting, differing, apart)
+
+    def _leave_saddles(self, best: SolvedPoints, several: Mask, grid: Array, side: Array) -> None:
+        """Look for other solutions where motions lead away from one on both sides."""
+        known = np.flatnonzero(best.done)
+        if not self.laws.rates.size or not known.size:
+            return
+        at, rest = best.at(grid).some(known), best.at_rest(side).some(known)
+        grows, direction = saddles(self.laws, at, rest)
+        some = known[grows]
+        if not some.size:
+            return
+        one, resting, found = at.some(grows), rest.some(grows), best.some(some)
+        for sign in (1.0, -1.0):
+            begin = relaxed(self.laws, replace(one, y=one.y + sign * direction[grows]), resting)
+            several[some[self._another(found, begin, side[some])]] = True
 
     def _another(self, found: SolvedPoints, begin: Iterates, side: Array) -> Mask:
         """Whether the search from ``begin`` leads to other solutions than those found."""

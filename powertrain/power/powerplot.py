@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.equilibrium.points import STUCK_POINT
 from powertrain.errors import ParameterError
 from powertrain.figures.plot import axes_of, unit_text
 from powertrain.language.reals import Array
@@ -145,6 +146,7 @@ def plot_efficiency_map(
     """Contours of efficiency over two dimensions, with the cases of a variator's power flow hatched over them.
 
     ``x``, ``y``: the dimensions. ``step``: distance of the contours. White: no power is supplied, or there is no unique solution.
+    Dots: friction is at rest, and the efficiency is an interval; contours pass single lines of such points between their neighbours.
     Raises ParameterError if these are not the two dimensions of the flow, or if one of them has a single value.
     """
     from matplotlib.patches import Patch
@@ -159,14 +161,19 @@ def plot_efficiency_map(
             f"plot_efficiency_map needs two values of {x} and of {y} at least; this flow has {dict(efficiency.sizes)}"
         )
     order = {d: np.argsort(flow.data[d].values) for d in (x, y)}  # contours need growing coordinates
-    values = np.ma.masked_invalid(efficiency.isel(order).transpose(y, x).values.astype(float))
     across, up = (flow.data[d].values[order[d]] for d in (x, y))
+    found = efficiency.isel(order).transpose(y, x).values.astype(float)
+    rests = flow.data["status"].isel(order).transpose(y, x).values == STUCK_POINT
+    values = np.ma.masked_invalid(_bridged(_bridged(found, rests, across).T, rests.T, up).T)
     ax = axes_of(ax, (7.5, 5.4))
     levels = np.arange(step, 1.0 + 1e-9, step)
     filled = ax.contourf(across, up, values, levels=[0.0, *levels], cmap="viridis", extend="neither")
     lines = ax.contour(across, up, values, levels=levels[1::2], colors="k", linewidths=0.5)
     ax.clabel(lines, [level for level in levels[1::2] if level > 0.45], fmt="%.2f", fontsize=7)
     ax.figure.colorbar(filled, ax=ax, label="Efficiency", ticks=levels[1::2])
+    if rests.any():
+        row, column = np.nonzero(rests)
+        ax.plot(across[column], up[row], ".", color="0.3", ms=2)
     if variator is not None:
         cases = flow.variator(variator)["case"].isel(order).transpose(y, x).values
         present = [case for case in VARIATOR_CASES if (cases == case).mean() > _LEAST_AREA]
@@ -188,6 +195,15 @@ def plot_efficiency_map(
     ax.set_xlabel(_axis_text(flow, x))
     ax.set_ylabel(_axis_text(flow, y))
     return ax
+
+
+def _bridged(values: Array, rests: NDArray[np.bool_], along: Array) -> Array:
+    """Rows of values; points without one that are at rest alone take it from both neighbours in their row."""
+    found, share = values.copy(), (along[1:-1] - along[:-2]) / (along[2:] - along[:-2])
+    between = values[:, :-2] + share * (values[:, 2:] - values[:, :-2])
+    here = rests[:, 1:-1] & np.isnan(values[:, 1:-1]) & np.isfinite(between)
+    found[:, 1:-1][here] = between[here]
+    return found
 
 
 def _member_ports(flow: PowerFlow, name: str, members: tuple[str, str, str] | None) -> list[str]:

@@ -1,0 +1,71 @@
+"""The speeds at which stuck laws creep at an operating point.
+
+Operating points are found with the torques of laws as unknowns. The model itself computes torques from modes: if a stuck law acts on a
+part without inertia, its torque follows from a speed, through its compliance, and at a speed of exactly zero such laws share a load that
+only one of them carries. As in a run, they creep at the speeds at which nothing accelerates.
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from powertrain.dae.tolerances import BALANCED, STILL
+from powertrain.equilibrium.points import Index, Mask
+from powertrain.equilibrium.system import Equilibrium
+from powertrain.language.reals import Array
+from powertrain.language.symbols import column, scalars
+from powertrain.numerics.batch import Columns, Rows
+from powertrain.numerics.elimination import Pattern
+from powertrain.numerics.newton import newton, relative
+
+CORRECTIONS = 4
+"""Newton steps; the equations are almost linear in speeds as small as these."""
+FARTHEST = 1e-3
+"""Unknowns other than torques of laws change by less than this share of 1 + |value|: laws creep at 1e-7 rad/s for 1 N.m."""
+
+ROUND_OFF = 1e-14
+"""Share of its terms that an equation may differ from zero, besides ``BALANCED``."""
+
+
+class Creep:
+    """Balances the model's own equations in the modes of given points. Serves one thread."""
+
+    def __init__(self, problem: Equilibrium, compile: bool) -> None:
+        rows, u = column(problem.rows), column(problem.u)
+        slopes = ca.jacobian(rows, u)
+        self._pattern, self._count = Pattern(slopes.sparsity()), rows.numel()
+        outputs = [*(slopes.nz[k] for k in range(slopes.nnz())), *scalars(rows)]
+        varying = [*problem.grid, *problem.u, *problem.modes]
+        self._equations = Columns("steady_creep", varying, problem.common, outputs, compile)
+        self._apart = np.array([name in problem.balance.names for name in problem.u_names], bool)
+        allowed = BALANCED + ROUND_OFF * (ca.fabs(slopes) @ ca.fabs(u))
+        self._excess = Columns("steady_excess", varying, problem.common, scalars(ca.fabs(rows) - allowed), compile)
+
+    def set_common(self, values: Array) -> None:
+        """Parameters and inputs that are the same for all points."""
+        self._equations.set_common(values)
+        self._excess.set_common(values)
+
+    def settle(self, grid: Rows, u: Rows, modes: Rows) -> Mask:
+        """Change ``u`` where the equations are not zero in ``modes``; return where they are zero now."""
+        good = self._balanced(grid, u, modes)
+        if good.all():
+            return good
+        left = np.flatnonzero(~good)
+
+        def equations(which: Index, z: Array) -> tuple[Array, Array]:
+            some = left[which]
+            found = self._equations.of_points([grid.T[some], z, modes.T[some]])
+            return found[: -self._count].T, found[-self._count :].T
+
+        z, fine = newton(equations, u.T[left], still=STILL, most=CORRECTIONS, halvings=0, factors=self._pattern.solver)
+        change = np.abs(z - u.T[left]) / relative(u.T[left])
+        near = (change <= FARTHEST)[:, self._apart].all(axis=1)
+        better = near & (fine | self._balanced(grid[:, left], z.T, modes[:, left]))
+        u[:, left[better]] = z.T[:, better]
+        good[left] = better
+        return good
+
+    def _balanced(self, grid: Rows, u: Rows, modes: Rows) -> Mask:
+        return np.asarray((self._excess.of_points([grid.T, u.T, modes.T]) <= 0.0).all(axis=0))
