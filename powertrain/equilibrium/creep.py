@@ -23,7 +23,6 @@ CORRECTIONS = 4
 """Newton steps; the equations are almost linear in speeds as small as these."""
 FARTHEST = 1e-3
 """Unknowns other than torques of laws change by less than this share of 1 + |value|: laws creep at 1e-7 rad/s for 1 N.m."""
-
 ROUND_OFF = 1e-14
 """Share of its terms that an equation may differ from zero, besides ``BALANCED``."""
 

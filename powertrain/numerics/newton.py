@@ -190,9 +190,8 @@ def _helped(
         some, first = helps.any(axis=0), helps.argmax(axis=0) * left.size + np.arange(left.size)
         best = first[some]
         found.append((left[some], trial[best], matrix[best], value[best]))
-        if (
-            k == 0
-        ):  # whole steps first; where even the shortest one is longer than the unknowns, a drift ends the search
+        # Whole steps first; where even the shortest one is longer than the unknowns, a drift ends the search.
+        if k == 0:
             n, far = left.size, full.size > 2.0**halvings
             some |= far & drifting(matrix[:n], following[:n] * unit[:n], (full.matrix, full.step))
         left, k = left[~some], k + count
