@@ -94,7 +94,7 @@ def test_closed_form(layout: Any) -> None:
 @pytest.mark.parametrize("layout", few([TYPES[1], TYPES[3], TYPES[6]]))
 @pytest.mark.parametrize("lines", [(61, 200), (200, 61)])
 def test_large_maps_are_the_small_ones(layout: Any, lines: tuple[int, int]) -> None:
-    """By rows, by walking and point by point."""
+    """By rows, as a list of points and point by point."""
     plant = pt.compile(SplitPathBench(transmission=SplitPathTransmission(layout=layout)))
     r, load = np.linspace(-2, 3, lines[0]), np.linspace(-40, 40, lines[1])
     whole = pt.steady(plant, {"r": r, "load": load}, outputs=OUTPUTS)

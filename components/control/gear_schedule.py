@@ -141,6 +141,7 @@ class SpeedSchedule(Shifting, Switching):
         """No shift is going on, and no kick-down is remembered; the gear is one of the schedule."""
         yield from super().initial()
         within(self.gear, 1, len(self.speeds) + 1, name="gear", unit="1")
+        within(ca.fmod(self.gear, 1), 0, 0, name="fraction of the gear", unit="1")
         yield self.began == time - LONG
         yield self.kicked == time - LONG
 

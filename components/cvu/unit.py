@@ -48,6 +48,7 @@ class CVU(VariableUnit):
         yield from self._dissipate()
 
     def _efficiency(self, name: str, constant: Symbol) -> Symbol:
+        """The map if there is one, else the constant."""
         values = {"ratio": self.ratio.value, "w_a": ca.fabs(self.w_a), "tau": ca.fabs(self.flange_a.tau)}
         return mapped_efficiency(self, name, constant, AXES, values)
 

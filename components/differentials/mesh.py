@@ -8,7 +8,6 @@ from __future__ import annotations
 import casadi as ca
 
 from powertrain import (
-    Axis,
     Equations,
     Map,
     Parameter,
@@ -71,13 +70,17 @@ class MeshLaw(ThreeMembers, Lossy):
         yield from self._dissipate()
 
     def _efficiency(self, name: str, constant: Symbol) -> Symbol:
+        """The map if there is one, else the constant."""
         given: Map | None = getattr(self, name)
         values = {"w_rel": ca.fabs(self.w_rel), "tau": ca.fabs(self.a.tau), "T": self.heat_port.T}
-        if given and "angle" in (names := [axis.name for axis in given.axes]):
-            axis = _periodic_axis(given, names.index("angle"), f"{self._path}.{name}")
-            turned, period = self.a.phi - self.carrier.phi - axis.low, axis.high - axis.low
-            values["angle"] = axis.low + turned - period * ca.floor(turned / period)
-        return mapped_efficiency(self, name, constant, AXES, values)
+        for axis in given.axes if given else ():
+            if axis.name == "angle":
+                turned, period = self.a.phi - self.carrier.phi - axis.low, axis.high - axis.low
+                values["angle"] = axis.low + turned - period * ca.floor(turned / period)
+        found = mapped_efficiency(self, name, constant, AXES, values)
+        if given:
+            _check_period(given, f"{self._path}.{name}")
+        return found
 
     def loss(self) -> Symbol:
         """Torque loss times relative speed."""
@@ -98,12 +101,12 @@ class Mesh(MeshLaw):
         yield from self._mesh()
 
 
-def _periodic_axis(given: Map, k: int, where: str) -> Axis:
-    """Axis k of a map, the angle; a map that jumps where it starts over is rejected."""
-    axis, jump = given.axes[k], abs(given.values.take(-1, axis=k) - given.values.take(0, axis=k)).max()
-    if jump > JUMP:
-        raise ParameterError(
-            f"{where}: over the angle the map is periodic, from {axis.low:g} rad to {axis.high:g} rad, and must end with the values it "
-            f"begins with; they differ by up to {jump:g}"
-        )
-    return axis
+def _check_period(given: Map, where: str) -> None:
+    """Reject a map that jumps where the angle starts over."""
+    for k, axis in enumerate(given.axes):
+        jump = abs(given.values.take(-1, axis=k) - given.values.take(0, axis=k)).max()
+        if axis.name == "angle" and jump > JUMP:
+            raise ParameterError(
+                f"{where}: over the angle the map is periodic, from {axis.low:g} rad to {axis.high:g} rad, and must end with the values it "
+                f"begins with; they differ by up to {jump:g}"
+            )

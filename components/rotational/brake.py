@@ -8,7 +8,7 @@ from powertrain.components.rotational.interfaces import ShaftWithFriction
 
 
 class Brake(Plates, ShaftWithFriction):
-    """Coulomb friction between a shaft and the support, proportional to a normal force controlled by a signal.
+    """Coulomb friction between a shaft and the support, proportional to a pressing force controlled by a signal.
 
     phi = flange_a.phi - support.phi = flange_b.phi - support.phi,  w = der(phi),  flange_a.tau + flange_b.tau = tau
     fn = fn_max f_normalized;  w > 0: tau = cgeo mue_pos(w) fn;  w < 0: tau = -cgeo mue_pos(-w) fn;

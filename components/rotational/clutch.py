@@ -26,7 +26,7 @@ class Plates(DryFaces):
 
 
 class Clutch(Plates, FrictionCoupling):
-    """Coulomb friction between two shafts, proportional to a normal force controlled by a signal.
+    """Coulomb friction between two shafts, proportional to a pressing force controlled by a signal.
 
     w_rel = der(flange_b.phi - flange_a.phi),  tau = flange_b.tau = -flange_a.tau
     fn = fn_max f_normalized;  w_rel > 0: tau = cgeo mue_pos(w_rel) fn;  w_rel < 0: tau = -cgeo mue_pos(-w_rel) fn;

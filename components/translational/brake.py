@@ -57,7 +57,7 @@ class SupportFriction(_SlidesOnSupport):
 
 
 class Brake(DryFaces, _SlidesOnSupport):
-    """Coulomb friction between a rod and the support, proportional to a normal force controlled by a signal.
+    """Coulomb friction between a rod and the support, proportional to a pressing force controlled by a signal.
 
     s = flange_a.s - support.s = flange_b.s - support.s,  v = der(s),  flange_a.f + flange_b.f = f
     fn = fn_max f_normalized;  v > 0: f = cgeo mue_pos(v) fn;  v < 0: f = -cgeo mue_pos(-v) fn;

@@ -198,7 +198,7 @@ def plot_efficiency_map(
 
 
 def _bridged(values: Array, rests: NDArray[np.bool_], along: Array) -> Array:
-    """Rows of values; points without one that are at rest alone take it from both neighbours in their row."""
+    """Rows of values; a single point at rest without a value takes it from the two points beside it in its row."""
     found, share = values.copy(), (along[1:-1] - along[:-2]) / (along[2:] - along[:-2])
     between = values[:, :-2] + share * (values[:, 2:] - values[:, :-2])
     here = rests[:, 1:-1] & np.isnan(values[:, 1:-1]) & np.isfinite(between)

@@ -65,9 +65,7 @@ def differential_map(
             }
             turn = 2 * np.pi / difference
             result = plant.simulate(turn, parameters=values, points=SAMPLES + 1)
-            for k, side in enumerate(
-                ("left", "right")
-            ):  # integrals, because events add samples on both sides of a jump
+            for k, side in enumerate(("left", "right")):  # events add samples, which count with no time between them
                 means[k, i, j] = -np.trapezoid(result[f"differential.{side}.tau"], result.time) / turn
     fast, slow = means
     out = fast * (speed + given[:, None] / 2) + slow * (speed - given[:, None] / 2)

@@ -20,8 +20,8 @@ Places = NDArray[np.intp]
 def kept_samples(t: Array, y: Array, tolerance: float) -> Places:
     """The places of samples between which straight lines follow all samples within ``tolerance`` (in the unit of ``y``).
 
-    ``t`` does not decrease. A jump, two samples at one time, is kept whole where it exceeds the tolerance. All samples of a signal
-    are kept that is not finite everywhere, such as a ratio at rest.
+    ``t`` does not decrease. A jump, two samples at one time, is kept whole where it exceeds the tolerance. A signal that is not
+    finite everywhere, such as a ratio at rest, keeps all its samples.
     """
     if len(t) < 3 or not np.isfinite(y).all():
         return np.arange(len(t))

@@ -240,9 +240,8 @@ def test_energy_flow_shows_every_loss_in_scale(town: CycleRun) -> None:
     bands = [patch.get_xy()[:, 1].min() for patch in ax.patches if isinstance(patch, Polygon)]
     wedges = [patch for patch in ax.patches if isinstance(patch, Wedge)]
     ends = [patch.get_bbox() for patch in ax.patches if isinstance(patch, Rectangle)]
-    for before, after, wedge, end in zip(
-        bands, bands[1:], wedges, ends, strict=False
-    ):  # what is taken from the band turns down
+    # What is taken from the band turns down.
+    for before, after, wedge, end in zip(bands, bands[1:], wedges, ends, strict=False):
         outer, width = wedge.center[1] + wedge.r, wedge.width or 0.0
         assert [outer - width, outer] == pytest.approx([before, after])
         assert [end.width, end.y1, end.x1] == pytest.approx([width, wedge.center[1], wedge.center[0] + wedge.r])

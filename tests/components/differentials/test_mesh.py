@@ -209,9 +209,11 @@ def test_efficiency_maps(kind: str) -> None:
             r"cannot depend on pressure \[Pa\], only on w_rel",
         ),
         (pt.Map.curve([0, 1], [0.9, 0.9], x="T", x_unit="degC"), r"cannot depend on T \[degC\]"),
+        (pt.Map.curve([0, 90], [0.8, 0.9], x="angle", x_unit="deg"), r"cannot depend on angle \[deg\]"),
+        (pt.Map.curve([0, 1], [80, 90], x="angle", x_unit="rad"), r"efficiency must be in \(0, 1\]"),
         (pt.Map.curve([0, 1], [0.9, 0.9], x="T", x_unit="K", unit="W"), r"map \[W\] is not an efficiency \[1\]"),
     ],
-    ids=["above 1", "zero", "jump", "axis", "unit", "unit of values"],
+    ids=["above 1", "zero", "jump", "axis", "unit", "degrees", "percent", "unit of values"],
 )
 def test_impossible_maps_are_refused(table: pt.Map, message: str) -> None:
     with pytest.raises(pt.ParameterError, match=r"parts\[0\].map_ab: .*" + message):
