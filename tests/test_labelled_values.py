@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -74,8 +75,9 @@ def test_another_unit_is_refused_in_a_fit(plant: pt.Plant[Driven]) -> None:
     with pytest.raises(pt.ParameterError, match=r"experiment: times: the values are in 'ms'"):
         pt.Experiment(stated(1000.0 * times, "ms"), {"rotor.w": times})
     data = pt.Experiment(times, {"rotor.w": stated(30.0 * times, "rpm")}, inputs={"torque": 4.0})
-    with pytest.raises(pt.ParameterError, match=r"experiment: rotor\.w: the values are in 'rpm', .* must be in rad/s"):
-        pt.fit(plant, data, "rotor.J")
+    for experiment in (data, replace(data, sigma=0.1)):
+        with pytest.raises(pt.ParameterError, match=r"rotor\.w: the values are in 'rpm', .* must be in rad/s"):
+            pt.fit(plant, experiment, "rotor.J")
 
 
 AXES = pt.Axis("speed", "rad/s", [0.0, 1.0]), pt.Axis("torque", "N.m", [0.0, 1.0])

@@ -37,8 +37,8 @@ class Experiment:
     starts: Mapping[str, float] = field(default_factory=dict)
     inputs: Mapping[str, Any] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
-    units: Mapping[str, str] = field(init=False, repr=False, compare=False, default_factory=dict)
-    """What the values say of their units, empty where they say nothing."""
+    units: Mapping[str, str] = field(repr=False, compare=False, default_factory=dict)
+    """Units of the values, by default those that their attributes name; empty where they name none."""
 
     def __post_init__(self) -> None:
         check_unit("experiment: times", self.times, "s")
@@ -49,7 +49,7 @@ class Experiment:
             name: row(f"experiment: {name}", v, finite=False)
             for name, v in by_name("experiment: values", self.values).items()
         }
-        object.__setattr__(self, "units", {name: stated_unit(v) for name, v in self.values.items()})
+        units = {name: stated_unit(v) or self.units.get(name, "") for name, v in self.values.items()}
         if not measured:
             raise ParameterError("experiment: give the values of at least one signal")
         for what in ("starts", "inputs", "parameters"):
@@ -62,6 +62,7 @@ class Experiment:
             self.deviation(name)
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "values", measured)
+        object.__setattr__(self, "units", units)
 
     @property
     def grid(self) -> Array:
