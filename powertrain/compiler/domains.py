@@ -45,12 +45,12 @@ def guard_domains(flat: Flat) -> Flat:
     lines += [(place, v, "error") for place, law in flat.laws for v in vars(law).values() if isinstance(v, Symbol)]
     lines += [(s.place, s.g, "error") for s in (*active.switches, *active.relations)]
     lines += [(g.place, g.value, "start" if g.action == "start" else "error") for g in active.guards]
-    found: dict[int, GuardEntry] = {}
+    found: dict[tuple[int, Interval], GuardEntry] = {}
     for place, expression, action in lines:
         for what, argument, (low, high) in unsafe_arguments(expression, known):
             unit = unit_of(argument, active.units) or "1"
             guard = GuardEntry(what, argument, Symbol(low), Symbol(high), unit, action, place)
-            found.setdefault(key(argument), guard)
+            found.setdefault((key(argument), (low, high)), guard)
     return replace(flat, recorder=replace(active, guards=[*active.guards, *found.values()])) if found else flat
 
 
@@ -107,7 +107,7 @@ def _range(node: Symbol, inside: list[Interval], same: bool) -> Interval:
 
 
 def _square(a: Interval) -> Interval:
-    ends = sorted((a[0] ** 2, a[1] ** 2))
+    ends = sorted((a[0] * a[0], a[1] * a[1]))
     return (0.0 if a[0] <= 0.0 <= a[1] else ends[0], ends[1])
 
 

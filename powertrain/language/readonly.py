@@ -17,12 +17,10 @@ class ReadOnlyValues(dict[str, float]):
     def __setitem__(self, name: str, value: float) -> NoReturn:
         raise ParameterError(f"parameters[{name!r}] = {value!r} would have no effect; {self._instead}")
 
-    def update(self, *values: Any, **named: Any) -> NoReturn:
-        """Always ParameterError."""
-        raise ParameterError(f"parameters.update() would have no effect; {self._instead}")
+    def _refuse(self, *given: Any, **named: Any) -> NoReturn:
+        raise ParameterError(f"a change of parameters would have no effect; {self._instead}")
 
-    def __ior__(self, values: Any) -> NoReturn:  # type: ignore[misc]
-        self.update(values)
+    __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
 
     def __reduce__(self) -> tuple[Any, ...]:
         return dict, (dict(self),)

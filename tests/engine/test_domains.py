@@ -28,6 +28,11 @@ class Integrated(pt.Component):
         yield self.shown == self.signal(self.x, self.k)
 
 
+def _two(argument: Any, one: Callable[[Any], Any], other: Callable[[Any], Any]) -> Any:
+    """Two functions of one argument, with different domains."""
+    return ca.fmin(one(argument), 9.0) + ca.fmin(other(argument), 9.0)
+
+
 @pytest.mark.parametrize(
     ("signal", "what"),
     [
@@ -37,6 +42,8 @@ class Integrated(pt.Component):
         (lambda x, k: ca.fmax(ca.asin(1.75 - x), 0.0), "the argument of an arcsine"),
         (lambda x, k: CURVE(ca.sqrt(x - 0.75)), "the argument of a square root"),
         (lambda x, k: ca.sqrt(x - 0.75), "the argument of a square root"),
+        (lambda x, k: _two(x + 0.25, ca.sqrt, ca.acosh), "the argument of an inverse hyperbolic cosine"),
+        (lambda x, k: _two(x + 0.25, ca.acosh, ca.sqrt), "the argument of an inverse hyperbolic cosine"),
     ],
 )
 def test_a_run_ends_where_a_value_is_lost(signal: Callable[[Any, Any], Any], what: str) -> None:
@@ -52,6 +59,7 @@ def test_a_run_ends_where_a_value_is_lost(signal: Callable[[Any, Any], Any], wha
     [
         lambda x, k: ca.sqrt(ca.fmax(x - 0.75, 0.0)),
         lambda x, k: ca.sqrt(x * x + k),
+        lambda x, k: ca.sqrt((1e200 + k) ** 2 + x**2),
         lambda x, k: ca.fabs(x - 0.75) ** 1.3,
         lambda x, k: ca.asin(ca.fmin(ca.fmax(3.0 * x, -1.0), 1.0)),
         lambda x, k: (x - 0.75) ** 3,
