@@ -65,8 +65,8 @@ class Falling(pt.Component):
 
 
 def test_the_first_of_several_points_may_be_outside_the_range_of_the_model() -> None:
-    given = {"outputs": "w", "guesses": {"w": -3.0}}
-    found = pt.steady(Falling(), {"u": [0.25, 2.25]}, first=True, **given)
+    plant, inputs, below = pt.compile(Falling()), {"u": [0.25, 2.25]}, {"w": -3.0}
+    found = pt.steady(plant, inputs, outputs="w", guesses=below, first=True)
     assert found.status.values.tolist() == [SEVERAL, OUTSIDE]
     np.testing.assert_allclose(found["w"], [-0.5, np.nan])
-    assert (pt.steady(Falling(), {"u": [0.25, 2.25]}, **given).status == SEVERAL).all()
+    assert (pt.steady(plant, inputs, outputs="w", guesses=below).status == SEVERAL).all()

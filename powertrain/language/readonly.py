@@ -1,4 +1,4 @@
-"""Values by name that are only read."""
+"""Read-only values by name."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from powertrain.errors import ParameterError
 
 
 class ReadOnlyValues(dict[str, float]):
-    """Numbers by name. A change in place would reach nothing, so it is an error that says what to do ``instead``."""
+    """Numbers by name. A change in place would have no effect, so it is an error that says what to do ``instead``."""
 
     def __init__(self, values: dict[str, float], instead: str) -> None:
         super().__init__(values)
