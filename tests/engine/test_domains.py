@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
+import numpy as np
 import pytest
 
 import powertrain as pt
@@ -73,6 +74,19 @@ def test_arguments_that_stay_in_the_domain_need_no_guard(signal: Callable[[Any, 
     plant = pt.compile(Integrated(signal=signal))
     assert not plant.compiled.dae.guards
     assert plant.simulate(1.0)["x"][-1] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("start", [0.0, -1e-12, -9e-10])
+def test_an_argument_beyond_its_domain_by_round_off_counts_as_the_limit(start: float) -> None:
+    """The root of 1e-12 less than nothing is zero, where fmin would hide a nan."""
+    model = Integrated(rate=lambda x, k: -x, signal=lambda x, k: ca.fmin(ca.sqrt(x), 2.0) + ca.fmin(ca.acosh(1 + x), 2))
+    run = pt.simulate(model, 1.0, starts={"x": start})
+    np.testing.assert_allclose(run["shown"], 0.0, atol=1e-4)
+
+
+def test_an_argument_farther_beyond_its_domain_has_no_value() -> None:
+    dynamics = pt.compile(Integrated(rate=lambda x, k: ca.sqrt(x))).function()
+    assert np.isnan(float(dynamics.function(0.0, -1e-8, [], [], [])[0]))
 
 
 def test_a_root_of_parameters_is_an_error_of_the_parameters() -> None:
