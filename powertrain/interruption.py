@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -34,7 +33,10 @@ def interruptible() -> Iterator[None]:
     signal.signal(signal.SIGINT, handler)
     try:
         yield
+    except KeyboardInterrupt:
+        interrupted = False  # it arrives
+        raise
     finally:
         signal.signal(signal.SIGINT, before)
-        if interrupted and not isinstance(sys.exception(), KeyboardInterrupt):
+        if interrupted:
             raise KeyboardInterrupt from None

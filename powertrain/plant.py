@@ -5,7 +5,6 @@ from __future__ import annotations
 import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, get_args
@@ -39,7 +38,6 @@ from powertrain.language.component import Component
 from powertrain.language.packing import packed_model
 from powertrain.language.readonly import ReadOnlyValues
 from powertrain.language.reals import Array
-from powertrain.language.units import with_unit
 from powertrain.nonfinite import explain
 from powertrain.present import Bar, Watch, told, watcher
 from powertrain.result import Result
@@ -215,13 +213,11 @@ class Plant(Generic[M]):
                 if OUTSIDE in str(error):
                     why = explain(self.compiled, reached.end, reached.final, reached.final_held, p)
                     error.args = (f"{error}{why and chr(10) + '  '}{why}",)
-                reached = replace(reached, notes=(*reached.notes, *self._not_given(given)))
                 error.result = Result(self.compiled, reached, grid, p, report, record, str(error), knots)
             raise
         finally:
             if isinstance(shown, Bar):
                 shown.close()
-        trajectory = replace(trajectory, notes=(*trajectory.notes, *self._not_given(given)))
         return Result(self.compiled, trajectory, grid, p, report, record, inputs=knots)
 
     def initialize(
@@ -411,13 +407,6 @@ class Plant(Generic[M]):
             engine.schedules.enter(held, t)
         given = start_values(self.compiled, starts), numbers_by_name("guesses", guesses)
         return initializer.solve(engine, t, p, held, *given)
-
-    def _not_given(self, inputs: Mapping[str, InputValue]) -> list[str]:
-        """What to say of inputs that have neither a value in this run nor one of their own."""
-        missing = {n: u.unit for n, u in self.compiled.inputs.items() if n not in inputs and not u.declared}
-        return [
-            f"the input {n} is {with_unit('0', unit)}, because it was given no value" for n, unit in missing.items()
-        ]
 
     def _schedules(self, inputs: Mapping[str, InputValue]) -> list[TimeSignal]:
         """The signals of time of a run with these inputs."""

@@ -26,6 +26,7 @@ from powertrain.language.quantities import converted
 from powertrain.language.readonly import ReadOnlyValues
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
+from powertrain.language.units import with_unit
 from powertrain.signals import Picked, signals_of
 
 if TYPE_CHECKING:
@@ -168,7 +169,11 @@ class Result(Generic[M]):
         What is not unique: its start, or the torque of friction at rest; inputs without a value, which are zero; tables that keep the
         parameters of the model; quantities that left the range of the model, with the number of steps outside.
         """
-        return (*self.report.notes, *self.trajectory.notes, *_outside(self.statistics))
+        missing = {n: u.unit for n, u in self.compiled.inputs.items() if n not in self.inputs and not u.declared}
+        zero = (
+            f"the input {n} is {with_unit('0', unit)}, because it was given no value" for n, unit in missing.items()
+        )
+        return (*self.report.notes, *self.trajectory.notes, *zero, *_outside(self.statistics))
 
     @cached_property
     def modes(self) -> dict[str, str]:

@@ -319,6 +319,12 @@ def test_inputs_set_from_c_are_those_of_a_run_in_hand(tmp_path: Path) -> None:
         assert found == pytest.approx(run.state.x, rel=1e-9, abs=1e-10)
 
 
+def test_a_run_in_c_names_an_input_without_value(tmp_path: Path) -> None:
+    model = pt.compile(Belt()).export_c(tmp_path)
+    assert "the input u is 0 m/s, because it was given no value" in model.simulate(0.1).notes
+    assert not model.simulate(0.1, inputs={"u": 0.0}).notes
+
+
 def test_an_input_set_from_c_makes_a_load_slip(tmp_path: Path) -> None:
     """2 m/s2 for 0.1 s; the load had the speed of its belt at once."""
     import ctypes

@@ -47,6 +47,18 @@ def test_what_casadi_makes_of_ctrl_c_is_no_error_of_the_model() -> None:
         ca.vertcat(ca.SX.sym("x"), Interrupted())
 
 
+def test_ctrl_c_arrives_also_where_another_one_is_handled() -> None:
+    def discarding() -> None:
+        with pytest.raises(NotImplementedError):
+            ca.vertcat(ca.SX.sym("x"), Interrupted())
+
+    try:
+        raise KeyboardInterrupt("the first one")
+    except KeyboardInterrupt:
+        with pytest.raises(KeyboardInterrupt):
+            interruptible()(discarding)()
+
+
 def test_an_interruption_keeps_what_it_carries() -> None:
     def carrying() -> None:
         try:

@@ -63,6 +63,17 @@ def test_another_unit_is_refused_in_a_step(plant: pt.Plant[Driven]) -> None:
         plant.start().step(0.1, torque=stated(4.0, "kN.m"))
 
 
+def test_another_unit_is_refused_at_operating_points(plant: pt.Plant[Driven]) -> None:
+    with pytest.raises(pt.ParameterError, match=r"inputs: torque: the values are in 'kN\.m'"):
+        pt.steady(plant, {"rotor.w": 3.0}, inputs={"torque": stated(4.0, "kN.m")})
+    with pytest.raises(pt.ParameterError, match=r"grid: rotor\.w: the values are in 'rpm'"):
+        pt.steady(plant, {"rotor.w": stated(3.0, "rpm")}, inputs={"torque": 4.0})
+    again = pt.steady(plant, {"rotor.w": 3.0, "torque": stated(4.0, "Nm")}, outputs="source.tau")
+    assert pt.steady(plant, {"rotor.w": 3.0, "torque": again["source.tau"]}).identical(
+        pt.steady(plant, {"rotor.w": 3.0, "torque": 4.0})
+    )
+
+
 def test_values_in_the_unit_of_the_model_are_taken(plant: pt.Plant[Driven]) -> None:
     given = {"torque": (stated([0.0, 1.0], "s"), stated([4.0, 4.0], "Nm"))}
     first = plant.simulate(1.0, inputs=given, parameters={"rotor.J": stated(4.0, "kg.m2")})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import pickle
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -30,8 +31,18 @@ def test_parameters_are_not_set_in_place() -> None:
         pt.ParameterError, match=r"parameters\['k'\] = 5\.0 would have no effect; .*simulate\(\.\.\., parameters="
     ):
         plant.parameters["k"] = 5.0
-    with pytest.raises(pt.ParameterError, match="would have no effect"):
-        plant.parameters.update(k=5.0)
+    changes: list[Callable[[dict[str, float]], object]] = [
+        lambda p: p.update(k=5.0),
+        lambda p: p.__ior__({"k": 5.0}),
+        lambda p: p.setdefault("m", 5.0),
+        lambda p: p.pop("k"),
+        lambda p: p.popitem(),
+        lambda p: p.clear(),
+        lambda p: p.__delitem__("k"),
+    ]
+    for change in changes:
+        with pytest.raises(pt.ParameterError, match="would have no effect; simulate again"):
+            change(result.parameters)
     with pytest.raises(pt.ParameterError, match="simulate again"):
         result.parameters["k"] = 5.0
     changed = plant.parameters | {"k": 5.0}

@@ -697,7 +697,7 @@ def test_coordinates_of_arrays_stay(bench: pt.Plant[SplitPathBench]) -> None:
     [
         (
             {"load": xr.DataArray([0.01], dims="load", attrs={"units": "kN.m"})},
-            "of load are in 'kN.m'.* the model's are in 'N.m'",
+            "grid: load: the values are in 'kN.m'.* must be in N.m",
         ),
         (
             {

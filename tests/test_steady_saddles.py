@@ -8,7 +8,7 @@ import pytest
 import powertrain as pt
 from powertrain.components.rotational import BearingFriction, ConstantTorque, Inertia, Torque
 
-OK, SEVERAL = 0, 2
+OK, SEVERAL, OUTSIDE = 0, 2, 5
 SYNCHRONOUS, LARGEST, SLIP = 150.0, 100.0, 0.15
 LOADS = np.array([20.0, 40.0, 60.0, 90.0])
 
@@ -51,3 +51,22 @@ def test_no_point_is_another_where_the_motor_always_returns() -> None:
     model = InductionMotor(end=BearingFriction(tau_pos=((0.0, 2.0),)))
     found = pt.steady(model, {"load.tau_constant": -LOADS}, outputs="rotor.w", guesses={"rotor.w": 145.0})
     assert (found.status == OK).all()
+
+
+class Falling(pt.Component):
+    """A body in the drag of a fluid, w' = u - w**2, which returns to its speed above zero and leaves the one below."""
+
+    u: pt.Input = pt.signal_input("1", "Input")
+    w: pt.Variable = pt.variable("1", "Speed")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.w) == self.u.value - self.w**2
+        pt.within(self.w, -1.0, 2.0, name="speed", unit="1")
+
+
+def test_the_first_of_several_points_may_be_outside_the_range_of_the_model() -> None:
+    plant, inputs, below = pt.compile(Falling()), {"u": [0.25, 2.25]}, {"w": -3.0}
+    found = pt.steady(plant, inputs, outputs="w", guesses=below, first=True)
+    assert found.status.values.tolist() == [SEVERAL, OUTSIDE]
+    np.testing.assert_allclose(found["w"], [-0.5, np.nan])
+    assert (pt.steady(plant, inputs, outputs="w", guesses=below).status == SEVERAL).all()

@@ -1,23 +1,25 @@
 """Where an expression has no real value: roots and logarithms of negative numbers, arcsines of numbers beyond one.
 
 CasADi computes nan there, and fmin, fmax and comparisons drop a nan without a word: fmin(sqrt(-1), 2) is 2. The arguments that
-interval arithmetic does not place inside the domain get a guard, at which a run ends.
+interval arithmetic does not place inside the domain get a guard, at which a run ends. Within the tolerance of the guard, they count as the
+limit of the domain.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import casadi as ca
 
-from powertrain.compiler.flat import Flat
+from powertrain.compiler.flat import Flat, rewritten
 from powertrain.compiler.operations import operation
+from powertrain.dae.tolerances import LIMIT
 from powertrain.language.dimensions import unit_of
 from powertrain.language.recorder import GuardEntry
 from powertrain.language.symbols import Symbol, key
-from powertrain.numerics.tape import graph_of
+from powertrain.numerics.tape import again, graph_of
 
 Interval = tuple[float, float]
 _ALL: Interval = (-math.inf, math.inf)
@@ -45,17 +47,41 @@ def guard_domains(flat: Flat) -> Flat:
     lines += [(place, v, "error") for place, law in flat.laws for v in vars(law).values() if isinstance(v, Symbol)]
     lines += [(s.place, s.g, "error") for s in (*active.switches, *active.relations)]
     lines += [(g.place, g.value, "start" if g.action == "start" else "error") for g in active.guards]
-    found: dict[int, GuardEntry] = {}
+    found, unsafe = dict[tuple[int, Interval], GuardEntry](), dict[int, Interval]()
     for place, expression, action in lines:
-        for what, argument, (low, high) in unsafe_arguments(expression, known):
+        for operation_key, what, argument, (low, high) in unsafe_arguments(expression, known):
+            unsafe[operation_key] = low, high
             unit = unit_of(argument, active.units) or "1"
             guard = GuardEntry(what, argument, Symbol(low), Symbol(high), unit, action, place)
-            found.setdefault(key(argument), guard)
-    return replace(flat, recorder=replace(active, guards=[*active.guards, *found.values()])) if found else flat
+            found.setdefault((key(argument), (low, high)), guard)
+    if not found:
+        return flat
+    guarded = replace(flat, recorder=replace(active, guards=[*active.guards, *found.values()]))
+    return rewritten(guarded, lambda listed: _rounded(listed, unsafe))
 
 
-def unsafe_arguments(expression: Symbol, known: Mapping[int, Interval]) -> Iterator[tuple[str, Symbol, Interval]]:
-    """(what, argument, domain) of operations of an expression that may have no value; ``known``: ranges of symbols by their keys.
+def _rounded(expressions: Sequence[Symbol], unsafe: Mapping[int, Interval]) -> list[Symbol]:
+    """The expressions; arguments of the ``unsafe`` operations (by keys) that are beyond the domain by round-off are at its limit."""
+    new: dict[int, Symbol] = {}
+    for place, (node, operands) in graph_of(*expressions).items():
+        inner = [new[key(o)] for o in operands]
+        if place in unsafe:
+            inner[0] = _at_limit(inner[0], *unsafe[place])
+        same = all(key(one) == key(other) for one, other in zip(inner, operands, strict=True))
+        new[place] = node if same else again(node, inner)
+    return [new[key(e)] for e in expressions]
+
+
+def _at_limit(argument: Symbol, low: float, high: float) -> Symbol:
+    for limit, beyond in ((low, low - argument), (high, argument - high)):
+        if math.isfinite(limit):
+            near = ca.logic_and(beyond > 0.0, beyond <= LIMIT * (1.0 + abs(limit)))
+            argument = ca.if_else(near, limit, argument)
+    return argument
+
+
+def unsafe_arguments(expression: Symbol, known: Mapping[int, Interval]) -> Iterator[tuple[int, str, Symbol, Interval]]:
+    """(key of the operation, what, argument, domain) where an expression may have no value; ``known``: ranges of symbols by their keys.
 
     Operations in a branch, which count only where it is taken, are left out.
     """
@@ -68,14 +94,14 @@ def unsafe_arguments(expression: Symbol, known: Mapping[int, Interval]) -> Itera
             ranges[place] = (float(node),) * 2 if node.is_constant() else known.get(place, _ALL)
         else:
             ranges[place] = _range(node, [ranges[key(o)] for o in operands], len({key(o) for o in operands}) == 1)
-    for place in _always_computed(expression, graph):
-        node, operands = graph[place]
+    for at in _always_computed(expression, graph):
+        node, operands = graph[at]
         if operation(node) not in _DOMAINS or _may_be_whole(operands):
             continue
         what, (low, high) = _DOMAINS[operation(node)]
         least, most = ranges[key(operands[0])]
         if not (low <= least and most <= high):
-            yield what, operands[0], (low, high)
+            yield at, what, operands[0], (low, high)
 
 
 def _may_be_whole(operands: list[Symbol]) -> bool:
@@ -107,7 +133,7 @@ def _range(node: Symbol, inside: list[Interval], same: bool) -> Interval:
 
 
 def _square(a: Interval) -> Interval:
-    ends = sorted((a[0] ** 2, a[1] ** 2))
+    ends = sorted((a[0] * a[0], a[1] * a[1]))
     return (0.0 if a[0] <= 0.0 <= a[1] else ends[0], ends[1])
 
 

@@ -143,8 +143,8 @@ class Solver:
     def _limit(self, grid: Rows, points: Points) -> None:
         """Laws at rest share a torque by compliance; what exceeds the static limit of one law is passed on to the others.
 
-        The model's compliance is not that of the search. Where all laws at rest are stuck first and yield one after the other, the last of
-        them may fail to hold what is left. There the modes that were found hold it.
+        The model's compliance is not that of the search. All laws at rest begin stuck and yield one after the other. Where the last of them
+        fails to hold what is left, the modes that the search found are taken instead; where these fail, too, there is no solution.
         """
         count = len(self._shared)
         modes, u = points.modes.copy(), points.u.copy()
@@ -155,7 +155,7 @@ class Solver:
         left = self._passed_on(grid, points, np.flatnonzero(np.isin(points.status, (OK, SEVERAL))))
         points.modes[:, left], points.u[:, left] = modes[:, left], u[:, left]
         left = self._passed_on(grid, points, left) if left.size else left
-        points.status[left[points.status[left] == OK]] = DIVERGED
+        points.status[left] = DIVERGED
 
     def _passed_on(self, grid: Rows, points: Points, which: Index) -> Index:
         """Let stuck laws yield that are beyond their limits; return the points that are no equilibrium then.

@@ -79,10 +79,12 @@ def unit_of(expression: Symbol, units: Mapping[int, str]) -> str | None:
 
 def units_of_terms(expression: Symbol, units: Mapping[int, str]) -> list[str]:
     """The units of the variables in a sum, without those whose operations may change them."""
-    found: dict[str, None] = {}
-    stack = [expression]
+    found, seen, stack = dict[str, None](), set[int](), [expression]
     while stack:
         term = stack.pop()
+        if key(term) in seen:
+            continue
+        seen.add(key(term))
         if key(term) in units:
             found[units[key(term)]] = None
         elif term.n_dep() and not term.is_output() and term.op() in _KEEPING:

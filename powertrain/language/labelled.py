@@ -31,7 +31,8 @@ def check_stated(what: str, stated: str, unit: str) -> None:
         same = False
     if not same:
         raise ParameterError(
-            f"{what}: the values are in {stated!r}, as their attribute units says, but must be in {unit}; convert them"
+            f"{what}: the values are in {stated!r}, as their attribute units says, but must be in {unit}; convert them, and "
+            "correct the attribute or pass plain numbers: .to_numpy()"
         )
 
 

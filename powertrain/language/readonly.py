@@ -1,4 +1,4 @@
-"""Values by name that are only read."""
+"""Read-only values by name."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from powertrain.errors import ParameterError
 
 
 class ReadOnlyValues(dict[str, float]):
-    """Numbers by name. A change in place would reach nothing, so it is an error that says what to do ``instead``."""
+    """Numbers by name. A change in place would have no effect, so it is an error that says what to do ``instead``."""
 
     def __init__(self, values: dict[str, float], instead: str) -> None:
         super().__init__(values)
@@ -17,12 +17,10 @@ class ReadOnlyValues(dict[str, float]):
     def __setitem__(self, name: str, value: float) -> NoReturn:
         raise ParameterError(f"parameters[{name!r}] = {value!r} would have no effect; {self._instead}")
 
-    def update(self, *values: Any, **named: Any) -> NoReturn:
-        """Always ParameterError."""
-        raise ParameterError(f"parameters.update() would have no effect; {self._instead}")
+    def _refuse(self, *given: Any, **named: Any) -> NoReturn:
+        raise ParameterError(f"a change of parameters would have no effect; {self._instead}")
 
-    def __ior__(self, values: Any) -> NoReturn:  # type: ignore[misc]
-        self.update(values)
+    __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
 
     def __reduce__(self) -> tuple[Any, ...]:
         return dict, (dict(self),)

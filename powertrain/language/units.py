@@ -56,21 +56,6 @@ def checked_unit(unit: str) -> str:
     return unit
 
 
-def same_unit(one: str, other: str) -> bool:
-    """Whether two texts have the same factors, in any order.
-
-    >>> same_unit("m.N", "N.m"), same_unit("1/s", "s-1"), same_unit("kN.m", "N.m"), same_unit("Nm", "N.m")
-    (True, True, False, False)
-    """
-    if one == other:
-        return True
-    try:
-        first, second = (sorted(f for f in factors(unit) if f[0] != "1") for unit in (one, other))
-    except ModelError:
-        return False
-    return first == second
-
-
 def factors(unit: str) -> list[tuple[str, int]]:
     """The names in a product or quotient, with their powers. Errors: ModelError for a text that is neither.
 

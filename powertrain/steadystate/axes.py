@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import array
+from powertrain.language.labelled import stated_unit
 from powertrain.language.reals import Array
 from powertrain.numerics.batch import Rows
 
@@ -136,7 +137,7 @@ def make_grid(given: Mapping[str, Any], results: Collection[str] = ()) -> Grid:
             if sizes.setdefault(d, n) != n:
                 raise ParameterError(f"grid: {name} has {n} values along {d}, but others have {sizes[d]}")
         coords = {str(n): c.variable for n, c in getattr(value, "coords", {}).items()}
-        axes.append(GridAxis(name, dims, values, coords, str(getattr(value, "attrs", {}).get("units", ""))))
+        axes.append(GridAxis(name, dims, values, coords, stated_unit(value)))
     _check_coordinates(axes)
     return Grid(tuple(axes), tuple(sizes), tuple(sizes.values()))
 

@@ -21,8 +21,9 @@ from powertrain.errors import ParameterError, suggestion
 from powertrain.interruption import interruptible
 from powertrain.language.arguments import by_name, flag, listed, names, number, numbers_by_name, text
 from powertrain.language.component import Component
+from powertrain.language.labelled import check_stated, check_unit
 from powertrain.language.reals import Array
-from powertrain.language.units import rate_unit, same_unit
+from powertrain.language.units import rate_unit
 from powertrain.plant import Plant, plant_of
 from powertrain.signals import Picked, Signals, signals_of
 from powertrain.steadystate.axes import Grid, make_grid
@@ -162,6 +163,8 @@ def question(
     found, kept = (None if n is None else names(w, n) for w, n in (("free", free), ("held", held)))
     asked = replace(asked_for(plant, spanned, wanted, given, found, kept), guesses=guessed, time=time)
     _check_names(spanned, wanted)
+    for name in given:
+        check_unit(f"inputs: {name}", inputs[name], plant.compiled.inputs[name].unit)
     _check_values(plant, spanned, guessed, by_name("parameters", parameters))
     values = {n: u.value for n, u in plant.compiled.inputs.items()} | given
     common = np.concatenate(
@@ -276,12 +279,7 @@ def _check_names(grid: Grid, wanted: list[Wanted]) -> None:
 
 def _check_values(plant: Plant[Any], grid: Grid, guesses: Mapping[str, float], parameters: Mapping[str, float]) -> None:
     for axis in grid.axes:
-        unit, _ = described(plant.compiled, axis.name)
-        if axis.unit and not same_unit(axis.unit, unit):
-            raise ParameterError(
-                f"grid: the values of {axis.name} are in {axis.unit!r}, as their attribute units says, but the model's are in {unit!r}; "
-                "convert them"
-            )
+        check_stated(f"grid: {axis.name}", axis.unit, described(plant.compiled, axis.name)[0])
         constant = plant.compiled.parameters.get(axis.name)
         if constant is not None and axis.name not in plant.compiled.inputs:
             for value in np.unique(axis.values):

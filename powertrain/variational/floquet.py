@@ -75,7 +75,7 @@ def floquet(result: Result[Any], start: float, period: float) -> Floquet:
             f"the period from {start:g} s to {end:g} s is outside the simulated span [{trajectory.start:g}, {trajectory.end:g}] s"
         )
     trajectory = trajectory.part(start, end)
-    result = Result(result.compiled, trajectory, [start, end], result.p, result.report)
+    result = Result(result.compiled, trajectory, [start, end], result.p, result.report, inputs=result.inputs)
     system = System(result.compiled, (), ())
     flow = VariationalRates(system, None)
     corners = Corners(system, ca.vertcat(flow.expressions, system.dae.residual))

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
+import numpy as np
 import pytest
 
 import powertrain as pt
@@ -28,6 +29,11 @@ class Integrated(pt.Component):
         yield self.shown == self.signal(self.x, self.k)
 
 
+def _two(argument: Any, one: Callable[[Any], Any], other: Callable[[Any], Any]) -> Any:
+    """Two functions of one argument, with different domains."""
+    return ca.fmin(one(argument), 9.0) + ca.fmin(other(argument), 9.0)
+
+
 @pytest.mark.parametrize(
     ("signal", "what"),
     [
@@ -37,6 +43,8 @@ class Integrated(pt.Component):
         (lambda x, k: ca.fmax(ca.asin(1.75 - x), 0.0), "the argument of an arcsine"),
         (lambda x, k: CURVE(ca.sqrt(x - 0.75)), "the argument of a square root"),
         (lambda x, k: ca.sqrt(x - 0.75), "the argument of a square root"),
+        (lambda x, k: _two(x + 0.25, ca.sqrt, ca.acosh), "the argument of an inverse hyperbolic cosine"),
+        (lambda x, k: _two(x + 0.25, ca.acosh, ca.sqrt), "the argument of an inverse hyperbolic cosine"),
     ],
 )
 def test_a_run_ends_where_a_value_is_lost(signal: Callable[[Any, Any], Any], what: str) -> None:
@@ -52,6 +60,7 @@ def test_a_run_ends_where_a_value_is_lost(signal: Callable[[Any, Any], Any], wha
     [
         lambda x, k: ca.sqrt(ca.fmax(x - 0.75, 0.0)),
         lambda x, k: ca.sqrt(x * x + k),
+        lambda x, k: ca.sqrt((1e200 + k) ** 2 + x**2),
         lambda x, k: ca.fabs(x - 0.75) ** 1.3,
         lambda x, k: ca.asin(ca.fmin(ca.fmax(3.0 * x, -1.0), 1.0)),
         lambda x, k: (x - 0.75) ** 3,
@@ -65,6 +74,19 @@ def test_arguments_that_stay_in_the_domain_need_no_guard(signal: Callable[[Any, 
     plant = pt.compile(Integrated(signal=signal))
     assert not plant.compiled.dae.guards
     assert plant.simulate(1.0)["x"][-1] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("start", [0.0, -1e-12, -9e-10])
+def test_an_argument_beyond_its_domain_by_round_off_counts_as_the_limit(start: float) -> None:
+    """The root of 1e-12 less than nothing is zero, where fmin would hide a nan."""
+    model = Integrated(rate=lambda x, k: -x, signal=lambda x, k: ca.fmin(ca.sqrt(x), 2.0) + ca.fmin(ca.acosh(1 + x), 2))
+    run = pt.simulate(model, 1.0, starts={"x": start})
+    np.testing.assert_allclose(run["shown"], 0.0, atol=1e-4)
+
+
+def test_an_argument_farther_beyond_its_domain_has_no_value() -> None:
+    dynamics = pt.compile(Integrated(rate=lambda x, k: ca.sqrt(x))).function()
+    assert np.isnan(float(dynamics.function(0.0, -1e-8, [], [], [])[0]))
 
 
 def test_a_root_of_parameters_is_an_error_of_the_parameters() -> None:

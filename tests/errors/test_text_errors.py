@@ -110,6 +110,20 @@ class MixedSum(pt.Component):
         yield self.air == 2.0 + (ca.fabs(self.v) - self.wind)
 
 
+class ManyPaths(pt.Component):
+    """A sum in which a speed occurs 2**40 times."""
+
+    v: pt.Parameter = pt.parameter("m/s", "Speed", default=10.0)
+    wind: pt.Parameter = pt.parameter("km/h", "Wind speed", default=36.0)
+    air: pt.Variable = pt.variable("m/s", "Speed of the air")
+
+    def equations(self) -> pt.Equations:
+        speed = ca.fabs(self.v)
+        for k in range(40):
+            speed = speed + ca.fmin(speed, float(k))
+        yield self.air == speed - self.wind
+
+
 class Kilowatts(pt.Component):
     """A power in W is equated to a map in kW."""
 
@@ -282,6 +296,7 @@ class Partial(pt.Component):
         (Dropped, ["self.J1.w == 5.0", "(test_text_errors.py:", "no effect without yield; write  yield a == b"]),
         (DroppedCondition, ["self.low < self.high", "(test_text_errors.py:", "no effect without yield"]),
         (MixedSum, ["yield self.air ==", "its terms are in m/s and km/h; nothing is converted"]),
+        (ManyPaths, ["its terms are in m/s and km/h"]),
         (
             Kilowatts,
             ["yield self.power(pt.time) ==", "the left side is in kW, the right side in W; nothing is converted"],
