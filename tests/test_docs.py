@@ -134,7 +134,7 @@ def test_every_component_gets_a_page(made_with: Any, tmp_path: Path) -> None:
     made_with("component_pages").write_pages(tmp_path)
     clutch = (tmp_path / "components" / "rotational" / "Clutch.md").read_text(encoding="utf-8")
     assert "from powertrain.components.rotational import Clutch" in clutch
-    assert "| `fn_max` | – | N | \\[0,\N{NO-BREAK SPACE}∞) | Normal force" in clutch
+    assert "| `fn_max` | – | N | \\[0,\N{NO-BREAK SPACE}∞) | Pressing force" in clutch
     assert "Source: `components/rotational/clutch.py`, line" in clutch
     assert (tmp_path / "components" / "vehicles" / "SplitPathCar.md").is_file()
 

@@ -45,11 +45,9 @@ class Experiment:
         times = row("times", self.times)
         if not times.size or (np.diff(times) <= 0).any():
             raise ParameterError("experiment: times (s) must ascend, and there must be at least one")
-        measured = {
-            name: row(f"experiment: {name}", v, finite=False)
-            for name, v in by_name("experiment: values", self.values).items()
-        }
-        units = {name: stated_unit(v) or self.units.get(name, "") for name, v in self.values.items()}
+        given, known = by_name("experiment: values", self.values), by_name("experiment: units", self.units)
+        measured = {name: row(f"experiment: {name}", v, finite=False) for name, v in given.items()}
+        units = {name: stated_unit(v) or known.get(name, "") for name, v in given.items()}
         if not measured:
             raise ParameterError("experiment: give the values of at least one signal")
         for what in ("starts", "inputs", "parameters"):
