@@ -86,7 +86,8 @@ def test_linear_models_pickle_and_connect() -> None:
     assert np.array_equal(again.A, system.A)
     single = response(system)[0, 0]
     # A gain in place of the second would be a system without states, for which python-control 0.10.2 does what NumPy 2.5 deprecates.
-    closed = control.feedback(system, system)
+    opposite: Any = system
+    closed = control.feedback(system, opposite)
     assert np.allclose(response(closed)[0, 0], single / (1 + single**2))
 
 

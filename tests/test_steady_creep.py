@@ -119,7 +119,7 @@ class Network:
         else:
             gear = PlanetaryGear(ratio=self.uniform(1.5, 4), eta_ab=eta, eta_ba=eta)
             members = rng.permutation(["sun", "ring", "carrier"]).tolist()
-            self.add(gear, **dict(zip(members, (here, there, self.shaft()), strict=True)))
+            self.add(gear, None, **dict(zip(members, (here, there, self.shaft()), strict=True)))
 
     def model(self) -> Driveline:
         self.shaft()

@@ -91,7 +91,7 @@ def unsafe_arguments(expression: Symbol, known: Mapping[int, Interval]) -> Itera
     ranges: dict[int, Interval] = {}
     for place, (node, operands) in graph.items():
         if not operands:
-            ranges[place] = (float(node),) * 2 if node.is_constant() else known.get(place, _ALL)
+            ranges[place] = (float(node), float(node)) if node.is_constant() else known.get(place, _ALL)
         else:
             ranges[place] = _range(node, [ranges[key(o)] for o in operands], len({key(o) for o in operands}) == 1)
     for at in _always_computed(expression, graph):

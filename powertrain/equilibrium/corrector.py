@@ -189,10 +189,10 @@ def saddles(laws: SteadyLaws, at: Iterates, rest: AtRest) -> tuple[Mask, Array]:
 def _growing(inverse: Array) -> Array:
     """For the inverse of each matrix, the eigenvector of its greatest positive eigenvalue; zero if there is none but for round-off."""
     values, vectors = np.linalg.eig(inverse)
-    times, real = np.abs(values), values.real > NOTHING * np.abs(values).max(axis=1, keepdims=True, initial=0.0)
-    real &= np.abs(values.imag) <= NOTHING * times
+    times, real = np.abs(values), np.real(values) > NOTHING * np.abs(values).max(axis=1, keepdims=True, initial=0.0)
+    real &= np.abs(np.imag(values)) <= NOTHING * times
     fastest = np.where(real, times, np.inf).argmin(axis=1)
-    found = np.take_along_axis(vectors.real, fastest[:, None, None], axis=2)[:, :, 0]
+    found = np.take_along_axis(np.real(vectors), fastest[:, None, None], axis=2)[:, :, 0]
     return np.asarray(np.where(real.any(axis=1)[:, None], found, 0.0))
 
 

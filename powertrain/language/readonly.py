@@ -20,7 +20,9 @@ class ReadOnlyValues(dict[str, float]):
     def _refuse(self, *given: Any, **named: Any) -> NoReturn:
         raise ParameterError(f"a change of parameters would have no effect; {self._instead}")
 
-    __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+    __delitem__ = __ior__ = clear = pop = popitem = _refuse
+    setdefault: Any = _refuse
+    update: Any = _refuse
 
     def __reduce__(self) -> tuple[Any, ...]:
         return dict, (dict(self),)

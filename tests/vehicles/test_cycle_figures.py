@@ -16,6 +16,7 @@ from powertrain.components.cycles import DriveCycle
 from powertrain.components.wheels import WheelBrake
 from powertrain.trials import CycleRun, drive_cycle
 from powertrain.trials import figures as draw
+from powertrain.trials.anatomy import parts_of, variators
 from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.electric_car import ElectricCar
 from powertrain.vehicles.split_path_car import SplitPathCar
@@ -86,14 +87,14 @@ def test_ratio_is_output_over_input_speed() -> None:
 
 
 def test_parts_are_found_by_kind() -> None:
-    assert list(draw.parts_of(run().plant.model, VariableUnit)) == ["transmission.cvu"]
-    assert list(draw.parts_of(run().plant.model, WheelBrake)) == ["front.brakes", "rear.brakes"]
+    assert list(parts_of(run().plant.model, VariableUnit)) == ["transmission.cvu"]
+    assert list(parts_of(run().plant.model, WheelBrake)) == ["front.brakes", "rear.brakes"]
 
 
 def test_the_gears_of_a_powershift_gearbox_are_no_variable_unit() -> None:
     """Power through gears with steps does not split between them and another path."""
-    assert not list(draw.variators(AutomaticCar()))
-    assert list(draw.variators(VariatorCar())) == ["unit"]
+    assert not list(variators(AutomaticCar()))
+    assert list(variators(VariatorCar())) == ["unit"]
 
 
 def test_energy_bars_add_up_to_the_supply(ax: Any) -> None:
