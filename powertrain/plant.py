@@ -384,13 +384,13 @@ class Plant(Generic[M]):
         x, z, m, report = self.initialize(start, parameters, starts, guesses, given)
         return Begun(x, z, m, self.parameter_vector(parameters), report, self._schedules(given))
 
-    @interruptible()
     def _engine(self, method: Method, compiled: Compile) -> Simulator:
         one_of("method", method, get_args(Method))
         key = method, compile_option(compiled)
         engines: dict[tuple[str, Compile], Simulator] = self._local.__dict__.setdefault("engines", {})
         if key not in engines:
-            engines[key] = Simulator(self.compiled.dae, *key)
+            with interruptible():
+                engines[key] = Simulator(self.compiled.dae, *key)
         return engines[key]
 
     def _begun(

@@ -17,6 +17,7 @@ from powertrain.language.labelled import check_unit
 from powertrain.language.quantities import has_unit, quantity
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.numerics.buffers import PREFIX, Evaluated
 
 DECLARED = "start of the variable"
 _DEPTH = 10
@@ -73,13 +74,12 @@ class Discretes:
             value = -ca.substitute(expression, symbol, 0) / ca.jacobian(expression, symbol)
             found = {i: _put(dae, e, {place: value}) for i, e in found.items()} | {place: value}
         self.given, self.values = list(found), column(list(found.values()))
-        self._evaluated = ca.Function(
-            "powertrain_discretes", [dae.t, unknowns, dae.m, dae.p], [ca.densify(self.values)]
-        )
+        arguments, outputs = [dae.t, unknowns, dae.m, dae.p], [ca.densify(self.values)]
+        self._evaluated = Evaluated(ca.Function(PREFIX + "discretes", arguments, outputs))
 
     def set(self, t: float, y: Array, m: Array, p: Array, before: Array | None = None) -> Array:
         """Write the values into ``m`` and return them; those as ``before`` are left out, since resets may have changed them there."""
-        found = np.array(self._evaluated(t, y, m, p)).ravel()
+        found = self._evaluated(t, y, m, p)[0].ravel()
         new = np.ones(len(found), bool) if before is None else found != before
         m[np.array(self.given, int)[new]] = found[new]
         return found
