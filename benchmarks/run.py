@@ -100,12 +100,19 @@ def _cpu() -> list[tuple[str, str]]:
     return [(key.strip(), value.strip()) for key, _, value in pairs]
 
 
+def renewed(page: str, measured: str) -> str:
+    """The sections of a page, with those that were ``measured`` in place of the old ones; new ones are last."""
+    titled = f"\n{page}\n\n{measured}".split("\n## ")[1:]
+    found = {section.partition("\n")[0]: section.strip() for section in titled}
+    return "\n\n".join(f"## {section}" for section in found.values())
+
+
 def main(arguments: list[str] | None = None) -> int:
     """The command line; returns 1 where a goal was missed."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="name", help=f"which to run, of {', '.join(FULL)} (default: all)")
     parser.add_argument("--quick", action="store_true", help="few rounds and small sizes")
-    parser.add_argument("--write", action="store_true", help="write docs/benchmarks.md")
+    parser.add_argument("--write", action="store_true", help="write their sections of docs/benchmarks.md")
     chosen = parser.parse_args(arguments)
     unknown = [name for name in chosen.names if name not in FULL]
     if unknown:
@@ -119,5 +126,6 @@ def main(arguments: list[str] | None = None) -> int:
     print(table(rows))
     if chosen.write:
         page = Path(__file__).parents[1] / "docs" / "benchmarks.md"
-        page.write_text(f"{HEAD}{machine()}\n\n{sections(rows)}\n", encoding="utf-8")
+        kept = renewed(page.read_text(encoding="utf-8"), sections(rows))
+        page.write_text(f"{HEAD}{machine()}\n\n{kept}\n", encoding="utf-8")
     return int(any(row.met is False for row in rows))

@@ -67,6 +67,12 @@ def test_drive_cycle_without_fastsim(monkeypatch: pytest.MonkeyPatch) -> None:
     assert rows[-1].measured == "no compiler for this test"
 
 
+def test_sections_that_were_not_measured_stay_on_the_page() -> None:
+    page = timing.sections([timing.Row("a", "x", "1 s"), timing.Row("b", "x", "1 s")])
+    found = run.renewed(f"# Title\n\nText.\n\n{page}\n", timing.sections([timing.Row("a", "x", "2 s")]))
+    assert found == page.replace("1 s", "2 s", 1)
+
+
 def test_table_and_command_line(capsys: pytest.CaptureFixture[str]) -> None:
     rows = [timing.at_most("a", "b", 3.0, 2.0), timing.at_least("a", "c", 3.0, 2.0)]
     assert [row.met for row in rows] == [False, True]
