@@ -86,8 +86,8 @@ def test_linear_models_pickle_and_connect() -> None:
     assert np.array_equal(again.A, system.A)
     single = response(system)[0, 0]
     # A gain in place of the second would be a system without states, for which python-control 0.10.2 does what NumPy 2.5 deprecates.
-    opposite: Any = system
-    closed = control.feedback(system, opposite)
+    returned: Any = system  # python-control declares a number there
+    closed = control.feedback(system, returned)
     assert np.allclose(response(closed)[0, 0], single / (1 + single**2))
 
 

@@ -72,6 +72,11 @@ class Experiment:
         """The start of the run [s]."""
         return min(0.0, float(self.grid[0]))
 
+    @property
+    def has_sigma(self) -> bool:
+        """Whether the standard deviations of all measurements are given."""
+        return all(self.deviation(name) is not None for name in self.values)
+
     def deviation(self, name: str) -> float | None:
         """The standard deviation of a measurement of a signal."""
         given = self.sigma

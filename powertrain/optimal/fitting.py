@@ -111,7 +111,7 @@ class Fit:
 
     @property
     def _sigma_given(self) -> bool:
-        return all(e.deviation(n) is not None for e in self.experiments for n in e.values)
+        return all(e.has_sigma for e in self.experiments)
 
     @property
     def correlation(self) -> pd.DataFrame:
@@ -318,7 +318,7 @@ class _LeastSquares:
                 check_stated(f"experiment: {name}", e.units[name], one.unit)
         self.measured = [np.array([np.asarray(v, float) for v in e.values.values()]) for e in self.experiments]
         self.weights = [np.array([[1.0 / (e.deviation(n) or 1.0)] for n in e.values]) for e in self.experiments]
-        self.known = all(e.deviation(n) is not None for e in self.experiments for n in e.values)
+        self.known = all(e.has_sigma for e in self.experiments)
         self.evaluations = 0
         self._at: tuple[bytes, list[Result[Any]]] = (b"", [])
 
