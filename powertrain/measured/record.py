@@ -110,7 +110,11 @@ class TestCar:
 
     @classmethod
     def others(cls) -> tuple[Self, ...]:
-        """46 cars of model years 2016 and 2020, of the lists of these years, which had no part in the shared numbers."""
+        """46 cars of model years 2016 and 2020, of the lists of these years, which had no part in the shared numbers.
+
+        ``start_stop`` and ``turbocharged`` of 33 of them are those of the EPA's fuel economy guide, edition of October 2019, where it has
+        the same model with the same engine and transmission.
+        """
         return cls._from_data("epa_other_test_cars.csv")
 
     @classmethod

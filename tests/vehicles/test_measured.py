@@ -19,7 +19,7 @@ from powertrain.measured.fitting import NOISE, Sensitivities
 from powertrain.measured.prediction import Prediction, predict, table
 from powertrain.measured.published import published, published_others
 from powertrain.measured.record import SPREAD, TestCar, cased
-from powertrain.measured.technology import Technology, family, priors, stops
+from powertrain.measured.technology import Technology, family, is_charged, priors, stops
 from powertrain.trials import full_accelerator, time_between
 
 PAGE = (Path(__file__).parents[2] / "docs" / "vehicles" / "measured.md").read_text(encoding="utf-8")
@@ -417,11 +417,26 @@ def test_published_errors_of_cars_that_had_no_part_in_the_numbers() -> None:
         assert getattr(OTHERS[name], cycle) == pytest.approx(measured, abs=0.01)
     np.testing.assert_allclose(found.error, 100 * (found.predicted / found.measured - 1), atol=0.06)
     size = found.error.abs()
-    assert size.mean() == pytest.approx(4.9, abs=0.05)
+    assert size.mean() == pytest.approx(5.1, abs=0.05)
     assert size.median() == pytest.approx(3.7, abs=0.05)
     assert (size < 8).mean() > 5 / 6 - 0.01
     assert abs(found.error[found.cycle == "hwfet"].mean()) < 1
-    assert (size > 10).groupby(found.cycle).sum().to_dict() == {"udds": 7, "hwfet": 1}
+    assert found.error[found.cycle == "udds"].mean() == pytest.approx(3, abs=0.5)
+    assert (size > 10).groupby(found.cycle).sum().to_dict() == {"udds": 8, "hwfet": 2}
+
+
+def test_a_converter_drags_too_much_at_rest() -> None:
+    """Beside the HWFET, which hardly has rests, the UDDS is better where the engine stops or has a clutch; the page says how much."""
+    found = published_others().pivot(index="test_vehicle", columns="cycle", values="error")
+    beside = found.udds - found.hwfet
+
+    def mean(stop: bool, *kinds: str) -> float:
+        cars = [name for name, car in OTHERS.items() if car.start_stop is stop and car.transmission in kinds]
+        return float(beside[cars].mean())
+
+    runs = mean(False, "automatic")
+    assert mean(True, "automatic") - runs == pytest.approx(5, abs=0.5)
+    assert mean(False, "manual", "dual clutch") - runs == pytest.approx(3, abs=0.5)
 
 
 @pytest.mark.slow
@@ -448,12 +463,16 @@ def test_what_is_published_is_what_is_simulated(name: str, cycle: str) -> None:
     assert one.measured == pytest.approx(row.measured, abs=0.01)
 
 
-@pytest.mark.slow
-def test_a_car_that_is_known_to_have_no_start_stop() -> None:
-    """The 4Runner: of its maker's cars most have it, and with it the UDDS is predicted 10 % too good."""
-    (car,) = (car for car in OTHERS.values() if "4RUNNER" in car.name.upper())
-    assert stops(car)
-    assert abs(predict(replace(car, start_stop=False), "udds").error) < 0.035
+def test_what_the_guide_says_of_other_cars() -> None:
+    """33 cars of model year 2020; for eleven the maker and the specific power would have been wrong."""
+    known = [car for car in OTHERS.values() if car.start_stop is not None]
+    assert len(known) == len([car for car in OTHERS.values() if car.turbocharged is not None]) == 33
+    usual = [replace(car, start_stop=None, turbocharged=None) for car in known]
+    wrong = [car.name for car, guess in zip(known, usual, strict=True) if stops(car) != stops(guess)]
+    assert len(wrong) == 11
+    assert {"Toyota 4RUNNER 2WD", "Toyota Avalon", "Jeep Wrangler 4X4", "Acura Tlx"} <= set(wrong)
+    charged = [car.name for car, guess in zip(known, usual, strict=True) if is_charged(car) != is_charged(guess)]
+    assert charged == ["Toyota 86"]
 
 
 SPRINTS = {
