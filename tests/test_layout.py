@@ -45,7 +45,7 @@ ORDER = [
     "numerics: batch many newton_abreast",
     "numerics: replay folding",
     "compiler: matching calls cancellation generic statements",
-    "compiler: texts operations walks flat connections flatten binding source jumps domains alias index state_selection law_torques "
+    "compiler: texts operations walks flat connections flatten binding jumps domains alias index state_selection law_torques "
     "structure blocks torques resolver continuity records assemble",
     "modes: lemke",
     "modes: complementarity indicators rules projection jam guards selflocking admissible algebra uniqueness",

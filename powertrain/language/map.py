@@ -274,19 +274,14 @@ class Map:
             held = [a if axis.outside == "linear" else axis.clipped(a) for axis, a in varying]
             if len(held) == 1 and len(varying[0][0].points) <= FEW:
                 return _ramps(varying[0][0].points, self.values.ravel(), held[0])
-            return self._called(ca.vertcat(*held))
+            return Symbol(self._interpolant(ca.vertcat(*held)))
         held = [axis.clipped(a) for axis, a in varying]
         inner = ca.SX.sym("inner", len(held))
-        value = self._called(inner)
+        value = Symbol(self._interpolant(inner))
         for i, (axis, a) in enumerate(varying):
             if axis.outside == "linear":
                 value += ca.jacobian(Symbol(self._interpolant(inner)), inner[i]) * (a - held[i])
         return ca.substitute(value, inner, ca.vertcat(*held))
-
-    def _called(self, arguments: Symbol) -> Symbol:
-        if recording():
-            recorder().calls = True
-        return Symbol(self._interpolant(arguments))
 
     @cached_property
     def _interpolant(self) -> ca.Function:
