@@ -21,6 +21,7 @@ from powertrain.language.dimensions import measure, unit_of
 from powertrain.language.gridtable import read_grid
 from powertrain.language.labelled import check_unit, in_order
 from powertrain.language.laws import within
+from powertrain.language.reals import sealed
 from powertrain.language.recorder import recorder, recording
 from powertrain.language.symbols import Symbol
 from powertrain.language.units import checked_unit, told_apart, with_unit
@@ -106,8 +107,7 @@ class Map:
             raise ParameterError(f"map {name}: axes = {axes!r}: give a list of Axis(name, unit, points)")
         check_unit(f"map {name}", values, unit)
         values = in_order(f"map {name}", values, {axis.name: axis.points for axis in axes})
-        grid = array(f"map {name}", values).copy()
-        grid.flags.writeable = False
+        grid = sealed(array(f"map {name}", values).copy())
         object.__setattr__(self, "axes", tuple(axes))
         object.__setattr__(self, "values", grid)
         object.__setattr__(self, "unit", checked_unit(unit))
