@@ -21,7 +21,7 @@ _BOTH = """
 
 
 def __getattr__(name: str) -> Any:
-    from powertrain.components.lazy import attribute
+    from powertrain.lazy import attribute
 
     if name in _BOTH.split():
         raise ImportError(
@@ -32,6 +32,6 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    from powertrain.components.lazy import listed
+    from powertrain.lazy import listed
 
     return [*globals(), *listed(__file__)]

@@ -361,19 +361,11 @@ class Plant(Generic[M]):
         from powertrain.native.driver import CModel
 
         target, engine = Path(argument_path("folder", folder)), self._engine(method, False)
-        refuse(self.compiled.dae, engine)
+        refuse(engine)
         begun = self._begin(start, parameters, starts, guesses, inputs)
         engine.resolve(start, *begun[:4])
         chosen = engine.first_method(_USUAL)
-        write(
-            target,
-            engine,
-            chosen,
-            (float(start), *begun[:4]),
-            begun.schedules,
-            list(self.compiled.inputs),
-            list(self.parameters),
-        )
+        write(target, self.compiled, engine, chosen, float(start), begun)
         return CModel(self.compiled, target, chosen, self._begin)
 
     def _begin(self, start: float, parameters: Any, starts: Any, guesses: Any, inputs: Any) -> Begun:

@@ -24,7 +24,7 @@ from powertrain.language.component import Component
 from powertrain.language.connectors import Signal
 from powertrain.language.quantities import converted
 from powertrain.language.readonly import ReadOnlyValues
-from powertrain.language.reals import Array
+from powertrain.language.reals import Array, sealed
 from powertrain.language.symbols import Symbol
 from powertrain.language.units import with_unit
 from powertrain.signals import Picked, signals_of
@@ -84,7 +84,7 @@ class Result(Generic[M]):
         """Computes what is to be kept and lets go of the rest."""
         names = self._signals.matching(record)
         values = self._signals.compute(names, self._samples, self._p)
-        self._values = {name: _sealed(values[name].copy()) for name in names}
+        self._values = {name: sealed(values[name].copy()) for name in names}
         self._record = tuple(names)
         self.__dict__ |= {name: getattr(self, name) for name in ("time", "events", "statistics", "notes", "modes")}
         del self.__dict__["_samples"], self.__dict__["_dense"]
@@ -123,7 +123,7 @@ class Result(Generic[M]):
     @cached_property
     def time(self) -> Array:
         """The instants of all samples in seconds; an instant with an event appears twice."""
-        return _sealed(self._dense.t.copy())
+        return sealed(self._dense.t.copy())
 
     @cached_property
     def _dense(self) -> Samples:
@@ -268,8 +268,8 @@ class Result(Generic[M]):
             return self._columns([picked.name])[picked.name]
         if picked.expression.is_constant() or picked.name:
             value = self.parameters[picked.name] if picked.name else float(picked.expression)
-            return _sealed(np.full(len(self.time), value))
-        return _sealed(self._expressions([picked.expression])[:, 0])
+            return sealed(np.full(len(self.time), value))
+        return sealed(self._expressions([picked.expression])[:, 0])
 
     def signal(self, what: What[M]) -> Array:
         """``result[what]`` as a call: pyright and editors follow selectors into calls, but not into brackets."""
@@ -280,11 +280,11 @@ class Result(Generic[M]):
         explicit = [name for name in missing if self._signals.explicit(name)] if "_samples" not in self.__dict__ else []
         if explicit:
             found = self._signals.compute(explicit, self._dense, self._p)
-            self._values |= {name: _sealed(found[name]) for name in explicit}
+            self._values |= {name: sealed(found[name]) for name in explicit}
             missing = [name for name in missing if name not in self._values]
         if missing:
             found = self._signals.compute(missing, self._samples, self._p)
-            self._values |= {name: _sealed(values) for name, values in found.items()}
+            self._values |= {name: sealed(values) for name, values in found.items()}
         return {name: self._values[name] for name in names}
 
     def _pick(self, what: What[M]) -> Picked:
@@ -419,8 +419,3 @@ def _outside(statistics: Mapping[str, float]) -> list[str]:
         f"{n:.0f} of {statistics['steps']:.0f} steps were outside the range of the model: {name}"
         for name, n in counts.items()
     ]
-
-
-def _sealed(values: Array) -> Array:
-    values.flags.writeable = False
-    return values

@@ -21,7 +21,7 @@ from powertrain.language import htmltext
 from powertrain.language.arguments import number
 from powertrain.language.component import Component
 from powertrain.language.labelled import check_unit
-from powertrain.language.reals import Array
+from powertrain.language.reals import Array, sealed
 from powertrain.present import Present
 from powertrain.result import Result
 from powertrain.signals import signals_of
@@ -44,7 +44,7 @@ class State:
 
     def __post_init__(self) -> None:
         for values in (self.x, self.z, self.m):
-            values.flags.writeable = False
+            sealed(values)
 
 
 class Running(Generic[M]):

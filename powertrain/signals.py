@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import threading
-import weakref
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled, SignalEntry
 from powertrain.compiler.binding import bind_parameters
+from powertrain.compiler.flat import Flat
 from powertrain.compiler.flatten import flatten
-from powertrain.compiler.source import Source, source_of
 from powertrain.engine.trajectory import Samples
 from powertrain.errors import ParameterError, PowertrainError, suggestion
 from powertrain.language.arguments import names as argument_names
@@ -64,17 +64,16 @@ class Signals:
         self.entries: dict[str, SignalEntry] = compiled.signals
         self.parameters = {name: (c.unit, c.doc) for name, c in compiled.parameters.items()}
         self._resolve: Callable[[list[Symbol]], list[Symbol]] = compiled.resolve
-        self._source: Source | None = compiled.source
+        self._source: Flat | None = compiled.source
         self._model: Component | None = None
         self._prepare()
 
     def _prepare(self) -> None:
         self.names = list(self.entries)
         self._place = {name: i for i, name in enumerate(self.names)}
-        self._state = {key(s): i for i, s in enumerate(scalars(self.inputs[1]))}
-        self._direct: dict[str, tuple[bool, int] | None] = {}
+        states, held = scalars(self.inputs[1]), scalars(self.inputs[3])
+        self._stored = {key(s): (which, i) for which, each in (("x", states), ("m", held)) for i, s in enumerate(each)}
         self._explicit: dict[str, bool] = {}
-        self._held = {key(s): i for i, s in enumerate(scalars(self.inputs[3]))}
         self._local = threading.local()
 
     @property
@@ -83,12 +82,12 @@ class Signals:
         return self.names, list(self.parameters), [s.numel() for s in self.inputs]
 
     @property
-    def source(self) -> Source:
-        """The source of the model, whose components are what selectors see."""
+    def source(self) -> Flat:
+        """The flat model, whose components are what selectors see."""
         if self._source is None:
             assert self._model is not None
             with building:
-                self._source = source_of(bind_parameters(flatten(self._model)))
+                self._source = bind_parameters(flatten(self._model))
         return self._source
 
     @property
@@ -221,8 +220,8 @@ class Signals:
         whole = column(list(expressions))
         if not self.source.bindings:
             return whole
-        bound, values = zip(*self.source.bindings, strict=True)
-        return ca.substitute(whole, column(bound), column(values))
+        bindings = self.source.bindings.values()
+        return ca.substitute(whole, column([b.constant.symbol for b in bindings]), column([b.value for b in bindings]))
 
     def compute(self, names: Sequence[str], samples: Samples, p: Array) -> dict[str, Array]:
         """The named signals, and perhaps others that cost nothing more."""
@@ -261,15 +260,11 @@ class Signals:
 
     def _column(self, name: str, samples: Samples) -> Array | None:
         """A state or held value, which needs no arithmetic."""
-        if name not in self._direct:
-            expression = self.entries[name].expression
-            k = key(expression) if expression.is_symbolic() else None
-            places = ((False, self._state.get(k)), (True, self._held.get(k))) if k is not None else ()
-            self._direct[name] = next(((held, i) for held, i in places if i is not None), None)
-        place = self._direct[name]
-        if place is None:
+        expression = self.entries[name].expression
+        if not expression.is_symbolic() or key(expression) not in self._stored:
             return None
-        return np.ascontiguousarray((samples.m if place[0] else samples.x)[:, place[1]])
+        which, i = self._stored[key(expression)]
+        return np.ascontiguousarray(getattr(samples, which)[:, i])
 
     def _nodes(self, block: tuple[str, ...]) -> int:
         return ca.n_nodes(column([self.entries[name].expression for name in block]))
@@ -303,15 +298,11 @@ def fits_pattern(name: str, pattern: str) -> bool:
     return fnmatchcase(name, pattern.replace("[", "[[]"))
 
 
-_known: dict[int, tuple[weakref.ref[Compiled], Signals]] = {}
+_known: WeakKeyDictionary[Compiled, Signals] = WeakKeyDictionary()
 
 
 def signals_of(compiled: Compiled) -> Signals:
     """The signals of a compiled model, the same object for every run."""
-    known = _known.get(id(compiled))
-    if known is not None and known[0]() is compiled:
-        return known[1]
-    place = id(compiled)
-    signals = Signals(compiled)
-    _known[place] = (weakref.ref(compiled, lambda _: _known.pop(place, None)), signals)
-    return signals
+    if compiled not in _known:
+        _known[compiled] = Signals(compiled)
+    return _known[compiled]

@@ -14,7 +14,7 @@ import powertrain as pt
 import powertrain.components
 import powertrain.vehicles
 from powertrain.components import rotational, translational
-from powertrain.components.lazy import modules_of
+from powertrain.lazy import modules_of
 from powertrain.presets.catalogue import components, vehicles
 
 

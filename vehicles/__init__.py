@@ -12,12 +12,12 @@ if __name__ != "powertrain.vehicles":
 
 
 def __getattr__(name: str) -> Any:
-    from powertrain.components.lazy import attribute
+    from powertrain.lazy import attribute
 
     return attribute(__name__, __file__, name)
 
 
 def __dir__() -> list[str]:
-    from powertrain.components.lazy import listed
+    from powertrain.lazy import listed
 
     return [*globals(), *listed(__file__)]

@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.compiler.flat import Face
+from powertrain.compiler.flat import Face, Flat
 from powertrain.compiler.operations import COMPARISONS, EQUALITIES, operation
-from powertrain.compiler.source import Source
 from powertrain.compiler.texts import guarded
 from powertrain.engine.trajectory import Samples
 from powertrain.errors import ModelError, ParameterError
@@ -75,7 +74,7 @@ class WrittenTerms:
 
 def written_terms(compiled: Compiled) -> WrittenTerms:
     """The terms of a compiled model. ModelError if one cannot be computed."""
-    parts, ports, texts = _without_idle(_texts(compiled.source), compiled.source.connections)
+    parts, ports, texts = _without_idle(_texts(compiled.source), compiled.source.nodes)
     power = [p for t in texts for p in t.power.values()]
     written = _resolved(signals_of(compiled), [*power, *(t.loss for t in texts), *(t.energy for t in texts)], texts)
     n, k = len(power), len(power) + len(texts)
@@ -204,7 +203,7 @@ class _Text:
     energy: Symbol
 
 
-def _texts(source: Source) -> list[_Text]:
+def _texts(source: Flat) -> list[_Text]:
     """The power, loss and energy terms that the components declare.
 
     A switch in a term is identified with the switch of the equations that has the same condition; without one, it follows its condition

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import casadi as ca
 
-from powertrain.compiler.flat import Equation, Flat
+from powertrain.compiler.flat import Equation, Flat, ModelVariable
 from powertrain.compiler.generic import generic_values
 from powertrain.errors import ModelError
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
@@ -78,6 +78,20 @@ class Reduced:
             return Symbol(offset)
         root = self.derivative(self.symbols[alias.root], alias.order + order)
         return root if alias.plain else alias.factor * root + offset
+
+    def named(self) -> dict[Base, list[ModelVariable]]:
+        """The variables of the model by the derivative of a root that they are another name of.
+
+        Those nearest to the top of the model come first, quantities with a unit before the signals that measure them.
+        """
+        found: dict[Base, list[ModelVariable]] = {}
+        for k, unknown in self.flat.unknowns.items():
+            alias = self.affine(k)
+            if alias.root is not None and alias.plain:
+                found.setdefault((alias.root, alias.order), []).append(unknown)
+        for variables in found.values():
+            variables.sort(key=lambda v: (v.name.count("."), v.unit == "1"))
+        return found
 
     def written(self, equation: int) -> Equation:
         """One of the ``equations`` as it was before elimination."""

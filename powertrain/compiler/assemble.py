@@ -31,7 +31,6 @@ from powertrain.compiler.records import (
     with_turns,
 )
 from powertrain.compiler.resolver import Resolver
-from powertrain.compiler.source import Source, source_of
 from powertrain.compiler.state_selection import given, select_states
 from powertrain.compiler.structure import check_structure
 from powertrain.dae.hybrid import HybridDae, TimeSignal
@@ -54,18 +53,18 @@ class SignalEntry:
     expression: Symbol
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Compiled:
     """The reduced model with the names of its parts.
 
-    Analyses read ``dae``. ``source`` serves what refers to the model as it is written: selectors, ``energy()`` and ``loss()``,
-    connections, initial equations, the lines that messages quote. ``limits``: conditions on the values of the parameters.
+    Analyses read ``dae``. ``source``, the flat model, serves what refers to the model as it is written: selectors, ``energy()`` and
+    ``loss()``, connections, initial equations, the lines that messages quote. ``limits``: conditions on the values of the parameters.
     ``discretes``: index in the held values m of each discrete variable. ``resolve`` gives expressions of the model's variables in
     (t, x, z, m, p), ``open`` the same for given torques of the laws.
     """
 
     dae: HybridDae
-    source: Source
+    source: Flat
     limits: Limits
     states: list[str]
     signals: dict[str, SignalEntry]
@@ -191,7 +190,7 @@ def _assemble(
     dae = with_turns(with_impacts(dae, resolver, held))
     return Compiled(
         dae=dae,
-        source=source_of(flat),
+        source=flat,
         limits=Limits(flat),
         states=list(dae.state_names),
         signals=_signals(flat, resolver, torques, held) | _nameless(reduced, dae, states),
@@ -205,18 +204,10 @@ def _assemble(
 
 
 def _state_names(reduced: Reduced, states: list[Base]) -> list[str]:
-    """The names nearest to the top of the model, those of quantities with a unit before those of the signals that measure them."""
-    named: dict[Base, tuple[int, bool, str]] = {}
-    for k, unknown in reduced.flat.unknowns.items():
-        alias = reduced.affine(k)
-        if alias.root is None or not alias.plain:
-            continue
-        base = alias.root, alias.order
-        rank = unknown.name.count("."), unknown.unit == "1", unknown.name
-        if base not in named or rank[:2] < named[base][:2]:
-            named[base] = rank
-    names = {base: name for base, (_, _, name) in named.items()}
-    return [names.get(b) or _derivative_name(names.get((b[0], 0), reduced.symbols[b[0]].name()), b[1]) for b in states]
+    """The first names of the states in the model; derivatives without a name are those of named variables."""
+    names = {base: variables[0].name for base, variables in reduced.named().items()}
+    whole = [names.get((root, 0), reduced.symbols[root].name()) for root, _ in states]
+    return [names.get(b) or "der(" * b[1] + name + ")" * b[1] for b, name in zip(states, whole, strict=True)]
 
 
 def _nominal(reduced: Reduced, bases: list[Base], values: dict[int, float]) -> tuple[float, ...]:
@@ -230,10 +221,6 @@ def _nominal(reduced: Reduced, bases: list[Base], values: dict[int, float]) -> t
         base = alias.root, alias.order
         found[base] = max(found.get(base, 0.0), unknown.nominal / factor)
     return tuple(found.get(base, NOMINAL) for base in bases)
-
-
-def _derivative_name(name: str, order: int) -> str:
-    return "der(" * order + name + ")" * order
 
 
 def _nameless(reduced: Reduced, dae: HybridDae, states: list[Base]) -> dict[str, SignalEntry]:

@@ -9,17 +9,16 @@ concerns parameters only.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.compiler.flat import Binding, Flat, ModelConstant, rewritten
-from powertrain.dae.hybrid import Guard
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.checks import unmet
-from powertrain.language.recorder import Place
+from powertrain.language.recorder import Guard, Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.language.units import told_apart, with_unit
 
@@ -73,35 +72,18 @@ def _circle(circle: Sequence[Binding]) -> str:
     return f"circular definition of parameters: {' by '.join(names)}; give one of them a value\n  {quoted}"
 
 
-@dataclass(frozen=True)
-class _Limit:
-    """low <= value <= high for an expression of parameters; ``constant`` is the bound parameter with this value."""
-
-    value: Symbol
-    place: Place
-    low: Symbol
-    high: Symbol
-    name: str = ""
-    unit: str = "1"
-    constant: ModelConstant | None = None
-
-
 class Limits:
     """The conditions on the values of all free parameters of a model."""
 
     def __init__(self, flat: Flat) -> None:
         self.parameters = flat.parameters
         free = {key(c.symbol) for c in flat.parameters}
-        none, all_ = Symbol(-np.inf), Symbol(np.inf)
-        limits = [_Limit(b.value, b.place, none, all_, constant=b.constant) for b in flat.bindings.values()]
-        limits += [_Limit(c.holds, c.place, Symbol(1), all_) for c in flat.conditions]
-        limits += [
-            _Limit(g.value, g.place, g.low, g.high, g.name, g.unit) for g in flat.recorder.guards if g.action != "count"
-        ]
-        symbols = [{key(s) for s in free_symbols(column([m.value, m.low, m.high]))} for m in limits]
-        self._limits = [m for m, inside in zip(limits, symbols, strict=True) if inside <= free]
-        self._symbols = [inside for inside in symbols if inside <= free]
-        rows = column([column([m.value, m.low, m.high]) for m in self._limits])
+        bound = [(_range(b.constant, b.value, b.place), b.constant) for b in flat.bindings.values()]
+        others = [*flat.conditions, *(g for g in flat.recorder.guards if g.action != "count")]
+        limits = [(g, _symbols(g), constant) for g, constant in [*bound, *((g, None) for g in others)]]
+        self._limits = [(g, inside, constant) for g, inside, constant in limits if inside <= free]
+        """Each with the keys of its symbols; that of a bound parameter also with the parameter."""
+        rows = column([column([g.value, g.low, g.high]) for g, _, _ in self._limits])
         self._values = ca.Function(
             "powertrain_limits", [column([c.symbol for c in flat.parameters])], [ca.densify(rows)]
         )
@@ -109,33 +91,28 @@ class Limits:
     @property
     def names(self) -> set[str]:
         """The parameters in conditions with others."""
-        concerned = set().union(*self._symbols)
+        concerned = set().union(*(inside for _, inside, _ in self._limits))
         return {c.name for c in self.parameters if key(c.symbol) in concerned}
 
     def guards(self, names: Sequence[str]) -> list[Guard]:
         """The ranges of the named parameters and the conditions in which they occur, for values that are to be found."""
         named = [c for c in self.parameters if c.name in names]
-        found = [Guard(c.name, "its range", c.symbol, Symbol(c.low), Symbol(c.high), c.unit, "error") for c in named]
         wanted = {key(c.symbol) for c in named}
-        for limit, inside in zip(self._limits, self._symbols, strict=True):
-            if not inside & wanted:
-                continue
-            low, high, name, unit = limit.low, limit.high, limit.name or "condition", limit.unit
-            if limit.constant is not None:
-                low, high = Symbol(limit.constant.low), Symbol(limit.constant.high)
-                name, unit = limit.constant.name, limit.constant.unit
-            found.append(Guard(name, str(limit.place), limit.value, low, high, unit, "error"))
-        return found
+        concerned = [g for g, inside, _ in self._limits if inside & wanted]
+        return [
+            *(_range(c, c.symbol, "its range") for c in named),
+            *(replace(g, name=g.name or "condition", action="error") for g in concerned),
+        ]
 
     def check(self, p: NDArray[np.float64]) -> None:
         """Raise ParameterError if values, one set per column, are not allowed."""
         if not self._limits:
             return
         values = np.asarray(self._values(p), float).reshape(len(self._limits), 3, -1)
-        for k, (limit, (value, low, high)) in enumerate(zip(self._limits, values, strict=True)):
-            if limit.constant is not None:
+        for k, ((guard, inside, constant), (value, low, high)) in enumerate(zip(self._limits, values, strict=True)):
+            if constant is not None:
                 for number in np.unique(value).tolist():
-                    self._check_bound(limit, limit.constant, number)
+                    _check_bound(guard, constant, number)
             bad = ~((low <= value) & (value <= high))
             if bad.any():
                 i = int(bad.argmax())
@@ -143,20 +120,30 @@ class Limits:
                 given = {
                     c.name: (float(columns[j, i]), c.unit)
                     for j, c in enumerate(self.parameters)
-                    if key(c.symbol) in self._symbols[k]
+                    if key(c.symbol) in inside
                 }
-                raise ParameterError(unmet(limit.place, given, _said(limit, *values[k, :, i].tolist())))
-
-    def _check_bound(self, limit: _Limit, constant: ModelConstant, number: float) -> None:
-        try:
-            constant.check(number, constant.name)
-        except ParameterError as error:
-            raise ParameterError(f"{error}; it is given by\n  {limit.place}") from None
+                raise ParameterError(unmet(guard.where, given, _said(guard, *values[k, :, i].tolist())))
 
 
-def _said(limit: _Limit, value: float, low: float, high: float) -> str:
+def _symbols(guard: Guard) -> set[int]:
+    return {key(s) for s in free_symbols(column([guard.value, guard.low, guard.high]))}
+
+
+def _range(constant: ModelConstant, value: Symbol, where: Place | str) -> Guard:
+    """The range of a parameter as limits of what gives its value."""
+    return Guard(constant.name, where, value, Symbol(constant.low), Symbol(constant.high), constant.unit, "error")
+
+
+def _check_bound(guard: Guard, constant: ModelConstant, number: float) -> None:
+    try:
+        constant.check(number, constant.name)
+    except ParameterError as error:
+        raise ParameterError(f"{error}; it is given by\n  {guard.where}") from None
+
+
+def _said(guard: Guard, value: float, low: float, high: float) -> str:
     """The violation in words: a quantity is named; a condition speaks for itself."""
-    if not limit.name:
+    if not guard.name:
         return ""
     shown, allowed = told_apart(value, (low, high)), f"[{low:g}, {high:g}]"
-    return f"{limit.name} = {with_unit(shown, limit.unit)} is outside {with_unit(allowed, limit.unit)}"
+    return f"{guard.name} = {with_unit(shown, guard.unit)} is outside {with_unit(allowed, guard.unit)}"

@@ -73,10 +73,8 @@ def _square(system: Differentiated, states: list[Base], values: dict[int, float]
         for order in range(top + 1)
         if (b, order) not in known
     ]
-    if reduced.flat.recorder.calls:
-        jacobian = calls.jacobian(residuals, column(unknowns))
-    else:
-        jacobian = ca.jacobian(column(residuals), column(unknowns))
+    by = column(unknowns)
+    jacobian = calls.jacobian(residuals, by) if reduced.flat.calls else ca.jacobian(column(residuals), by)
     numbers = np.array(generic_values(jacobian, values).nonzeros(), float)
     entries: list[dict[int, Symbol]] = [{} for _ in residuals]
     numeric: list[dict[int, float]] = [{} for _ in residuals]

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 import casadi as ca
 
-from powertrain.compiler.alias import Base, Reduced
+from powertrain.compiler.alias import Reduced
 from powertrain.compiler.resolver import Resolver
 from powertrain.dae.hybrid import Smooth
 from powertrain.errors import ModelError
@@ -20,6 +20,7 @@ from powertrain.language.symbols import free_symbols, key
 from powertrain.language.units import with_unit
 
 _NAMES = 4
+"""Names of a variable that a message gives at most."""
 
 
 def smooth_variables(
@@ -31,28 +32,16 @@ def smooth_variables(
     """
     bases = [(b, order) for b, top in written.items() for order in range(top)]
     expressions = resolver.now([reduced.derivative(reduced.symbols[b], order) for b, order in bases])
-    found = []
-    for base, expression in zip(bases, expressions, strict=True):
+    found, named = [], reduced.named()
+    for (b, order), expression in zip(bases, expressions, strict=True):
         inside = {key(s) for s in free_symbols(expression)}
         if inside & held:
-            names, unit = _names(reduced, base)
-            found.append(Smooth(names, unit, expression))
+            variables = sorted(named.get((b, order), ()), key=lambda v: v.unit == "1")
+            names = [v.name for v in variables[:_NAMES]] or [reduced.derivative(reduced.symbols[b], order).name()]
+            found.append(Smooth(", ".join(names), variables[0].unit if variables else "1", expression))
             for entry in () if inside & relative else reduced.flat.recorder.schedules:
                 _check(entry, found[-1])
     return tuple(found)
-
-
-def _names(reduced: Reduced, base: Base) -> tuple[str, str]:
-    """The name of a variable in the model, and its unit."""
-    named: list[tuple[str, str]] = []
-    for k, unknown in reduced.flat.unknowns.items():
-        alias = reduced.affine(k)
-        if (alias.root, alias.order) == base and alias.plain:
-            named.append((unknown.name, unknown.unit))
-    named.sort(key=lambda each: (each[1] == "1", each[0].count(".")))
-    if not named:
-        return reduced.derivative(reduced.symbols[base[0]], base[1]).name(), "1"
-    return ", ".join(name for name, _ in named[:_NAMES]), named[0][1]
 
 
 def _check(entry: ScheduleEntry, smooth: Smooth) -> None:

@@ -17,7 +17,7 @@ from powertrain.compiler.flat import Flat, rewritten
 from powertrain.compiler.operations import operation
 from powertrain.dae.tolerances import LIMIT
 from powertrain.language.dimensions import unit_of
-from powertrain.language.recorder import GuardEntry
+from powertrain.language.recorder import Guard, Place
 from powertrain.language.symbols import Symbol, key
 from powertrain.numerics.tape import again, graph_of
 
@@ -43,16 +43,14 @@ def guard_domains(flat: Flat) -> Flat:
     """The model with guards for the arguments that may leave the domain of a root, a logarithm or the like."""
     active = flat.recorder
     known = {key(c.symbol): (c.low, c.high) for c in flat.parameters}
-    lines = [(e.place, e.residual, "error") for e in flat.equations]
-    lines += [(place, v, "error") for place, law in flat.laws for v in vars(law).values() if isinstance(v, Symbol)]
-    lines += [(s.place, s.g, "error") for s in (*active.switches, *active.relations)]
-    lines += [(g.place, g.value, "start" if g.action == "start" else "error") for g in active.guards]
-    found, unsafe = dict[tuple[int, Interval], GuardEntry](), dict[int, Interval]()
+    lines: list[tuple[Place | str, Symbol, str]] = [(place, expression, "error") for place, expression in flat.lines()]
+    lines += [(g.where, g.value, "start" if g.action == "start" else "error") for g in active.guards]
+    found, unsafe = dict[tuple[int, Interval], Guard](), dict[int, Interval]()
     for place, expression, action in lines:
         for operation_key, what, argument, (low, high) in unsafe_arguments(expression, known):
             unsafe[operation_key] = low, high
             unit = unit_of(argument, active.units) or "1"
-            guard = GuardEntry(what, argument, Symbol(low), Symbol(high), unit, action, place)
+            guard = Guard(what, place, argument, Symbol(low), Symbol(high), unit, action)
             found.setdefault((key(argument), (low, high)), guard)
     if not found:
         return flat

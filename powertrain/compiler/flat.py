@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from powertrain.language.component import Component
 from powertrain.language.connectors import Connector
 from powertrain.language.law import Law
-from powertrain.language.recorder import Place, Recorder
+from powertrain.language.recorder import Guard, Place, Recorder, reading
 from powertrain.language.symbols import Symbol
 
 
@@ -78,23 +79,16 @@ class Binding:
     place: Place
 
 
-@dataclass(frozen=True)
-class ParameterCondition:
-    """A condition between parameters, true or false, with its source line."""
-
-    holds: Symbol
-    place: Place
-
-
 Face = tuple[str, bool]
 """A port seen from outside its component, or (True) from inside, where the component's own parts are connected to it."""
 
 
 @dataclass(frozen=True)
 class Flat:
-    """A model without hierarchy. ``bindings``: by the keys of the parameters' symbols.
+    """A model without hierarchy, and its ``components``, each before its parts, whose quantities are symbols.
 
-    ``given``: unknowns alone on the left of an equation, with the path of the component that states it.
+    ``bindings``: by the keys of the parameters' symbols. ``nodes``: the ports that meet in each node. ``given``: unknowns alone on the left
+    of an equation, with the path of the component that states it. ``calls``: whether an equation calls a function, as large maps do.
     """
 
     recorder: Recorder = field(default_factory=Recorder)
@@ -108,10 +102,28 @@ class Flat:
     laws: list[tuple[Place, Law]] = field(default_factory=list)
     components: list[Component] = field(default_factory=list)
     bindings: dict[int, Binding] = field(default_factory=dict)
-    conditions: list[ParameterCondition] = field(default_factory=list)
+    conditions: list[Guard] = field(default_factory=list)
     nodes: list[tuple[Face, ...]] = field(default_factory=list)
     open_ports: list[tuple[Component, Connector]] = field(default_factory=list)
     given: dict[int, str] = field(default_factory=dict)
+    calls: bool = False
+
+    def lines(self) -> Iterator[tuple[Place, Symbol]]:
+        """Every expression that is integrated, solved or monitored for events, with its source line."""
+        yield from ((e.place, e.residual) for e in self.equations)
+        yield from ((place, v) for place, law in self.laws for v in vars(law).values() if isinstance(v, Symbol))
+        yield from ((s.place, s.g) for s in (*self.recorder.switches, *self.recorder.relations))
+
+    @property
+    def model(self) -> Component:
+        """The model, whose variables and those of its parts are symbols."""
+        return self.components[0]
+
+    @contextmanager
+    def reading(self, path: str) -> Iterator[Recorder]:
+        """Allows ``der`` and laws in expressions of the components' variables; what they declare is recorded apart."""
+        with reading(replace(self.recorder, path=path, text=None, switches=[], schedules=[], guards=[])) as apart:
+            yield apart
 
 
 def rewritten(flat: Flat, change: Callable[[list[Symbol]], Sequence[Symbol]]) -> Flat:
@@ -130,12 +142,15 @@ def rewritten(flat: Flat, change: Callable[[list[Symbol]], Sequence[Symbol]]) ->
 def _with_each(flat: Flat, new: Callable[[Symbol], Symbol]) -> Flat:
     switches = [replace(s, g=new(s.g)) for s in flat.recorder.switches]
     relations = [replace(r, g=new(r.g)) for r in flat.recorder.relations]
-    guards = [replace(g, value=new(g.value), low=new(g.low), high=new(g.high)) for g in flat.recorder.guards]
+    guards, conditions = (
+        [replace(g, value=new(g.value), low=new(g.low), high=new(g.high)) for g in listed]
+        for listed in (flat.recorder.guards, flat.conditions)
+    )
     return replace(
         flat,
         recorder=replace(flat.recorder, switches=switches, relations=relations, guards=guards),
         equations=[Equation(new(e.residual), e.place) for e in flat.equations],
         initial=[Equation(new(e.residual), e.place) for e in flat.initial],
         laws=[(place, law.mapped(lambda listed: [new(e) for e in listed])) for place, law in flat.laws],
-        conditions=[ParameterCondition(new(c.holds), c.place) for c in flat.conditions],
+        conditions=conditions,
     )

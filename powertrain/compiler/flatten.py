@@ -10,19 +10,20 @@ from itertools import combinations
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from powertrain.compiler.connections import Nodes
-from powertrain.compiler.flat import Binding, Equation, Flat, ModelConstant, ModelVariable, ParameterCondition
+from powertrain.compiler.flat import Binding, Equation, Flat, ModelConstant, ModelVariable
 from powertrain.compiler.texts import read, residual_of
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.checks import checked_condition
-from powertrain.language.component import Component, children, place_parts
+from powertrain.language.component import Component, bound_copy
 from powertrain.language.connectors import Connector, Signal, declared
 from powertrain.language.dimensions import measure, units_of_terms
 from powertrain.language.fields import Discrete, Parameter, Quantity, Variable, is_symbolic
 from powertrain.language.law import Law
 from powertrain.language.laws import Connection
-from powertrain.language.recorder import Place, reading
+from powertrain.language.recorder import Guard, Place, reading
 from powertrain.language.symbols import Symbol, free_symbols, key, time
 from powertrain.language.units import with_unit
 
@@ -31,7 +32,7 @@ def flatten(model: Component) -> Flat:
     """The flat model of ``model``; a ModelError quotes the line that cannot be read."""
     _refuse_other(model)
     flat, nodes = Flat(), Nodes()
-    root = _bind(model, "", flat)
+    root = bound_copy(model, "", lambda component: _entered(component, flat))
     with reading(flat.recorder):
         for component in flat.components:
             for place, row in read(component, component.equations(), flat.recorder):
@@ -49,7 +50,8 @@ def flatten(model: Component) -> Flat:
             of_starts = [replace(g, action="start") for g in flat.recorder.guards if g.action == "error"]
             flat.recorder.guards[:] = [*of_runs, *of_starts]
             for place, row in read(component, component.check(), flat.recorder):
-                flat.conditions.append(ParameterCondition(checked_condition(row, place), place))
+                holds = checked_condition(row, place)
+                flat.conditions.append(Guard("", place, holds, Symbol(1), Symbol(np.inf), "1", "error"))
         nodes.write(flat, root)
     return flat
 
@@ -63,45 +65,32 @@ def _refuse_other(model: object) -> None:
         )
 
 
-def _refuse_outdated(component: Component, path: str) -> None:
+def _refuse_outdated(component: Component) -> None:
     """ParameterError for a component that was pickled when its class had other fields."""
     fields = {name for name, spec in component._fields.items() if not is_symbolic(spec)}
     if differing := sorted(fields ^ set(component._values)):
         raise ParameterError(
-            f"{path or 'the model'}: this {type(component).__name__} was pickled with another version of its class, which differs in "
-            f"{', '.join(differing)}; make it again"
+            f"{component._path or 'the model'}: this {type(component).__name__} was pickled with another version of its class, which "
+            f"differs in {', '.join(differing)}; make it again"
         )
 
 
-def _bind(component: Component, path: str, flat: Flat, above: tuple[int, ...] = ()) -> Component:
-    """A copy of ``component`` whose quantities are symbols with the names of their paths."""
-    if id(component) in above:
-        raise ModelError(
-            f"{path}: {type(component).__name__} contains itself; a component may not contain itself as a part"
-        )
-    _refuse_outdated(component, path)
-    bound: Component = object.__new__(type(component))
-    state: dict[str, Any] = dict(component.__dict__)
-    state["_path"] = path
-    state["_symbols"] = {
-        n: _declare(component, path, s, flat) for n, s in component._fields.items() if isinstance(s, Quantity)
-    }
-    bound.__dict__.update(state)
+def _entered(component: Component, flat: Flat) -> dict[str, Symbol]:
+    """The symbols of a component's quantities; it becomes one of the flat model's components."""
+    _refuse_outdated(component)
+    symbols = {n: _declare(component, s, flat) for n, s in component._fields.items() if isinstance(s, Quantity)}
     if type(component).equations is Component.equations and not isinstance(component, Connector):
         raise ModelError(
-            f"{path or 'the model'}: {type(component).__name__} is a partial class without equations; use one of its subclasses"
+            f"{component._path or 'the model'}: {type(component).__name__} is a partial class without equations; "
+            "use one of its subclasses"
         )
-    flat.components.append(bound)
-    parts = {
-        name: _bind(part, f"{path}.{name}" if path else name, flat, (*above, id(component)))
-        for name, part in children(component)
-    }
-    place_parts(bound, parts)
-    return bound
+    flat.components.append(component)
+    return symbols
 
 
-def _declare(component: Component, path: str, quantity: Quantity, flat: Flat) -> Symbol:
-    name = path if isinstance(component, Signal) else f"{path}.{quantity.name}" if path else quantity.name
+def _declare(component: Component, quantity: Quantity, flat: Flat) -> Symbol:
+    path = component._path
+    name = path if isinstance(component, Signal) else f"{path}.{quantity.name}".lstrip(".")
     unit, doc = declared(component, quantity)
     if isinstance(quantity, Variable):
         symbol = Symbol.sym(name)

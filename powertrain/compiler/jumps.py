@@ -6,7 +6,7 @@ Values that change only at events (parameters, modes, discrete variables, and va
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -16,7 +16,6 @@ from powertrain.compiler.flat import Flat, rewritten
 from powertrain.compiler.operations import JUMPING, KINKS, STEPS, Ways, behind_jumps, may_jump
 from powertrain.compiler.walks import Jump, Setting, find_jump
 from powertrain.errors import ModelError, ParameterError
-from powertrain.language.laws import WhenLaw
 from powertrain.language.recorder import Place
 from powertrain.language.symbols import Symbol, column, free_symbols, key, time
 from powertrain.numerics.tape import graph_of
@@ -41,7 +40,7 @@ _EQUAL = (
 
 def refuse_jumps(flat: Flat) -> Flat:
     """ModelError for an undeclared jump. In the result, variables that depend on held values alone are expressed by these."""
-    texts = list(_texts(flat))
+    texts = [*flat.lines(), *flat.recorder.differentiated]
     found = _marks(flat, [e for _, e in texts])
     held = _Held(flat) if any(mark & _JUMPS for mark in found) else None
     settled: dict[int, Symbol] = {}
@@ -55,8 +54,7 @@ def refuse_jumps(flat: Flat) -> Flat:
             jump = find_jump(settled[key(expression)], held.setting)
             if jump is not None:
                 raise ModelError(_said(jump, place, held))
-    calls = flat.recorder.calls or any(mark & _CALLS for mark in found)
-    flat = replace(flat, recorder=replace(flat.recorder, calls=calls))
+    flat = replace(flat, calls=any(mark & _CALLS for mark in found))
     return rewritten(flat, lambda listed: [settled.get(key(e), e) for e in listed]) if settled else flat
 
 
@@ -79,19 +77,6 @@ def _marks(flat: Flat, expressions: Sequence[Symbol]) -> list[int]:
         return _JUMPS * may_jump(operation, of) | _BENDS * Ways.of(operation, of).bends
 
     return marks(expressions, mark)
-
-
-def _texts(flat: Flat) -> Iterator[tuple[Place, Symbol]]:
-    """Every expression that is integrated, solved or monitored for events."""
-    yield from ((e.place, e.residual) for e in flat.equations)
-    for place, law in flat.laws:
-        if isinstance(law, WhenLaw):
-            yield place, law.g
-        else:
-            values = (getattr(law, f.name) for f in fields(law))  # type: ignore[arg-type]
-            yield from ((place, v) for v in values if isinstance(v, Symbol))
-    yield from ((s.place, s.g) for s in (*flat.recorder.switches, *flat.recorder.relations))
-    yield from flat.recorder.differentiated
 
 
 def _check_calls(expression: Symbol, place: Place) -> None:

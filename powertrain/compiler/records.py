@@ -19,7 +19,7 @@ from powertrain.dae.tolerances import alone_tolerance
 from powertrain.errors import ModelError
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw
-from powertrain.language.recorder import GuardEntry, Place, SwitchEntry
+from powertrain.language.recorder import Place, SwitchEntry
 from powertrain.language.symbols import Symbol, column, depending, free_symbols, key, scalars, time
 
 _NO_TURN = 1e-12
@@ -69,12 +69,12 @@ def held_values(
 def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Friction:
     """A friction law of the DAE."""
     opened = resolver.laws[k]
-    law, given = t.law, opened.law
+    law, given, reach = t.law, opened.law, resolver.reaches[k]
     assert isinstance(law, FrictionLaw)
     assert isinstance(given, FrictionLaw)
     tied, prescribed = limits_follow(given, column(resolver.tau)), is_prescribed(opened)
     return Friction(
-        t.mode.name(), str(t.place), held.place(t.mode), t.speed, law.torque, law.lower, law.upper, law.peak, t.rate,
+        t.mode.name(), str(t.place), held.place(t.mode), t.speed, law.effort, law.lower, law.upper, law.peak, t.rate,
         unit=resolver.reduced.flat.unknowns[key(t.symbol)].unit if key(t.symbol) in resolver.reduced.flat.unknowns else "1",
         algebraic=t.algebraic,
         prescribed=prescribed,
@@ -85,9 +85,9 @@ def friction_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Fri
         may_free=not tied,
         known=resolver.known(k),
         rounding=resolver.rounding(k),
-        reach=resolver.reach(k),
+        reach=reach,
         rests=held.place(held.rests[key(t.mode)]) if key(t.mode) in held.rests else None,
-        share=resolver.share(k) if key(t.mode) in held.rests and (not tied or resolver.explicit(k)) else None,
+        share=resolver.share(k) if key(t.mode) in held.rests and (not tied or k not in resolver.implicit) else None,
     )  # fmt: skip
 
 
@@ -120,8 +120,8 @@ def contact_record(k: int, t: LawTorque, resolver: Resolver, held: Held) -> Cont
     law = t.law
     assert isinstance(law, UnilateralLaw)
     return Contact(
-        t.mode.name(), str(t.place), held.place(t.mode), law.gap, t.speed, t.rate, law.force, law.restitution,
-        still=resolver.reach(k) * alone_tolerance(resolver.largest([k])),  # smaller than the uncertainty of friction at its limit
+        t.mode.name(), str(t.place), held.place(t.mode), law.gap, t.speed, t.rate, law.effort, law.restitution,
+        still=resolver.reaches[k] * alone_tolerance(resolver.largest([k])),  # smaller than the uncertainty of friction at its limit
         known=resolver.known(k),
         rounding=resolver.rounding(k),
     )  # fmt: skip
@@ -176,10 +176,10 @@ def switch_records(entries: Sequence[SwitchEntry], resolver: Resolver, held: Hel
     )
 
 
-def guard_record(g: GuardEntry, resolver: Resolver) -> Guard:
+def guard_record(g: Guard, resolver: Resolver) -> Guard:
     """The limits of a quantity."""
     value, low, high = resolver.model([g.value, g.low, g.high])
-    return Guard(g.name, str(g.place), value, low, high, g.unit, g.action)
+    return replace(g, value=value, low=low, high=high)
 
 
 def when_record(

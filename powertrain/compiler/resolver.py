@@ -26,7 +26,7 @@ from powertrain.compiler.torques import (
     shares,
     solve_torques,
 )
-from powertrain.dae.tolerances import alone_tolerance, condition_tolerance, rounding_tolerance, torque_tolerance
+from powertrain.dae.tolerances import ROUND_OFF, alone_tolerance, condition_tolerance, torque_tolerance
 from powertrain.language.laws import FrictionLaw
 from powertrain.language.recorder import SwitchEntry
 from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
@@ -35,14 +35,17 @@ from powertrain.numerics.sparse_lu import factorize
 
 
 class Resolver:
-    """Holds every assigned unknown twice: ``opened``, for given torques of the laws, and with these torques substituted."""
+    """Holds every assigned unknown twice: ``opened``, for given torques of the laws, and with these torques substituted.
+
+    ``implicit``: the laws whose torques remain unknowns.
+    """
 
     def __init__(self, reduced: Reduced, solved: Solved, torques: list[LawTorque], x: Symbol) -> None:
         self.reduced, self.x = reduced, x
         self._residuals = solved.residuals
         assigned = list(solved.expressions)
         if assigned:
-            if reduced.flat.recorder.calls:
+            if reduced.flat.calls:
                 assigned = substituted_in_place(solved.names, assigned)
             else:
                 assigned = list(ca.substitute_inplace(solved.names, assigned, [], False)[0])
@@ -56,7 +59,7 @@ class Resolver:
         found = solve_torques(self.laws)
         self.torque, self._creep = column(found.tau), found.creep
         self.assigned = self.close([self._opened])[0]
-        self._implicit_laws, self._implicit = found.residuals, found.implicit
+        self._implicit_laws, self.implicit = found.residuals, found.implicit
         self._largest: dict[frozenset[int], Symbol] = {}
         self.z = [*solved.implicit, *(self.tau[i] for i in found.implicit)]
         self.z_places = [*map(str, solved.places), *(str(torques[i].place) for i in found.implicit)]
@@ -156,11 +159,10 @@ class Resolver:
         """The equations of the implicit unknowns ``z``: the model's own, and those of laws that are nonlinear in the torques."""
         return self.now(self._residuals) + self.close(self._implicit_laws)
 
-    def meeting(self, opened: Symbol) -> Symbol:
-        """The sizes of the contributions of the laws' torques to an opened expression, sum_j |d/dtau_j tau_j|."""
-        slopes = ca.jacobian(opened, self._tau_column) if self.tau else Symbol(1, 0)
-        places = slopes.sparsity().get_col()
-        parts = [ca.fabs(slopes.nz[k] * self.tau[j]) for k, j in enumerate(places)]
+    def _contributions(self, opened: Symbol, symbols: Symbol) -> Symbol:
+        """The sizes of what some symbols contribute to an opened expression, sum_j |d/ds_j s_j|."""
+        slopes = ca.jacobian(opened, symbols)
+        parts = [ca.fabs(slopes.nz[k] * symbols[j]) for k, j in enumerate(slopes.sparsity().get_col())]
         return self.close([sum(parts, Symbol(0))])[0]
 
     def largest(self, places: Iterable[int]) -> Symbol:
@@ -190,23 +192,18 @@ class Resolver:
 
     def known(self, k: int) -> Symbol:
         """Uncertainty of the torque of a law: round-off, unless others take part in its motion."""
-        if not self.shares(k):
-            return alone_tolerance(self.largest([k]))
-        return torque_tolerance(self.meeting(self.laws[k].rate) / self.reach(k), self.largest([k]))
+        law, largest = self.laws[k], self.largest([k])
+        if not shares(law, self._tau_column):
+            return alone_tolerance(largest)
+        return torque_tolerance(self._contributions(law.rate, self._tau_column) / self.reaches[k], largest)
 
     def condition_known(self, opened: Symbol) -> Symbol:
         """Uncertainty of an opened condition."""
-        return condition_tolerance(self.meeting(opened), self.largest(self._follows([opened])))
+        return condition_tolerance(self._contributions(opened, self._tau_column), self.largest(self._follows([opened])))
 
     def rounding(self, k: int) -> Symbol:
-        """Uncertainty of the torque of a law due to the rounding of angles and positions."""
-        return rounding_tolerance(self._from_positions(self.laws[k].rate) / self.reach(k))
-
-    def _from_positions(self, opened: Symbol) -> Symbol:
-        """The sizes of the contributions of angles and positions, sum_j |d/dx_j x_j|; they grow with the distance travelled."""
-        slopes = ca.jacobian(opened, self._positions)
-        parts = [ca.fabs(slopes.nz[k] * self._positions[j]) for k, j in enumerate(slopes.sparsity().get_col())]
-        return self.close([sum(parts, Symbol(0))])[0]
+        """Uncertainty of the torque of a law due to the rounding of angles and positions, which grow with the distance travelled."""
+        return ROUND_OFF * (self._contributions(self.laws[k].rate, self._positions) / self.reaches[k])
 
     @cached_property
     def _positions(self) -> Symbol:
@@ -214,31 +211,20 @@ class Resolver:
         unknowns = self.reduced.flat.unknowns
         return column([s for s in scalars(self.x) if key(s) in unknowns and unknowns[key(s)].unit in ("rad", "m")])
 
-    def shares(self, k: int) -> bool:
-        """Whether the torques of other laws take part in the motion of this one."""
-        return shares(self.laws[k], self._tau_column)
-
     def held_by_others(self, k: int) -> bool:
         """Whether other laws may hold the motion of this one."""
         return held_by_others(self.laws[k], self._tau_column)
 
-    def reach(self, k: int) -> Symbol:
-        """The effect of the torque of a law on its own rate; 1 if there is none."""
-        return self._reaches[k]
-
     @cached_property
-    def _reaches(self) -> list[Symbol]:
+    def reaches(self) -> list[Symbol]:
+        """The effect of the torque of every law on its own rate; 1 if there is none."""
         return self.close(self.open_reaches)
 
     @cached_property
     def open_reaches(self) -> list[Symbol]:
-        """The reach of every law for given torques."""
+        """The same for given torques."""
         slopes = [ca.jacobian(law.rate, law.law.effort) for law in self.laws]
         return [Symbol(1) if slope.is_zero() else mobility(slope) for slope in slopes]
-
-    def explicit(self, k: int) -> bool:
-        """Whether the torque of a law is an expression, found with a proximal step."""
-        return k not in self._implicit
 
     def share(self, k: int) -> Symbol:
         """The torque due to the law's compliance, before and after the proximal step; at a limit it is at least the limit."""
@@ -259,9 +245,7 @@ class Resolver:
 
     def _open_law(self, t: LawTorque, own: Symbol) -> LawTorque:
         law = _mapped(t, self.opened)
-        if isinstance(law.law, FrictionLaw):
-            return replace(law, law=replace(law.law, torque=own))
-        return replace(law, law=replace(law.law, force=own))
+        return replace(law, law=replace(law.law, effort=own))
 
 
 def _torque_symbols(torques: list[LawTorque]) -> tuple[Symbol, list[Symbol], Symbol]:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import dis
 import traceback
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
+from inspect import isgeneratorfunction
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import casadi as ca
 
-from powertrain.compiler.statements import dropped_comparison
 from powertrain.errors import ModelError, PowertrainError, suggestion
 from powertrain.language.component import Component
 from powertrain.language.connectors import of_a_signal
@@ -23,6 +26,9 @@ _NOT_SOURCE = tuple(
     map(str, (Path(__file__).parent, _POWERTRAIN / "language", _POWERTRAIN / "__init__.py", Path(ca.__file__).parent))
 )
 """Where the lines of a traceback are not those of a model."""
+_DROPPED = bytes((dis.opmap["COMPARE_OP"], dis.opmap["POP_TOP"]))
+_CACHE = bytes((dis.opmap["CACHE"],))
+"""Fills the places between two instructions."""
 
 
 def read(component: Component, text: Any, active: Recorder) -> Iterator[tuple[Place, Any]]:
@@ -34,7 +40,7 @@ def read(component: Component, text: Any, active: Recorder) -> Iterator[tuple[Pl
             _not_yielded(active, where)
             or f"{where}: the equations of {type(component).__name__} are {text!r}; an equation is written  yield a == b"
         )
-    if dropped := dropped_comparison(type(component)):
+    if dropped := _dropped_comparison(type(component)):
         place = Place(component._path, *dropped)
         raise ModelError(f"{place}: a comparison has no effect without yield; write  yield a == b")
     with guarded(component):
@@ -51,6 +57,24 @@ def _not_yielded(active: Recorder, where: str = "") -> str:
         return ""
     place, word, _ = active.written[0]
     return f"{where or place}: {word}(...) has no effect without yield; write  yield {word}(...)"
+
+
+@lru_cache(maxsize=4096)
+def _dropped_comparison(kind: type) -> tuple[str, int] | None:
+    """File and line of the first comparison whose value Python drops, in the methods of a class that yield its equations.
+
+    Such a statement is  self.w == 0  without ``yield``.
+    """
+    for function in (f for base in kind.__mro__ for f in vars(base).values() if isgeneratorfunction(f)):
+        code = function.__code__
+        if _DROPPED not in code.co_code[::2].replace(_CACHE, b""):
+            continue
+        found = list(dis.get_instructions(code))
+        for instruction, after in pairwise(found):
+            positions = instruction.positions
+            if (instruction.opname, after.opname) == ("COMPARE_OP", "POP_TOP") and positions and positions.lineno:
+                return code.co_filename, positions.lineno
+    return None
 
 
 @contextmanager

@@ -105,7 +105,7 @@ def _constantly_moved(t: LawTorque, motion: Motion) -> set[int]:
 
 def contains(expression: Symbol, symbols: Symbol) -> bool:
     """Whether any element of the expression depends on any of the symbols."""
-    return bool(symbols.numel()) and any(ca.which_depends(expression, symbols, 1, False))
+    return bool(ca.depends_on(expression, symbols))
 
 
 @dataclass(frozen=True)

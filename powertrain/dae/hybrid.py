@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.dae.tolerances import EPS, LEAST_TORQUE, ZONE
+from powertrain.language.recorder import Guard as Guard
 
 START, JUMPED = 1.0, 2.0
 """Speeds may be new since modes were found: at a start, which must not need an impact; by an event, which may cause one."""
@@ -174,22 +175,6 @@ class TimeSignal:
 
 
 @dataclass(frozen=True)
-class Guard:
-    """low <= value <= high; ``action`` "error" ends the simulation, "count" counts the accepted steps outside the limits.
-
-    "start" holds for the values of a start alone.
-    """
-
-    name: str
-    where: str
-    value: ca.SX
-    low: ca.SX
-    high: ca.SX
-    unit: str
-    action: str
-
-
-@dataclass(frozen=True)
 class Smooth:
     """A variable given by signals whose derivative appears in the equations: a jump of its ``value`` would be an impulse."""
 
@@ -332,7 +317,7 @@ class HybridDae:
         guards, found = [guard for guard in self.guards if guard.action == "count"], dict[str, ca.SX]()
         names = Counter(guard.name for guard in guards)
         for g in guards:
-            name = g.name if names[g.name] == 1 else f"{g.name} ({g.where.partition(':')[0]})"
+            name = g.name if names[g.name] == 1 else f"{g.name} ({str(g.where).partition(':')[0]})"
             found[name] = ca.logic_or(found.get(name, ca.SX(0)), ca.logic_or(g.value < g.low, g.value > g.high))
         return found
 

@@ -45,7 +45,8 @@ SHARED = 1e-7
 ALONE = 1e-10
 """Uncertainty of a torque that is alone on its motion, relative to the largest torque that it meets through other motions."""
 ROUND_OFF = 1e-15
-"""Uncertainty of a torque that is the difference of large ones, relative to these: a few units in the last place of the states."""
+"""Uncertainty of a torque that is the difference of large ones, relative to these: a few units in the last place of the states, such as the
+angles at the ends of a shaft after many turns."""
 YIELDING = 1e-9
 """A law without a torque limit yields if its rate exceeds this share of its torque times its mobility: a fifth of what its compliance
 gives way to a motion that others prescribe."""
@@ -99,11 +100,6 @@ LOCKED = 1e9
 """Torques that change by more than this for a unit change of a limit depend on round-off: the laws lock themselves."""
 INFINITE = 1e12
 """Inputs, parameters and torques (in their units) above this count as infinite."""
-
-
-def rounding_tolerance(terms: ca.SX) -> ca.SX:
-    """Uncertainty of a torque to which states contribute ``terms``, as the angles at the ends of a shaft do after many turns."""
-    return ROUND_OFF * terms
 
 
 def torque_tolerance(meeting: ca.SX, largest: ca.SX) -> ca.SX:

@@ -32,7 +32,7 @@ FULL, TOO_STIFF, UNDERFLOW, RATES, GUARD, EVENTS, ASK = 1, 2, -1, -4, -5, -7, -1
 _ROWS, _HELD, _INSTANTS = 1000, 500, 200
 """How much of a run is kept in C before Python takes it over."""
 _DIMENSIONS = "x z y m indicators whens timed rests laws frictions counted constants"
-_TABLES = "places when_place when_first when_initially reset_place reset_discrete rests rest_laws laws frictions quiet bends guards"
+TABLES = "places when_place when_first when_initially reset_place reset_discrete rests rest_laws laws frictions quiet bends guards"
 _FUNCTIONS = (
     "method constants advance samples verdict fresh rest locate corner update newton instants longest resets mobility"
 )
@@ -63,7 +63,7 @@ class _Dimensions(ctypes.Structure):
 
 
 class _Tables(ctypes.Structure):
-    _fields_ = _fields(ctypes.c_void_p, _TABLES)
+    _fields_ = _fields(ctypes.c_void_p, TABLES)
 
 
 class _Functions(ctypes.Structure):
@@ -111,6 +111,19 @@ def signals(tables: dict[str, np.ndarray]) -> tuple[Signals, list[np.ndarray]]:
     """The tables for C, and the arrays that must be kept with them."""
     kept = [np.append(tables[name], np.zeros(1, tables[name].dtype)) for name in SIGNALS]
     return Signals(len(tables["times"]), *(array.ctypes.data for array in kept)), kept
+
+
+def places(engine: Prepared) -> dict[str, list[int]]:
+    """The tables of laws and held values that every loop needs, by their names in C."""
+    held = engine.sizes[2]
+    return {
+        "rests": list(engine.catalogue.rests.values()),
+        "rest_laws": list(engine.catalogue.rests),
+        "frictions": [law.index for law in engine.dae.frictions],
+        "quiet": [int(i in engine.catalogue.quiet or i >= held) for i in range(engine.memory.m.size)],
+        "bends": [engine.bends.get(k, -1) for k in range(len(engine.indicators))],
+        "guards": [int(isinstance(indicator.law, Guard)) for indicator in engine.indicators],
+    }
 
 
 class Position(NamedTuple):
@@ -166,7 +179,8 @@ class LoopInC:
         sizes = [] if constants is None else [constants.nnz_out(i) for i in range(constants.n_out())]
         self._set("f", _Functions(**functions))
         self._set("n", self._dimensions(len(sizes)))
-        self._tables = _Tables(**{name: self._address(values) for name, values in self._places().items()})
+        tables = {name: np.array([*values, 0], np.intc) for name, values in places(engine).items()}
+        self._tables = _Tables(**{name: self._address(values) for name, values in tables.items()})
         self._set("of", self._tables)
         self._connect([*step.values(), *others.values()], [zeros(n) for n in sizes])
         self._share(step)
@@ -188,18 +202,6 @@ class LoopInC:
             rests=len(engine.catalogue.rests), frictions=len(engine.dae.frictions), counted=len(engine.catalogue.counted),
             constants=constants,
         )  # fmt: skip
-
-    def _places(self) -> dict[str, np.ndarray]:
-        engine, held = self._engine, self._engine.sizes[2]
-        found: dict[str, Sequence[int]] = {
-            "rests": list(engine.catalogue.rests.values()),
-            "rest_laws": list(engine.catalogue.rests),
-            "frictions": [law.index for law in engine.dae.frictions],
-            "quiet": [int(i in engine.catalogue.quiet or i >= held) for i in range(engine.memory.m.size)],
-            "bends": [engine.bends.get(k, -1) for k in range(len(engine.indicators))],
-            "guards": [int(isinstance(indicator.law, Guard)) for indicator in engine.indicators],
-        }
-        return {name: np.array([*values, 0], np.intc) for name, values in found.items()}
 
     def _connect(self, functions: Sequence[ca.Function], constants: Sequence[Array]) -> None:
         """The work vectors of the functions, and the arrays that only this loop uses."""

@@ -49,7 +49,7 @@ class Run:
         self.progress = progress
         self.watch = _throttled(self._tell) if progress is not None else None
         self.catalogue = engine.catalogue
-        self.recorder = TrajectoryRecorder(engine.memory, *engine.sizes[:2], self.catalogue)
+        self.recorder = TrajectoryRecorder(engine.memory.record, *engine.sizes[:2], self.catalogue)
         self.chatter = Chatter(stop - start)
         self.outside = np.zeros(len(self.catalogue.counted))
         self.rejected, self.stiff, self.idle = 0, 0.0, 0

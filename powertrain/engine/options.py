@@ -16,7 +16,7 @@ from powertrain.engine.trajectory import within_span
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import count, flag, number, positive, row
 from powertrain.language.labelled import check_unit
-from powertrain.language.reals import Array
+from powertrain.language.reals import Array, sealed
 
 InputValue: TypeAlias = "float | tuple[ArrayLike, ArrayLike]"
 """The value of an input: a number, or (times in s, values); linear between, constant outside, a jump at a repeated time."""
@@ -72,14 +72,7 @@ def scheduled(schedule: TimeSignal, inputs: Mapping[str, InputValue], unit: str)
         raise ParameterError(f"{error}; {wanted}") from None
     if times.size != values.size or not times.size or (np.diff(times) < 0).any():
         raise ParameterError(f"{what}: {wanted}")
-    return replace(schedule, times=_kept(times), values=_kept(values))
-
-
-def _kept(values: Array) -> Array:
-    """A copy that nobody changes: results quote their inputs."""
-    own = values.copy()
-    own.flags.writeable = False
-    return own
+    return replace(schedule, times=sealed(times.copy()), values=sealed(values.copy()))  # results quote their inputs
 
 
 def compile_option(value: Any) -> Compile:

@@ -243,41 +243,29 @@ class Prepared:
             if self.compile and self.sizes[1] <= _FEW:
                 fast |= self._marking()
             self._functions = self._finished(called, fast, self._rebuild)
-        functions = self._functions
-        m, p, tolerance = memory.m, memory.p, memory.tolerance
-        self.fresh = [
-            Bound(
-                functions["fresh"],
-                [memory.time, memory.y[k], m, p, tolerance],
-                [memory.y[1 - k], memory.slope[1 - k], memory.start],
-            )
-            for k in (0, 1)
-        ]
-        located, at = (
-            [memory.time, memory.fraction, memory.above, memory.dense, m, p],
-            [memory.at, memory.g, memory.worst],
-        )
+        functions, m, p = self._functions, memory.m, memory.p
+
+        def both(name: str, given: Sequence[Array], results: Sequence[Array], slope: bool = False) -> list[Bound]:
+            """A function from either side of the double buffer; with ``slope``, y and slope on the other side come before its results."""
+            others = [[memory.y[k], memory.slope[k]] if slope else [] for k in (1, 0)]
+            return [
+                Bound(functions[name], [memory.time, y, m, p, *given], [*other, *results])
+                for y, other in zip(memory.y, others, strict=True)
+            ]
+
+        self.fresh = both("fresh", [memory.tolerance], [memory.start], slope=True)
         self.rest = [Bound(functions["rest"], [memory.time, memory.y[k], m, p], [memory.y[1 - k]]) for k in (0, 1)]
-        self.locator = Locator(Bound(functions["locate"], located, at), memory)
+        located = [memory.time, memory.fraction, memory.above, memory.dense, m, p]
+        self.locator = Locator(Bound(functions["locate"], located, [memory.at, memory.g, memory.worst]), memory)
         results = [memory.held, memory.flags, memory.edges, memory.closing]
-        update = [
-            Bound(functions["update"], [memory.time, memory.y[k], m, p, memory.fire, memory.jumped], results)
-            for k in (0, 1)
-        ]
+        update = both("update", [memory.fire, memory.jumped], results)
         if self.method == "auto" and not self.sizes[1] and not self.large:
             found = [memory.jacobian, memory.worst]
             self.jacobian = Bound(steps.jacobian(model), [memory.time, memory.y[0], m, p], found)
         if self.timed:
             self.instants = Bound(functions["instants"], [m, p], [memory.instants])
         if self._turning:
-            self.corner = [
-                Bound(
-                    functions["corner"],
-                    [memory.time, memory.y[k], m, p],
-                    [memory.y[1 - k], memory.slope[1 - k], memory.corner],
-                )
-                for k in (0, 1)
-            ]
+            self.corner = both("corner", [], [memory.corner], slope=True)
         if self.algebra is not None and "newton" in functions:
             self.algebra.hasten(functions["newton"])
         carry = self.continuity.carry if self.continuity is not None else lambda _: False

@@ -15,7 +15,7 @@ from powertrain.engine.catalogue import Catalogue
 from powertrain.errors import ParameterError
 from powertrain.language.reals import Array
 from powertrain.language.units import told_apart
-from powertrain.numerics.buffers import Memory, view
+from powertrain.numerics.buffers import view
 
 COUNTED = "outside "
 """What the names of the counts of guards begin with in the statistics of a run."""
@@ -218,11 +218,11 @@ class Trajectory:
 
 
 class TrajectoryRecorder:
-    """Collects the steps of a running simulation: ``rows`` are the bytes of ``memory.record`` after each."""
+    """Collects the steps of a running simulation: ``rows`` are the bytes of ``record`` after each, see ``Memory``."""
 
-    def __init__(self, memory: Memory, states: int, algebraic: int, of: Catalogue) -> None:
+    def __init__(self, record: Array, states: int, algebraic: int, of: Catalogue) -> None:
         self.unknowns, self.states, self._of = states + algebraic, states, of
-        self.rows, self._record = bytearray(), memory.record
+        self.rows, self._record = bytearray(), record
         self.held: list[Array] = []
         self.instants: list[Instant] = []
 

@@ -14,7 +14,7 @@ import numpy as np
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language.quantities import has_unit, quantity
 from powertrain.language.reals import real
-from powertrain.language.recorder import Place, lines
+from powertrain.language.recorder import Place, place_in
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.language.units import told_apart, with_unit
 
@@ -27,7 +27,8 @@ def check_conditions(text: Any, name: str, parameters: Sequence[tuple[Symbol, fl
         raise ModelError(
             f"{name}: the conditions of check() are {text!r}; a condition is written  yield self.d_in < self.d_out"
         )
-    for place, row in lines(text, name):
+    for row in text:
+        place = place_in(text, name)
         holds = checked_condition(row, place)
         inside = {key(s) for s in free_symbols(holds)}
         given = [(s, value, unit) for s, value, unit in parameters if key(s) in inside]
@@ -47,7 +48,7 @@ def checked_condition(row: Any, place: Place) -> Symbol:
     return row
 
 
-def unmet(place: Place, given: Mapping[str, tuple[float, str]], said: str = "") -> str:
+def unmet(place: Place | str, given: Mapping[str, tuple[float, str]], said: str = "") -> str:
     """The message for parameters (name: value, unit) that do not go together."""
     others = [value for value, _ in given.values()]
     values = ", ".join(

@@ -15,8 +15,8 @@ from __future__ import annotations
 import reprlib
 import sys
 import typing
-from collections.abc import Generator, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, dataclass_transform
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar, dataclass_transform
 
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.language import htmltext
@@ -43,6 +43,7 @@ from powertrain.language.symbols import Symbol
 if TYPE_CHECKING:
     from powertrain.language.law import Law
 
+C = TypeVar("C", bound="Component")
 Equations: TypeAlias = "Generator[Symbol | Law | bool, None, None]"
 LONGEST_TEXT = 400
 """Length of the representation of a component from which its parts are abridged."""
@@ -287,22 +288,14 @@ def _check_conditions(component: Component) -> None:
     if type(component).check is Component.check:
         return
     parameters: list[tuple[Symbol, float, str]] = []
-    bound = _named(component, "", parameters)
-    check_conditions(bound.check(), type(component).__name__, parameters)
 
+    def symbols(part: Component) -> dict[str, Symbol]:
+        own = {name: spec.unit for name, spec in part._fields.items() if isinstance(spec, Parameter)}
+        found = {name: Symbol.sym(f"{part._path}.{name}".lstrip(".")) for name in own}
+        parameters.extend((found[name], part._values[name], unit) for name, unit in own.items())
+        return found
 
-def _named(component: Component, path: str, parameters: list[tuple[Symbol, float, str]]) -> Component:
-    """A copy of a component whose parameters, and those of its parts, are symbols; ``parameters`` gets them with value and unit."""
-    bound: Component = object.__new__(type(component))
-    bound.__dict__.update(component.__dict__)
-    bound.__dict__["_symbols"] = {}
-    for name, spec in component._fields.items():
-        if isinstance(spec, Parameter):
-            bound._symbols[name] = Symbol.sym(f"{path}{name}")
-            parameters.append((bound._symbols[name], component._values[name], spec.unit))
-    parts = {name: _named(part, f"{path}{name}.", parameters) for name, part in children(component)}
-    place_parts(bound, parts)
-    return bound
+    check_conditions(bound_copy(component, "", symbols).check(), type(component).__name__, parameters)
 
 
 def _evaluated(annotation: str, scope: dict[str, Any]) -> Any:
@@ -320,13 +313,28 @@ def _finals(kind: type[Component]) -> list[str]:
     return [name for derived in kind.__subclasses__() for name in _finals(derived) if not name.startswith("_")]
 
 
-def place_parts(component: Component, parts: Mapping[str, Component]) -> None:
-    """Put copies of the parts of a component in their places; ``parts`` are by name, as of ``children``."""
+def bound_copy(
+    component: C, path: str, symbols: Callable[[Component], Mapping[str, Symbol]], above: tuple[int, ...] = ()
+) -> C:
+    """A copy of a component and its parts at a path of a model, whose quantities read as the ``symbols`` of each copy.
+
+    A whole is copied before its parts. ModelError for a component that contains itself.
+    """
+    if id(component) in above:
+        raise ModelError(
+            f"{path}: {type(component).__name__} contains itself; a component may not contain itself as a part"
+        )
+    copy: C = object.__new__(type(component))
+    copy.__dict__.update(component.__dict__, _path=path)
+    copy.__dict__["_symbols"] = symbols(copy)
+    inside = (*above, id(component))
+    parts = {n: bound_copy(part, f"{path}.{n}".lstrip("."), symbols, inside) for n, part in children(component)}
     for name, value in component._values.items():
         if isinstance(value, Component):
-            component.__dict__[name] = parts[name]
+            copy.__dict__[name] = parts[name]
         elif isinstance(value, tuple):
-            component.__dict__[name] = tuple(parts.get(f"{name}[{i}]", item) for i, item in enumerate(value))
+            copy.__dict__[name] = tuple(parts.get(f"{name}[{i}]", item) for i, item in enumerate(value))
+    return copy
 
 
 def children(component: Component) -> Iterator[tuple[str, Component]]:

@@ -21,7 +21,7 @@ from powertrain.language.conditions import combined, crossing, is_held
 from powertrain.language.connectors import Connector
 from powertrain.language.law import Law
 from powertrain.language.reals import real
-from powertrain.language.recorder import GuardEntry, ScheduleEntry, SwitchEntry, recorder, to_be_yielded
+from powertrain.language.recorder import Guard, ScheduleEntry, SwitchEntry, recorder, to_be_yielded
 from powertrain.language.symbols import Symbol, key, time, total_derivative
 
 Expression: TypeAlias = "Symbol | float"
@@ -36,34 +36,24 @@ class Connection(Law):
 
 @dataclass(frozen=True)
 class FrictionLaw(Law):
-    """Set-valued friction; see ``friction``."""
+    """Set-valued friction; see ``friction``. ``effort``: the torque that the law determines."""
 
     w: Symbol
-    torque: Symbol
+    effort: Symbol
     lower: Symbol
     upper: Symbol
     peak: Symbol
     name: str
 
-    @property
-    def effort(self) -> Symbol:
-        """The torque or force that the law determines."""
-        return self.torque
-
 
 @dataclass(frozen=True)
 class UnilateralLaw(Law):
-    """A contact; see ``unilateral``."""
+    """A contact; see ``unilateral``. ``effort``: the force that the law determines."""
 
     gap: Symbol
-    force: Symbol
+    effort: Symbol
     restitution: Symbol
     name: str
-
-    @property
-    def effort(self) -> Symbol:
-        """The torque or force that the law determines."""
-        return self.force
 
 
 @dataclass(frozen=True)
@@ -260,7 +250,7 @@ def within(value: Symbol, low: Expression, high: Expression, *, name: str, unit:
     """
     active = recorder()
     value, low, high = (_expression("within", v) for v in (value, low, high))
-    active.guards.append(GuardEntry(name, value, low, high, unit, action, active.place))
+    active.guards.append(Guard(name, active.place, value, low, high, unit, action))
 
 
 def connect(*ports: Connector) -> Connection:

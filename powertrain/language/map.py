@@ -21,6 +21,7 @@ from powertrain.language.dimensions import measure, unit_of
 from powertrain.language.gridtable import read_grid
 from powertrain.language.labelled import check_unit, in_order
 from powertrain.language.laws import within
+from powertrain.language.reals import sealed
 from powertrain.language.recorder import recorder, recording
 from powertrain.language.symbols import Symbol
 from powertrain.language.units import checked_unit, told_apart, with_unit
@@ -106,8 +107,7 @@ class Map:
             raise ParameterError(f"map {name}: axes = {axes!r}: give a list of Axis(name, unit, points)")
         check_unit(f"map {name}", values, unit)
         values = in_order(f"map {name}", values, {axis.name: axis.points for axis in axes})
-        grid = array(f"map {name}", values).copy()
-        grid.flags.writeable = False
+        grid = sealed(array(f"map {name}", values).copy())
         object.__setattr__(self, "axes", tuple(axes))
         object.__setattr__(self, "values", grid)
         object.__setattr__(self, "unit", checked_unit(unit))
@@ -274,19 +274,14 @@ class Map:
             held = [a if axis.outside == "linear" else axis.clipped(a) for axis, a in varying]
             if len(held) == 1 and len(varying[0][0].points) <= FEW:
                 return _ramps(varying[0][0].points, self.values.ravel(), held[0])
-            return self._called(ca.vertcat(*held))
+            return Symbol(self._interpolant(ca.vertcat(*held)))
         held = [axis.clipped(a) for axis, a in varying]
         inner = ca.SX.sym("inner", len(held))
-        value = self._called(inner)
+        value = Symbol(self._interpolant(inner))
         for i, (axis, a) in enumerate(varying):
             if axis.outside == "linear":
                 value += ca.jacobian(Symbol(self._interpolant(inner)), inner[i]) * (a - held[i])
         return ca.substitute(value, inner, ca.vertcat(*held))
-
-    def _called(self, arguments: Symbol) -> Symbol:
-        if recording():
-            recorder().calls = True
-        return Symbol(self._interpolant(arguments))
 
     @cached_property
     def _interpolant(self) -> ca.Function:

@@ -39,6 +39,12 @@ def reals(values: Any) -> Array:
     return np.array(members if plain else [_one(v) for v in members], np.float64).reshape(given.shape)
 
 
+def sealed(values: Array) -> Array:
+    """The array, which from now on cannot be changed."""
+    values.flags.writeable = False
+    return values
+
+
 def real(value: Any) -> float:
     """One real number; a number of CasADi is one too. NotReal for anything else."""
     found = np.asarray(float(value)) if isinstance(value, ca.DM) and value.is_scalar() else reals(value)

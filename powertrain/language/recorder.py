@@ -56,16 +56,19 @@ class ScheduleEntry:
 
 
 @dataclass(frozen=True)
-class GuardEntry:
-    """A value that must stay within limits."""
+class Guard:
+    """low <= value <= high; ``action`` "error" ends the simulation, "count" counts the accepted steps outside the limits.
+
+    "start" holds for the values of a start alone. ``where``: the line that says so.
+    """
 
     name: str
+    where: Place | str
     value: Symbol
     low: Symbol
     high: Symbol
     unit: str
     action: str
-    place: Place
 
 
 def place_in(text: Any, path: str) -> Place:
@@ -81,12 +84,6 @@ def _is_method(text: Any) -> bool:
     return isinstance(text, GeneratorType) and text.gi_code.co_varnames[:1] == ("self",)
 
 
-def lines(text: Any, path: str) -> Iterator[tuple[Place, Any]]:
-    """What a generator yields, with its line."""
-    for row in text:
-        yield place_in(text, path), row
-
-
 @dataclass
 class Recorder:
     """Collects what the equations declare while they are read."""
@@ -100,15 +97,13 @@ class Recorder:
     relations: list[SwitchEntry] = field(default_factory=list)
     """The comparisons that the conditions of ``when`` combine."""
     schedules: list[ScheduleEntry] = field(default_factory=list)
-    guards: list[GuardEntry] = field(default_factory=list)
+    guards: list[Guard] = field(default_factory=list)
     units: dict[int, str] = field(default_factory=dict)
     """Of variables, parameters and results of maps, by their keys."""
     results: list[Symbol] = field(default_factory=list)
     """The results of maps, which keep their keys as long as they exist."""
     differentiated: list[tuple[Place, Symbol]] = field(default_factory=list)
     """Expressions that ``der`` was asked of."""
-    calls: bool = False
-    """Whether an expression calls a function, as large maps do."""
     evaluated: set[str] = field(default_factory=set)
     """Parameters whose values are used while the equations are read, as for the table of a control."""
     written: list[tuple[Place, str, Any]] = field(default_factory=list)

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import by_name
-from powertrain.language.component import Component, children, place_parts
+from powertrain.language.component import Component, bound_copy
 from powertrain.language.fields import Parameter, is_given
 from powertrain.language.recorder import recorder, recording
 from powertrain.language.symbols import Symbol
@@ -47,30 +47,23 @@ def replace(component: C, changes: Mapping[str, Any] | None = None, /, **fields:
             values[name] = _with_member(kind, name, int(index), values[name], new)
     made = kind(**values)
     bound = recording() and "_symbols" in component.__dict__
-    return _noted(made, component._path, recorder().evaluated) if bound else made
+    if not bound:
+        return made
+    evaluated = recorder().evaluated
+    return bound_copy(made, component._path, lambda part: _Values(part, evaluated))
 
 
 class _Values(dict[str, Symbol]):
     """The values of a component's parameters; ``names`` gets those that are read."""
 
-    def __init__(self, component: Component, path: str, names: set[str]) -> None:
+    def __init__(self, component: Component, names: set[str]) -> None:
         parameters = [name for name, spec in component._fields.items() if isinstance(spec, Parameter)]
         super().__init__({name: Symbol(component._values[name]) for name in parameters})
-        self.path, self.names = path, names
+        self.path, self.names = component._path, names
 
     def __getitem__(self, name: str) -> Symbol:
         self.names.add(f"{self.path}.{name}" if self.path else name)
         return super().__getitem__(name)
-
-
-def _noted(component: C, path: str, names: set[str]) -> C:
-    """A copy of a component that notes which parameters are read, also of its parts."""
-    copy: C = object.__new__(type(component))
-    copy.__dict__.update(component.__dict__)
-    copy.__dict__.update(_path=path, _symbols=_Values(component, path, names))
-    parts = children(component)
-    place_parts(copy, {name: _noted(part, f"{path}.{name}" if path else name, names) for name, part in parts})
-    return copy
 
 
 def _step(kind: type[Component], path: str, known: Mapping[str, Any]) -> tuple[str, str | None, str | None]:

@@ -8,13 +8,14 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from powertrain.dae.hybrid import Guard, HybridDae, TimeSignal
-from powertrain.engine.in_c import SOURCES, signal_tables
+from powertrain.compiler.assemble import Compiled
+from powertrain.dae.hybrid import HybridDae
+from powertrain.engine.in_c import SOURCES, TABLES, places, signal_tables
 from powertrain.engine.limits import limits
 from powertrain.engine.prepared import Prepared
 from powertrain.engine.schedules import Schedules
 from powertrain.errors import ParameterError
-from powertrain.language.reals import Array
+from powertrain.native.driver import Begun
 from powertrain.numerics.compiled import code_of
 
 FIXED = ("powertrain_run.h", "powertrain_run.c", "powertrain_loop.h", "powertrain_loop.c", "main.c")
@@ -22,11 +23,11 @@ _ABSENT = ("newton", "instants", "corner", "longest", "resets", "mobility")
 """Functions that only some models need."""
 
 
-def refuse(dae: HybridDae, engine: Prepared) -> None:
+def refuse(engine: Prepared) -> None:
     """ParameterError for models that the loop in C does not run."""
-    if dae.contacts:
+    for contact in engine.dae.contacts:
         raise ParameterError(
-            f"export_c: {dae.contacts[0].name} ({dae.contacts[0].where}) is a unilateral contact; impacts are not available in C"
+            f"export_c: {contact.name} ({contact.where}) is a unilateral contact; impacts are not available in C"
         )
     if engine.large:
         raise ParameterError(
@@ -35,22 +36,14 @@ def refuse(dae: HybridDae, engine: Prepared) -> None:
         )
 
 
-def write(
-    folder: Path,
-    engine: Prepared,
-    method: str,
-    start: tuple[float, Array, Array, Array, Array],
-    schedules: Sequence[TimeSignal],
-    inputs: Sequence[str],
-    parameters: Sequence[str],
-) -> None:
-    """The files of a model in a folder. ``start``: time, states, algebraic unknowns, held values, parameters."""
-    functions = engine.functions(method)
+def write(folder: Path, compiled: Compiled, engine: Prepared, method: str, t: float, start: Begun) -> None:
+    """The files of a model in a folder, with a start at ``t`` (s)."""
+    functions, inputs = engine.functions(method), list(compiled.inputs)
     folder.mkdir(parents=True, exist_ok=True)
     files = {
         "functions.c": code_of(functions),
         "model.h": _header(engine, functions, inputs),
-        "model.c": _tables(engine, start, schedules, inputs, parameters),
+        "model.c": _tables(engine, t, start, inputs, list(compiled.parameters)),
     }
     files |= {"powertrain_limits.h": limits()} | {name: (SOURCES / name).read_text(encoding="utf-8") for name in FIXED}
     for name, text in files.items():
@@ -82,23 +75,7 @@ def _header(engine: Prepared, functions: dict[str, ca.Function], inputs: Sequenc
     lines += [f"#define pt_{key} 0" for key in _ABSENT if key not in functions]
     arguments = "(const double **, double **, long long *, double *, int)"
     lines += [f"int {f.name()}{arguments};" for f in called]
-    tables = (
-        "places",
-        "inputs",
-        "when_place",
-        "when_first",
-        "when_initially",
-        "reset_place",
-        "reset_discrete",
-        "rests",
-        "rest_laws",
-        "laws",
-        "frictions",
-        "quiet",
-        "bends",
-        "guards",
-    )
-    lines += [f"extern const int pt_{name}[];" for name in tables]
+    lines += [f"extern const int pt_{name}[];" for name in ("inputs", *TABLES.split())]
     lines += [
         "extern const double pt_t0, pt_x0[], pt_z0[], pt_m0[], pt_p0[];",
         "extern const pt_signals pt_default_signals;",
@@ -107,39 +84,26 @@ def _header(engine: Prepared, functions: dict[str, ca.Function], inputs: Sequenc
     return "\n".join(lines)
 
 
-def _tables(
-    engine: Prepared,
-    start: tuple[float, Array, Array, Array, Array],
-    schedules: Sequence[TimeSignal],
-    inputs: Sequence[str],
-    parameters: Sequence[str],
-) -> str:
+def _tables(engine: Prepared, t: float, start: Begun, inputs: Sequence[str], parameters: Sequence[str]) -> str:
     dae = engine.dae
     resets = [r for when in dae.whens for r in when.resets]
-    order = [s.name for s in schedules]
+    order = [s.name for s in start.schedules]
     integers: dict[str, Iterable[int]] = {
-        "places": [s.index for s in schedules],
+        "places": [s.index for s in start.schedules],
         "inputs": [order.index(name) for name in inputs],
         "when_place": [w.index for w in dae.whens],
         "when_first": np.cumsum([0, *(len(w.resets) for w in dae.whens)]).tolist(),
         "when_initially": [int(w.initially or w.time is not None) for w in dae.whens],
         "reset_place": [r.index for r in resets],
         "reset_discrete": [int(r.discrete) for r in resets],
-        "rests": [f.rests for f in dae.frictions if f.rests is not None],
-        "rest_laws": [f.index for f in dae.frictions if f.rests is not None],
         "laws": _laws(dae),
-        "frictions": [f.index for f in dae.frictions],
-        "quiet": [int(i in engine.catalogue.quiet) for i in range(dae.m.numel())],
-        "bends": [engine.bends.get(k, -1) for k in range(len(engine.indicators))],
-        "guards": [int(isinstance(i.law, Guard)) for i in engine.indicators],
+        **places(engine),
     }
     lines = ['#include "model.h"']
     lines += [f"const int pt_{name}[] = {_braced(values)};" for name, values in integers.items()]
-    lines += [f"const double pt_t0 = {start[0]!r};"]
-    lines += [
-        f"const double pt_{name}[] = {_braced(v)};" for name, v in zip(("x0", "z0", "m0", "p0"), start[1:], strict=True)
-    ]
-    lines += _signals(signal_tables(Schedules(schedules)))
+    lines += [f"const double pt_t0 = {t!r};"]
+    lines += [f"const double pt_{name}0[] = {_braced(getattr(start, name))};" for name in "xzmp"]
+    lines += _signals(signal_tables(Schedules(start.schedules)))
     unknowns = [*dae.state_names, *(dae.z[k].name() for k in range(dae.z.numel()))]
     for what, names in {"input": inputs, "parameter": parameters, "unknown": unknowns}.items():
         lines.append(f"const char *const pt_{what}_names[] = {{{', '.join([*(_quoted(n) for n in names), '0'])}}};")

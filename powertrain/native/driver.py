@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.dae.hybrid import TimeSignal
+from powertrain.dae.hybrid import HybridDae, TimeSignal
 from powertrain.engine.catalogue import catalogue
 from powertrain.engine.in_c import FULL, signal_tables, signals
 from powertrain.engine.options import longest_step, run_span, run_times
 from powertrain.engine.schedules import Schedules
-from powertrain.engine.trajectory import Instant, Trajectory
+from powertrain.engine.trajectory import Instant, Trajectory, TrajectoryRecorder
 from powertrain.errors import PowertrainError, SimulationError
 from powertrain.language.arguments import positive, tolerances
 from powertrain.language.component import Component
@@ -132,10 +132,10 @@ class CModel(Generic[M]):
         longest, step = longest_step(max_step, last), None if step is None else positive("step", step)
         grid = run_times(first, last, times, points)
         begun = self._begin(first, parameters, starts, guesses, inputs)
-        run = _Run(self.library, first, begun)
+        run = _Run(self.library, self._compiled.dae, first, begun)
         self.library.pt_tolerance(run.model, *map(ctypes.c_double, (*tolerances(rtol, atol), longest)))
         status = run.to(last, step)
-        trajectory = run.trajectory(self._compiled)
+        trajectory = run.trajectory()
         knots = {s.name: (s.times, s.values) for s in begun.schedules if s.name in (inputs or {})}
         message = "" if not status else f"at t = {trajectory.end:.9g} s {self.library.pt_message(status).decode()}"
         result: Result[M] = Result(self._compiled, trajectory, grid, begun.p, begun.report, None, message, knots)
@@ -147,8 +147,8 @@ class CModel(Generic[M]):
 class _Run:
     """One run in memory of Python's, and what C has kept of it so far."""
 
-    def __init__(self, library: ctypes.CDLL, start: float, at: Begun) -> None:
-        self.library, self.start = library, start
+    def __init__(self, library: ctypes.CDLL, dae: HybridDae, start: float, at: Begun) -> None:
+        self.library, self.start, self._dae, self._catalogue = library, start, dae, catalogue(dae)
         sizes = (ctypes.c_int * 6)()
         library.pt_sizes(sizes)
         self.x, self.z, self.m, _, self.whens, _ = sizes
@@ -162,9 +162,7 @@ class _Run:
         self._rows = np.empty((_ROWS, 3 + 5 * self.y))
         self._held = np.empty((_HELD, self.m))
         self._instants = np.empty((_INSTANTS, 1 + 2 * self.y + 2 * self.m + self.whens))
-        self.rows: list[Array] = []
-        self.held: list[Array] = []
-        self.instants: list[Array] = []
+        self.recorder = TrajectoryRecorder(np.empty(self._rows.shape[1]), self.x, self.z, self._catalogue)
 
     def to(self, stop: float, step: float | None) -> int:
         """Run to ``stop``; the status of C."""
@@ -194,42 +192,23 @@ class _Run:
     def _take(self) -> Array:
         counts = (ctypes.c_long * 6)()
         self.library.pt_counts(self.model, counts)
-        rows = self._rows[: counts[3]].copy()
-        rows[:, 0] += sum(map(len, self.held))
-        self.rows.append(rows)
-        self.held.append(self._held[: counts[4]].copy())
-        self.instants.append(self._instants[: counts[5]].copy())
+        self.recorder.extend(self._rows[: counts[3]], self._held[: counts[4], : self._dae.m.numel()].copy())
+        instants = [self._instant(values) for values in self._instants[: counts[5]].copy()]
+        self.recorder.instants += [i for i in instants if not i.begins(self.start, self._catalogue.rests.values())]
         return np.array(counts, float)
 
-    def trajectory(self, compiled: Compiled) -> Trajectory:
+    def trajectory(self) -> Trajectory:
         """The run as the simulator in Python records it."""
-        dae, n = compiled.dae, self.x + self.z
-        table, held = np.concatenate(self.rows), np.concatenate(self.held)[:, : dae.m.numel()]
-        notes = catalogue(dae)
-        final = np.array(self.library.pt_unknowns(self.model)[: self.y])[:n]
-        final_held = np.array(self.library.pt_held(self.model)[: self.m])[: dae.m.numel()]
-        instants = [self._instant(values, dae) for values in np.concatenate(self.instants)]
-        return Trajectory(
-            times=table[:, 1].copy(),
-            sizes=table[:, 2].copy(),
-            dense=table[:, 3:].reshape(len(table), 5, self.y)[:, :, :n].copy(),
-            held=held,
-            mode_of_step=table[:, 0].astype(np.int64),
-            end=float(self.library.pt_time(self.model)),
-            final=final,
-            final_held=final_held,
-            states=self.x,
-            instants=tuple(i for i in instants if not i.begins(self.start, notes.rests.values())),
-            laws=notes.kinds,
-            rests=notes.rests,
-            statistics=dict(zip(("steps", "rejected", "events"), self.counts.tolist(), strict=False)),
-        )
+        final, held = self.library.pt_unknowns(self.model)[: self.y], self.library.pt_held(self.model)[: self.m]
+        statistics = dict(zip(("steps", "rejected", "events"), self.counts.tolist(), strict=False))
+        end, held = float(self.library.pt_time(self.model)), held[: self._dae.m.numel()]
+        return self.recorder.trajectory(end, np.array(final), np.array(held), statistics, ())
 
-    def _instant(self, values: Array, dae: Any) -> Instant:
+    def _instant(self, values: Array) -> Instant:
         cuts = np.cumsum([1, self.y, self.y, self.m, self.m])
         t, left, right, before, after, reset = np.split(values, cuts)
-        n, m = self.x + self.z, dae.m.numel()
-        extra = tuple((w.name, "reset") for w, done in zip(dae.whens, reset, strict=False) if done)
+        n, m = self.x + self.z, self._dae.m.numel()
+        extra = tuple((w.name, "reset") for w, done in zip(self._dae.whens, reset, strict=False) if done)
         return Instant(float(t[0]), left[:n], right[:n], before[:m], after[:m], extra)
 
 

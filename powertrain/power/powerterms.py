@@ -77,7 +77,7 @@ def from_result(
     wanted = [*motions.values(), *(one.expression for one in picked.values())]
     rows = signals.evaluate(wanted, samples, p).T if wanted else np.zeros((0, len(samples.t)))
     named = dict(zip([*motions, *picked], rows, strict=True))
-    graph = power_graph(compiled.source.connections, terms.parts, terms.ports, whole)
+    graph = power_graph(compiled.source.nodes, terms.parts, terms.ports, whole)
     data = _dataset(graph, terms.parts, terms.ports, values.power.T, values.loss.T, values.rate.T, named, picked)
     data = data.rename(point="time").assign_coords(time=("time", samples.t, {"units": "s", "long_name": "Time"}))
     return graph, data.isel(time=0) if times.ndim == 0 else data
@@ -108,7 +108,7 @@ def from_steady(compiled: Compiled, points: Any, whole: str | Sequence[str]) -> 
     inner = np.array([not part.boundary for part in terms.parts])[:, None]
     held = any(str(n).startswith("der(") for n in points.data_vars)
     rate = np.where(inner, own, 0.0) if held else np.zeros(own.shape)
-    graph = power_graph(compiled.source.connections, terms.parts, terms.ports, whole)
+    graph = power_graph(compiled.source.nodes, terms.parts, terms.ports, whole)
     motions = {n: flat(n) for name in terms.ports for n in (f"speed({name})", f"torque({name})") if n in points}
     data = _dataset(graph, terms.parts, terms.ports, power, loss, rate, motions, {})
     done = set(motions) | {f"power({n})" for n in terms.ports} | {f"loss({part.path})" for part in terms.parts}

@@ -69,7 +69,7 @@ def dataset(
             told = {**attributes, "long_name": f"{attributes['long_name']}, {text} possible value"}
             data[f"{q.name}_{end}"] = (grid.dims, shaped(rows[k]), told)
     data["status"] = (grid.dims, shaped(results.status), _flags())
-    named = [(law.name, law.where) for law in (*problem.laws, *problem.guards)]
+    named = [(law.name, str(law.where)) for law in (*problem.laws, *problem.guards)]
     if results.involved is not None:
         data["status_laws"] = (grid.dims, shaped(results.involved), _law_flags([n for n, _ in named]))
     said = {"problems": _problems(results, named), "notes": "\n".join(_notes(compiled, grid, common))}

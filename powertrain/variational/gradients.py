@@ -23,8 +23,8 @@ from powertrain.variational.functional import Functional, functional
 from powertrain.variational.objectives import Objective, objective
 from powertrain.variational.record import record
 from powertrain.variational.simultaneous import Parts
-from powertrain.variational.sweeps import APART, Model, adjoint, forward, integral_value, passage, refuse_apart
-from powertrain.variational.transitions import WEIGHTS
+from powertrain.variational.sweeps import APART, Model, adjoint, forward, passage, refuse_apart
+from powertrain.variational.transitions import integral
 from powertrain.variational.unknowns import Unknowns, unknowns
 
 if TYPE_CHECKING:
@@ -155,7 +155,9 @@ def gradient(
     way = passage(model, result, wanted, number, np.zeros(0))
     many = len(wanted.names) > _FEW
     found = adjoint(model, wanted, way) if many else forward(model, wanted, way, keep=False)[0]
-    value = number.value + integral_value(model, way.run)
+    value = number.value
+    if number.integrand is not None:
+        value += integral(way.run.steps, model.flow.rates(way.run.steps.samples, way.run.p)[:, -1])
     refuse_apart(wanted, way, found, value)
     notes = constant_in_tables(result.compiled, wanted.names)
     return Gradient(number.label, number.unit, value, wanted, found, notes)
@@ -168,7 +170,7 @@ def number_of(result: Result[Any], of: Objective) -> float:
         return found.value
     run = record(result, found.cuts)
     rates = signals_of(result.compiled).evaluate([found.integrand], run.steps.samples, run.p)[:, 0]
-    return found.value + float((rates.reshape(len(run.steps.times), -1) @ WEIGHTS) @ run.steps.durations)
+    return found.value + integral(run.steps, rates)
 
 
 def sensitivity(

@@ -222,7 +222,7 @@ class Saltation:
 
     def corrected(self, samples: Samples, p: Array) -> Samples:
         """Samples whose algebraic unknowns solve the equations in their modes."""
-        return signals_of(self.system.compiled).corrected(samples, p) if samples.z.shape[1] else samples
+        return signals_of(self.system.compiled).corrected(samples, p)
 
 
 def row_of(samples: Samples, k: int) -> Samples:

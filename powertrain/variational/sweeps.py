@@ -23,7 +23,7 @@ from powertrain.variational.partials import Block, Partials, System
 from powertrain.variational.record import STAGES, Record, edge
 from powertrain.variational.saltation import Saltation, SaltationMap, row_of
 from powertrain.variational.simultaneous import Parts
-from powertrain.variational.transitions import WEIGHTS, Batch, Reverse, VariationalRates, batches, transitions
+from powertrain.variational.transitions import Batch, Reverse, VariationalRates, transitions
 from powertrain.variational.unknowns import Unknowns
 
 APART = 0.01
@@ -41,7 +41,6 @@ class Model:
 
     def __init__(self, result: Result[Any], wanted: Unknowns, of: Functional) -> None:
         self.system = System(result.compiled, wanted.parameters, wanted.segments, len(wanted.inputs))
-        self.bare = System(result.compiled, (), ())
         self.of = of
         self.flow = VariationalRates(self.system, of.integrand)
         self.saltation = Saltation(self.flow)
@@ -52,7 +51,7 @@ class Model:
     @cached_property
     def bare_flow(self) -> VariationalRates:
         """The flow without derivatives with respect to q."""
-        return VariationalRates(self.bare, self.of.integrand)
+        return VariationalRates(System(self.system.compiled, (), ()), self.of.integrand)
 
     @cached_property
     def reverse(self) -> Reverse:
@@ -280,15 +279,4 @@ def _from_steps(model: Model, wanted: Unknowns, run: Record, ends: Block, kept: 
             if wanted.inputs
             else q.sum(axis=0) @ wanted.plain
         )
-    return found
-
-
-def integral_value(model: Model, run: Record) -> float:
-    """The integral of the integrand over the run, by the same quadrature."""
-    if not model.flow.integrals:
-        return 0.0
-    found = 0.0
-    for here, samples in batches(run.steps):
-        f = model.flow.rates(samples, run.p)[:, -1].reshape(-1, STAGES)
-        found += float((run.steps.durations[here, None] * f * WEIGHTS).sum())
     return found

@@ -56,7 +56,8 @@ class VariationalRates:
         self.size = system.size + self.integrals
         self.places = np.r_[: system.states, system.size : self.size]
         """The rows of f that are not zero."""
-        self.core = np.flatnonzero(_influential(ca.vertcat(rates, dae.residual), dae.x))
+        found = ca.which_depends(ca.vertcat(rates, dae.residual), dae.x, 1, False) if dae.x.numel() else []
+        self.core = np.flatnonzero(found)
         """The states on which rates depend."""
         self.partials = Partials(system, rates)
         self._values = Many(system.dae.arguments, rates)
@@ -129,16 +130,16 @@ class VariationalRates:
         return effects.reshape(len(effects), size, STAGES * size)
 
 
-def _influential(rates: Symbol, states: Symbol) -> list[bool]:
-    """Whether any rate depends on each of the states."""
-    return list(ca.which_depends(rates, states, 1, False)) if states.numel() else []
-
-
 def batches(steps: Steps) -> Iterator[tuple[slice, Samples]]:
     """The steps in batches, with the samples of their collocation points."""
     for first in range(0, len(steps.times), _BATCH):
         here = slice(first, min(first + _BATCH, len(steps.times)))
         yield here, Samples(*(v[STAGES * here.start : STAGES * here.stop] for v in steps.samples))
+
+
+def integral(steps: Steps, rates: Array) -> float:
+    """The integral of a rate, given at the collocation points of all steps, over these steps."""
+    return float((rates.reshape(-1, STAGES) @ WEIGHTS) @ steps.durations)
 
 
 def collocation(durations: Array, a: Block) -> Block:
