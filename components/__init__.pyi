@@ -52,6 +52,7 @@ from powertrain.components.body import RigidTransferCase as RigidTransferCase
 from powertrain.components.body import RoadProfile as RoadProfile
 from powertrain.components.body import RollingAxle as RollingAxle
 from powertrain.components.body import RollingRoad as RollingRoad
+from powertrain.components.body import Trailer as Trailer
 from powertrain.components.body import TransferCase as TransferCase
 from powertrain.components.body import VehicleBody as VehicleBody
 from powertrain.components.body import Wind as Wind
