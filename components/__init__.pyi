@@ -185,6 +185,7 @@ from powertrain.components.rotational import IdealPlanetary as IdealPlanetary
 from powertrain.components.rotational import IdealRollingWheel as IdealRollingWheel
 from powertrain.components.rotational import Inertia as Inertia
 from powertrain.components.rotational import InverseSpeedDependentTorque as InverseSpeedDependentTorque
+from powertrain.components.rotational import JenkinsElement as JenkinsElement
 from powertrain.components.rotational import LinearSpeedDependentTorque as LinearSpeedDependentTorque
 from powertrain.components.rotational import LossyGear as LossyGear
 from powertrain.components.rotational import OneWayClutch as OneWayClutch
