@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, switch, variable
+from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, switch, variable, within
 from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
 
 
@@ -20,7 +20,7 @@ class JenkinsElement(CompliantWithRelativeStates, Lossy):
     Linear models have the stiffness c while it sticks, and none while it slips.
 
     Source: W. D. Iwan, A distributed-element model for hysteresis and its steady-state dynamic response, Journal of Applied Mechanics 33
-    (1966) 893.
+    (1966) 893. Errors: InitializationError for a torque beyond tau_max at the start.
     """
 
     c: Parameter = parameter("N.m/rad", "Stiffness", above=0)
@@ -37,6 +37,11 @@ class JenkinsElement(CompliantWithRelativeStates, Lossy):
         yield der(self.tau_c) == self.c * (self.w_rel - self.w_slip)
         yield self.tau == self.tau_c
         yield from self._dissipate()
+
+    def initial(self) -> Equations:
+        """The slider holds."""
+        within(self.tau_c, -self.tau_max, self.tau_max, name="torque of the spring", unit="N.m")
+        yield from ()
 
     def energy(self) -> Symbol:
         """Elastic energy tau^2/(2 c)."""

@@ -79,3 +79,14 @@ def test_linear_models_have_its_stiffness_while_it_sticks() -> None:
 def test_without_friction_it_transmits_nothing() -> None:
     run = pt.simulate(pt.replace(Struck(), {"element.tau_max": 0.0}), 1.0)
     assert run["body.w"][-1] == pytest.approx(1, rel=1e-8)
+
+
+def test_a_start_beyond_the_limit_is_rejected_and_a_run_goes_on_from_a_slipping_one() -> None:
+    plant = pt.compile(Struck())
+    with pytest.raises(
+        pt.InitializationError, match=r"torque of the spring \(element.* 9 N\.m; allowed is -5 to 5 N\.m"
+    ):
+        plant.simulate(0.1, starts={"element.tau_c": 9.0})
+    first = plant.simulate(0.02)
+    again = plant.simulate(0.1, starts={name: first[name][-1] for name in ("element.tau_c", "body.w", "body.phi")})
+    assert again["body.w"][-1] == pytest.approx(plant.simulate(0.12)["body.w"][-1], abs=1e-6)
