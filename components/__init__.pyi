@@ -52,6 +52,7 @@ from powertrain.components.body import RigidTransferCase as RigidTransferCase
 from powertrain.components.body import RoadProfile as RoadProfile
 from powertrain.components.body import RollingAxle as RollingAxle
 from powertrain.components.body import RollingRoad as RollingRoad
+from powertrain.components.body import Trailer as Trailer
 from powertrain.components.body import TransferCase as TransferCase
 from powertrain.components.body import VehicleBody as VehicleBody
 from powertrain.components.body import Wind as Wind
@@ -184,6 +185,7 @@ from powertrain.components.rotational import IdealPlanetary as IdealPlanetary
 from powertrain.components.rotational import IdealRollingWheel as IdealRollingWheel
 from powertrain.components.rotational import Inertia as Inertia
 from powertrain.components.rotational import InverseSpeedDependentTorque as InverseSpeedDependentTorque
+from powertrain.components.rotational import JenkinsElement as JenkinsElement
 from powertrain.components.rotational import LinearSpeedDependentTorque as LinearSpeedDependentTorque
 from powertrain.components.rotational import LossyGear as LossyGear
 from powertrain.components.rotational import OneWayClutch as OneWayClutch

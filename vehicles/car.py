@@ -28,6 +28,7 @@ from powertrain.components.body import (
     RigidTransferCase,
     RoadProfile,
     RollingAxle,
+    Trailer,
     TransferCase,
     VehicleBody,
 )
@@ -56,7 +57,8 @@ class Car(Component):
     """Partial: a vehicle on two axles whose driver follows a cycle.
 
     A ``PoweredAxle`` in ``front`` or ``rear`` is driven: ``LumpedAxle``, or ``DrivenAxle`` with its differential. A ``RollingAxle`` is not.
-    ``transfer`` distributes the torque of the transmission between two driven axles.
+    ``transfer`` distributes the torque of the transmission between two driven axles. ``trailers`` are pulled at the rear of the body and
+    brake with the friction brakes of the vehicle.
     """
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
@@ -66,6 +68,7 @@ class Car(Component):
     rear: Axle = RollingAxle()
     body: Body = VehicleBody()
     road: RoadProfile = RoadProfile()
+    trailers: tuple[Trailer, ...] = ()
     curvature: Input = signal_input("1/m", "Curvature of the path, positive to the left", default=0.0)
 
     def _to_the_road(self, shaft: Flange, demand: Output, rear: Flange | None = None) -> Equations:
@@ -98,6 +101,10 @@ class Car(Component):
         yield connect(self.body.rear_load, self.rear.load)
         yield connect(self.body.s, self.road.s)
         yield connect(self.road.grade, self.body.grade)
+        for trailer in self.trailers:
+            yield connect(self.body.rear, trailer.hitch)
+            yield connect(self.road.grade, trailer.grade)
+            yield connect(demand, trailer.brake)
 
     def _on_the_cycle(self) -> Equations:
         """The driver receives the reference speed, the acceleration ahead, and the vehicle speed."""
@@ -227,8 +234,14 @@ def _check_own_shafts(car: Car, driven: list[str], said: str) -> None:
 
 
 def _check_road_load(car: Car) -> None:
-    wheels = wheels_of(car) if isinstance(car.body, CoastDownBody) else ()
-    twice = [f"{path}.{n} = {wheel._values[n]:g}" for path, wheel in wheels for n in ("Cr", "Cr_2") if wheel._values[n]]
+    axles = {"front": car.front, "rear": car.rear} if isinstance(car.body, CoastDownBody) else {}
+    twice = [
+        f"{axle}.{path}.{n} = {wheel._values[n]:g}"
+        for axle, part in axles.items()
+        for path, wheel in wheels_of(part)
+        for n in ("Cr", "Cr_2")
+        if wheel._values[n]
+    ]
     if twice:
         raise ParameterError(
             f"{type(car).__name__}.body is a CoastDownBody, whose coefficients hold the rolling resistance of the tyres; it would count "

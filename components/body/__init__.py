@@ -8,6 +8,7 @@ from powertrain.components.body.coast_down import CoastDownBody
 from powertrain.components.body.elastic_shaft import ElasticShaft
 from powertrain.components.body.path import AxlePath, RoadProfile
 from powertrain.components.body.rolling_road import RollingRoad
+from powertrain.components.body.trailer import Trailer
 from powertrain.components.body.transfer import (
     CentreDifferential,
     LumpedCentreDifferential,
@@ -32,6 +33,7 @@ __all__ = [
     "RoadProfile",
     "RollingAxle",
     "RollingRoad",
+    "Trailer",
     "TransferCase",
     "VehicleBody",
     "Wind",

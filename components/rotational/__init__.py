@@ -36,6 +36,7 @@ from powertrain.components.rotational.interfaces import (
     TwoFlanges,
     TwoFlangesAndSupport,
 )
+from powertrain.components.rotational.jenkins import JenkinsElement
 from powertrain.components.rotational.motions import Accelerate, ConstantSpeed, Move, Position, Speed
 from powertrain.components.rotational.reducer import CycloidalDrive, HarmonicDrive
 from powertrain.components.rotational.retarder import Retarder
@@ -115,6 +116,7 @@ __all__ = [
     "IdealRollingWheel",
     "Inertia",
     "InverseSpeedDependentTorque",
+    "JenkinsElement",
     "LinearSpeedDependentTorque",
     "Lossy",
     "LossyGear",

@@ -117,29 +117,37 @@ class RackAndPinion(_LossyR2T):
 
 
 class Screw(_LossyR2T):
-    """A screw (flangeR) that moves its nut (flangeT), with thread friction; self-locking if the lead is small.
+    """A screw (flangeR) that moves its nut (flangeT), with friction in the thread and at a collar; self-locking if the lead is small.
 
     flangeT.s - supportT.s = p/(2 pi) (flangeR.phi - supportR.phi),  tan(lead) = |p|/(pi d),  rho = atan(mue/cos(alpha))
-    load = -p/(2 pi) flangeT.f,  flangeR.tau = load + tauLoss
-    w load > 0: flangeR.tau = load tan(lead + rho)/tan(lead);  w load < 0: flangeR.tau = load tan(lead - rho)/tan(lead)
+    load = -p/(2 pi) flangeT.f,  flangeR.tau = load + tauLoss,  collar = pi d_collar mue_collar/|p|
+    w load > 0: flangeR.tau = load (tan(lead + rho)/tan(lead) + collar)
+    w load < 0: flangeR.tau = load (tan(lead - rho)/tan(lead) - collar)
     w = 0: between the two
 
     alpha is half of the thread's angle: 0 for a square, 15 degrees for a trapezoidal, 30 degrees for a metric thread. A left-handed thread
     has a negative p. A thread so steep that lead + rho >= pi/2 cannot move its nut; such parameters are rejected, as for ``WormGear``.
+    The collar bears the force of the nut and turns on the support; with d_collar = 0, the default, it rubs nothing.
 
-    Errors: ParameterError if the screw cannot move the nut.
+    Source: R. G. Budynas, J. K. Nisbett, Shigley's Mechanical Engineering Design, 9th ed., McGraw-Hill 2011, sec. 8-2. Errors:
+    ParameterError if the screw cannot move the nut.
     """
 
     p: Parameter = parameter("m", "Lead, path of the nut in a turn", exclude=(0.0,))
     d: Parameter = parameter("m", "Pitch diameter", above=0)
     mue: Parameter = parameter("1", "Coefficient of friction in the thread", default=0.1, min=0, max=1)
     alpha: Parameter = parameter("rad", "Angle of the flank against the normal", default=0.0, min=0, max=1)
+    d_collar: Parameter = parameter("m", "Mean diameter of the thrust collar", default=0.0, min=0)
+    mue_collar: Parameter = parameter("1", "Coefficient of friction at the collar", default=0.1, min=0, max=1)
 
     def check(self) -> Equations:
         """The screw must be able to move the nut: tan(lead) tan(rho) < 1."""
         yield self.mue * ca.fabs(self.p) < math.pi * self.d * ca.cos(self.alpha)  # else the screw cannot move the nut
 
     def equations(self) -> Equations:
-        """A wedge wound around a cylinder."""
+        """A wedge wound around a cylinder, and a ring that rubs."""
         yield from self._moves(self.p / (2 * math.pi))
-        yield from self._rubs(*thread_efficiencies(ca.atan(ca.fabs(self.p) / (math.pi * self.d)), self.mue, self.alpha))
+        turn = ca.fabs(self.p)
+        eta_1, eta_2 = thread_efficiencies(ca.atan(turn / (math.pi * self.d)), self.mue, self.alpha)
+        collar = math.pi * self.d_collar * self.mue_collar / turn
+        yield from self._rubs(eta_1 / (1 + collar * eta_1), eta_2 - collar)

@@ -178,6 +178,10 @@ class Component(metaclass=_Kind):
             )
         if isinstance(value, type) and issubclass(value, Component):
             raise ModelError(f"{where} is the class {value.__name__}; write {value.__name__}(...)")
+        if isinstance(value, Component) and typing.get_origin(kind) is tuple:
+            raise ModelError(
+                f"{where} is one {type(value).__name__}; it takes a tuple: write ({type(value).__name__}(...),)"
+            )
         if isinstance(value, tuple):
             self._check_items(where, kind, value)
         elif not (isinstance(kind, type) and issubclass(kind, Component)):

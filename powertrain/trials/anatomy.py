@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import powertrain as pt
-from powertrain.components.body import Body, RoadProfile
+from powertrain.components.body import Body, RoadProfile, Trailer
 from powertrain.components.control import Pedals
 from powertrain.components.cvu.interfaces import VariableUnit
 from powertrain.components.cycles import CycleSpeed
@@ -35,6 +35,7 @@ class Anatomy:
     machines: tuple[str, ...]
     batteries: tuple[str, ...]
     wheels: tuple[str, ...]
+    trailers: tuple[str, ...]
     stores: tuple[str, ...]
 
     @property
@@ -69,7 +70,7 @@ class Anatomy:
 def anatomy(vehicle: pt.Component) -> Anatomy:
     """Find the body, pedals, engines and other components of a vehicle. Errors: ParameterError for what is not a component."""
     _check_component(vehicle)
-    parts = list(_parts(vehicle, (*ONE.values(), Engine, ElectricMachine, Battery, PolarizedBattery)))
+    parts = list(_parts(vehicle, (*ONE.values(), Trailer, Engine, ElectricMachine, Battery, PolarizedBattery)))
 
     def of(*kinds: type[pt.Component]) -> tuple[str, ...]:
         return tuple(path for path, part in parts if isinstance(part, kinds))
@@ -82,6 +83,7 @@ def anatomy(vehicle: pt.Component) -> Anatomy:
         machines=of(ElectricMachine),
         batteries=batteries,
         wheels=of(Wheel),
+        trailers=of(Trailer),
         stores=tuple(getattr(type(vehicle), "stores", batteries)),
     )
 

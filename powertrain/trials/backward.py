@@ -19,7 +19,7 @@ from powertrain.trials.cycle import on_cycle
 from powertrain.trials.driveline import SLOWEST, driveline_map
 from powertrain.trials.gears import gear_maps, gears_along, in_gear, is_geared
 from powertrain.trials.operating import check_stores, operating_map, remembered
-from powertrain.trials.resistance import check_mass, resistance
+from powertrain.trials.resistance import mass, resistance
 from powertrain.vehicles.wheels import wheels_of
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     """The fuel for a cycle from a map of operating points, without transients between them.
 
     force = (m + sum of J/radius^2 of the wheels) a + resistance(v) + m g sin(alpha),  fuel_rate = map(v, force)
+    m: the body and its trailers, whose other resistances reduce the force of the map
     braked or in overrun: fuel_rate of accelerator 0
 
     The resistance is the force that pulls the body of the vehicle along a level road at constant speed. sin(alpha) is the mean over a row
@@ -132,15 +133,14 @@ def demand(vehicle: pt.Component, cycle: DriveCycle) -> tuple[Array, Array]:
     """Speed [m/s] and tractive force [N] of all wheels at the midpoint of every row; of the rotating parts only wheels count."""
     v, a = (cycle.speeds[1:] + cycle.speeds[:-1]) / 2, np.diff(cycle.speeds) / np.diff(cycle.times)
     body = value_at(vehicle, anatomy(vehicle).the("body"))
-    return v, _pull(vehicle, v, a) + float(body.m) * float(body.g) * _sines(vehicle, cycle)
+    return v, _pull(vehicle, v, a) + mass(vehicle) * float(body.g) * _sines(vehicle, cycle)
 
 
 def _pull(vehicle: Any, v: Array, a: Array) -> Array:
     """The force to pull the body at v, and the force to accelerate the vehicle's mass and the inertia of its wheels by a."""
     body = value_at(vehicle, anatomy(vehicle).the("body"))
-    check_mass(body)
-    mass = float(body.m) + sum(float(w.J) / float(w.radius) ** 2 for _, w in wheels_of(vehicle))
-    return mass * a + resistance(body, v)
+    wheels = sum(float(w.J) / float(w.radius) ** 2 for _, w in wheels_of(vehicle))
+    return (mass(vehicle) + wheels) * a + resistance(body, v)
 
 
 def _sines(vehicle: Any, cycle: DriveCycle) -> Array:

@@ -76,6 +76,7 @@ def drive_cycle(
         raise pt.ParameterError(
             f"drive_cycle: {taken[0]} is that of the cycle; DriveCycle.part(0, 505) is a part of one"
         )
+    anatomy(vehicle.model if isinstance(vehicle, pt.Plant) else vehicle).the("body")  # before it is driven
     if isinstance(vehicle, pt.Plant):
         if cycle is not None:
             raise pt.ParameterError(

@@ -114,12 +114,14 @@ class CycleRun:
 
     @cached_property
     def demand(self) -> float:
-        """Energy demand of the cycle [J]: the positive work against the road load and the inertia of body and wheels.
+        """Energy demand of the cycle [J]: the positive work against the road load and the inertia of body, wheels and trailers.
 
         Source: UN GTR No. 15, Annex 7, 5.
         """
         body, read = self.anatomy.the("body"), self.result
         power = (read[f"{body}.front.f"] + read[f"{body}.rear.f"]) * self.speed
+        for trailer in self.anatomy.trailers:
+            power = power + read[f"{trailer}.hitch.f"] * self.speed
         for wheel in self.anatomy.wheels:
             power = power + read[f"{wheel}.hub.tau"] * read[f"{wheel}.w"] - read[f"{wheel}.f"] * read[f"{wheel}.v"]
         return float(np.trapezoid(np.maximum(power, 0.0), read.time))

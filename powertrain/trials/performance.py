@@ -46,6 +46,7 @@ def full_accelerator(
     if taken := sorted({"stop", "points", "times"} & options.keys()):
         raise pt.ParameterError(f"full_accelerator: {taken[0]} cannot be given: the run ends at the top speed")
     parts = anatomy(vehicle)
+    parts.the("body")  # before it is driven
     plant = pt.compile(pt.replace(vehicle, {parts.the("pedals"): SetPedals(accelerator_set=1)}))
     begun, reached = checked_starts(plant, starts), 0.0
     for minutes in range(1, 11):

@@ -1,4 +1,4 @@
-"""The resistance of a body on a level road, and whether it has the mass that it says."""
+"""The mass of a vehicle with its trailers, and the resistance of its body on a level road."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import numpy as np
 import powertrain as pt
 from powertrain.components.body import Body
 from powertrain.components.translational import Accelerate, ConstantSpeed
+from powertrain.components.vehicle import Vehicle
 from powertrain.language.reals import Array
+from powertrain.trials.anatomy import anatomy, parts_of, value_at
 
 MOVING = 10.0
 """Speed [m/s] at which the mass of a body is measured, because friction would hold it at rest."""
@@ -49,6 +51,22 @@ class _Accelerated(pt.Component):
         """Accelerated at the front."""
         yield pt.connect(self.a, self.pull.a_ref)
         yield pt.connect(self.pull.flange, self.body.front)
+
+
+def mass(vehicle: pt.Component) -> float:
+    """The mass [kg] of the body and of the trailers, without the inertia of wheels.
+
+    Errors: ParameterError for a body that moves like another mass than its parameter ``m``, and for a trailer that is a ``Vehicle``.
+    """
+    parts = anatomy(vehicle)
+    for other in parts_of(vehicle, Vehicle):
+        raise pt.ParameterError(
+            f"{parts.vehicle}.{other} is a Vehicle, whose mass the forces of {parts.the('body')} do not include; use a Trailer"
+        )
+    bodies = [value_at(vehicle, parts.the("body")), *(value_at(vehicle, path).body for path in parts.trailers)]
+    for body in bodies:
+        check_mass(body)
+    return sum(float(body.m) for body in bodies)
 
 
 @lru_cache(maxsize=32)

@@ -16,7 +16,7 @@ from powertrain.language.reals import Array
 from powertrain.trials.anatomy import anatomy, value_at
 from powertrain.trials.gears import gear_maps, is_geared
 from powertrain.trials.operating import operating_map
-from powertrain.trials.resistance import resistance
+from powertrain.trials.resistance import mass, resistance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,8 +34,9 @@ def tractive_effort(
 ) -> xr.Dataset:
     """Tractive force with the accelerator fully pressed in each gear, and the resistance on each grade, over speed.
 
-      force: of all wheels on the road, at constant speed, less the rolling resistance of the wheels on a level road
-      resistance = resistance of the body(v) + m g sin(alpha),  tan(alpha) = grade
+      force: of all wheels on the road, at constant speed, less the rolling resistance of the wheels, and the
+      resistance of trailers, on a level road
+      resistance = resistance of the body(v) + m g sin(alpha),  tan(alpha) = grade,  m: the body and its trailers
       speed_on_grade: the highest speed at which the largest force of all gears equals the resistance
 
     The forces are operating points on a rolling road, as those of ``driveline_map``: the wheels do not slip, and batteries have their
@@ -77,7 +78,7 @@ def tractive_effort(
     )
     force = np.array([one["force"].values[:, 0] for one in maps])
     body = value_at(vehicle, parts.the("body"))
-    weight = float(body.m) * float(body.g) * slopes / np.sqrt(1 + slopes**2)
+    weight = mass(vehicle) * float(body.g) * slopes / np.sqrt(1 + slopes**2)
     against = weight[:, None] + resistance(body, v)
     reached = [_highest(v, np.fmax.reduce(force) - line) for line in against]
     found = xr.Dataset(

@@ -274,3 +274,25 @@ def test_an_angle_that_jumps_is_rejected() -> None:
 
     with pytest.raises(pt.ModelError, match=r"tan\(.*\) makes this jump"):
         turned(Naive())
+
+
+class Jack(pt.Component):
+    """A power screw at a constant speed under a load of 6.4 kN."""
+
+    drive: rot.ConstantSpeed = rot.ConstantSpeed(w_fixed=1)
+    screw: rot.Screw = rot.Screw(p=8e-3, d=30e-3, mue=0.08, d_collar=40e-3, mue_collar=0.08)
+    load: tr.ConstantForce = tr.ConstantForce(f_constant=-6400)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.screw.flangeR)
+        yield pt.connect(self.screw.flangeT, self.load.flange)
+
+
+@pytest.mark.parametrize("hand", [1, -1])
+def test_the_collar_of_a_screw_rubs_in_both_directions(hand: int) -> None:
+    """Example 8-1 of Shigley's Mechanical Engineering Design, 9th ed.: 26.18 N.m to raise the load, 9.77 N.m to lower it."""
+    jack = pt.replace(Jack(), {"screw.p": hand * 8e-3})
+    raised, lowered = pt.steady(jack, {"drive.w_fixed": [hand * 1.0, -hand * 1.0]})["screw.flangeR.tau"].values * hand
+    assert (raised, -lowered) == pytest.approx((26.18, 9.77), abs=5e-3)
+    collar = 0.08 * 0.04 / 2 * 6400
+    assert raised == pytest.approx(6400 * 0.015 * math.tan(math.atan(8 / (30 * math.pi)) + math.atan(0.08)) + collar)
