@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import casadi as ca
 
@@ -15,18 +14,6 @@ from powertrain.language.symbols import free_symbols, key, scalars
 _SHOWN = 12
 
 
-class Place(NamedTuple):
-    """The unknown that a signal slope * unknown + offset guesses, by its index in y = (x, z)."""
-
-    unknown: int
-    slope: float
-    offset: float
-
-    def put(self, y: Array, value: float) -> None:
-        """Put the unknown for a value of the signal into ``y``."""
-        y[self.unknown] = (value - self.offset) / self.slope
-
-
 class Guesses:
     """The signals of a model that guess an unknown each."""
 
@@ -34,8 +21,8 @@ class Guesses:
         self._signals, dae = compiled.signals, compiled.dae
         self._position = {key(s): i for i, s in enumerate([*scalars(dae.x), *scalars(dae.z)])}
 
-    def place(self, name: str) -> Place | None:
-        """The place of a signal; None if it is not an affine expression of one unknown with numbers as coefficients."""
+    def place(self, name: str) -> tuple[int, float, float] | None:
+        """The index of the unknown in y = (x, z), slope and offset of a signal slope * unknown + offset; None for all other signals."""
         signal = self._signals.get(name)
         inside = free_symbols(signal.expression) if signal else []
         if signal is None or len(inside) != 1 or key(inside[0]) not in self._position:
@@ -44,13 +31,14 @@ class Guesses:
         if not slope.is_constant() or not float(slope):
             return None
         offset = float(ca.substitute(signal.expression, inside[0], 0))
-        return Place(self._position[key(inside[0])], float(slope), offset)
+        return self._position[key(inside[0])], float(slope), offset
 
     def put(self, guesses: Mapping[str, float], y: Array) -> None:
         """Put the guesses that have a place into ``y``."""
         for name, value in guesses.items():
             if place := self.place(name):
-                place.put(y, value)
+                unknown, slope, offset = place
+                y[unknown] = (value - offset) / slope
 
     def check(self, names: Mapping[str, float]) -> None:
         """ParameterError for a name that guesses nothing."""

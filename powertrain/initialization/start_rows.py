@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
@@ -52,7 +52,7 @@ class StartRows:
         return self._results[0], self._results[1]
 
     def solve_single(self, t: float, y: Array, m: Array, p: Array, target: Array) -> None:
-        """A Newton step of every condition with a single unknown: at the guess of that unknown other equations may not be defined."""
+        """A Newton step of every condition with a single unknown: from its guess, Newton's method for all equations may not converge."""
         r, j = self.at(t, y, m, p)
         guess = y.copy()
         for n in self._single[::-1].tolist():  # the first condition prevails
@@ -67,20 +67,14 @@ class StartRows:
             terms = np.bincount(self.jacobian.rows, np.abs(nonzeros * y[self.jacobian.columns]), len(gap))
         return np.asarray(np.abs(gap) <= ROUND_OFF * terms)
 
-    def product(self, rows: NDArray[np.intp], nonzeros: Array) -> Callable[[Array], Array]:
-        """Some rows of the Jacobian, as the product with a matrix."""
+    def slopes(self, rows: NDArray[np.intp], nonzeros: Array) -> Array:
+        """Some rows of the Jacobian as a matrix."""
         place = np.full(self.implicit + self.jacobian.conditions, -1)
         place[rows] = np.arange(len(rows))
         inside = np.flatnonzero(place[self.jacobian.rows] >= 0)
-        i, k = place[self.jacobian.rows[inside]], self.jacobian.columns[inside]
-        entries = nonzeros[inside, None]
-
-        def product(matrix: Array) -> Array:
-            found = np.zeros((len(rows), matrix.shape[1]))
-            np.add.at(found, i, entries * matrix[k])
-            return found
-
-        return product
+        found = np.zeros((len(rows), self.jacobian.unknowns))
+        found[place[self.jacobian.rows[inside]], self.jacobian.columns[inside]] = nonzeros[inside]
+        return found
 
 
 def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol]:
