@@ -25,7 +25,7 @@ from powertrain.errors import ModelError, ParameterError
 from powertrain.language.component import Component
 from powertrain.language.connectors import Connector, Signal
 from powertrain.language.reals import Array
-from powertrain.language.symbols import Symbol, column, free_symbols, scalars
+from powertrain.language.symbols import Symbol, affine_root, column, scalars
 from powertrain.numerics.batch import Lanes
 from powertrain.numerics.tape import graph_of
 from powertrain.signals import Signals, signals_of
@@ -131,7 +131,8 @@ class EnergyTerms:
         nodes = graph_of(*(loss for loss in self._losses if ca.depends_on(loss, dae.t))).values()
         sides = [both for node, both in nodes if operation(node) in COMPARISONS | EQUALITIES]
         conditions = ca.substitute([left - right for left, right in sides], [dae.p], [Symbol(p[: dae.p.numel()])])
-        return [t for condition in conditions for t in _zero(condition, dae.t)]
+        roots = [affine_root(condition, dae.t) for condition in conditions]
+        return [float(root) for root in roots if root is not None and root.is_constant()]
 
     def values(self, samples: Samples, p: Array) -> EnergyValues:
         """The terms at the samples. ModelError if one is not finite."""
@@ -168,14 +169,6 @@ class EnergyTerms:
     def block(self) -> int:
         """The number of samples whose terms fit comfortably into memory."""
         return max(1, _BLOCK // max(1, self._lanes.size))
-
-
-def _zero(g: Symbol, time: Symbol) -> list[float]:
-    """The instant at which ``g`` is zero, if it is affine in time and contains nothing else."""
-    slope = ca.jacobian(g, time)
-    if slope.is_zero() or not slope.is_constant() or len(free_symbols(g)) != 1:
-        return []
-    return [-float(ca.substitute(g, time, 0)) / float(slope)]
 
 
 def own_power(parts: list[Part], ports: int) -> Matrix:
