@@ -182,9 +182,7 @@ class _Plan:
                 self._refuse(self.conditions[i], float(values[i]), float(reached[i]))
         point = OperatingPoint(t, y[: self.n].copy(), y[self.n :].copy(), m.copy(), p.copy())
         notes = partial(self.notes.at, point, choice)
-        return InitialReport(
-            self.conditions, values, choice.taken, self.compiled.states, y, choice.open_states, self.held, notes
-        )
+        return InitialReport(self.conditions, values, choice, self.compiled.states, y, self.held, notes)
 
     def _refuse(self, condition: StartEquation, value: float, reached: float) -> None:
         """An omitted condition must hold, unless a value given for this run replaced it or it is only a declared start."""
