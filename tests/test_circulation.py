@@ -122,7 +122,7 @@ def flow_of(power: Matrix) -> DirectedFlow:
     names = ("source", "branch", "unit", "load")
     terminals = [(0, 0), (1, 0), (2, 0), (1, 1), (2, 1), (3, 1)]
     graph = PowerGraph(
-        names, names, tuple((i,) for i in range(4)), ("first", "second"),
+        names, tuple((i,) for i in range(4)), ("first", "second"),
         tuple(Terminal(f"p{k}", c, n) for k, (c, n) in enumerate(terminals)),
     )  # fmt: skip
     own = np.zeros((4, power.shape[1]))

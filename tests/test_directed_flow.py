@@ -32,7 +32,7 @@ def directed(flows: Sequence[Flow], **ends: dict[str, float]) -> DirectedFlow:
         terminals.append(Terminal(f"{component}.{len(terminals)}", names.index(component), nodes.index(node)))
         power.append([value if inward else -value])
     members = tuple((i,) for i in range(len(names)))
-    graph = PowerGraph(tuple(names), tuple(names), members, tuple(nodes), tuple(terminals))
+    graph = PowerGraph(tuple(names), members, tuple(nodes), tuple(terminals))
 
     def terms(kind: str) -> np.ndarray:
         return np.array([[ends.get(kind, {}).get(name, 0.0)] for name in names])

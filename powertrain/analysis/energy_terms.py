@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NoReturn
 
 import casadi as ca
 import numpy as np
@@ -24,7 +25,7 @@ from powertrain.errors import ModelError, ParameterError
 from powertrain.language.component import Component
 from powertrain.language.connectors import Connector, Signal
 from powertrain.language.reals import Array
-from powertrain.language.symbols import Symbol, column, free_symbols, scalars
+from powertrain.language.symbols import Symbol, affine_root, column, scalars
 from powertrain.numerics.batch import Lanes
 from powertrain.numerics.tape import graph_of
 from powertrain.signals import Signals, signals_of
@@ -130,25 +131,26 @@ class EnergyTerms:
         nodes = graph_of(*(loss for loss in self._losses if ca.depends_on(loss, dae.t))).values()
         sides = [both for node, both in nodes if operation(node) in COMPARISONS | EQUALITIES]
         conditions = ca.substitute([left - right for left, right in sides], [dae.p], [Symbol(p[: dae.p.numel()])])
-        return [t for condition in conditions for t in _zero(condition, dae.t)]
+        roots = [affine_root(condition, dae.t) for condition in conditions]
+        return [float(root) for root in roots if root is not None and root.is_constant()]
 
     def values(self, samples: Samples, p: Array) -> EnergyValues:
         """The terms at the samples. ModelError if one is not finite."""
         rows = self._lanes(self._signals.corrected(samples, p), p)
         n, k = len(self.parts), self._power
-        power, loss, energy, rate = (
-            rows[:, a:b] for a, b in ((0, k), (k, k + n), (k + n, k + 2 * n), (k + 2 * n, k + 3 * n))
-        )
+        found = rows[:, : k + 3 * n]
         if self._implicit:
-            rate = rate + self._implicit_rate(rows[:, k + 3 * n :])
-        for name, term, owners in (
-            ("power through", power, self.ports),
-            ("loss of", loss, None),
-            ("energy of", energy, None),
-            ("rate", rate, None),
-        ):
-            self._refuse_infinite(name, term, owners or [part.path for part in self.parts], samples.t)
-        return EnergyValues(power, loss, energy, rate)
+            found[:, k + 2 * n :] += self._implicit_rate(rows[:, k + 3 * n :])
+        bad = np.argwhere(~np.isfinite(found))
+        if bad.size:
+            self._refuse(int(bad[0, 0]), int(bad[0, 1]), samples.t)
+        return EnergyValues(*np.split(found, [k, k + n, k + 2 * n], axis=1))
+
+    def _refuse(self, row: int, place: int, t: Array) -> NoReturn:
+        owners = [part.path or "the model" for part in self.parts]
+        names = [f"power through {port}" for port in self.ports]
+        names += [f"{term} of {owner}" for term in ("loss", "energy", "rate of the energy") for owner in owners]
+        raise ModelError(f"the {names[place]} is not finite at t = {t[row]:.9g} s")
 
     def _implicit_rate(self, rows: Matrix) -> Matrix:
         """The contribution of the algebraic unknowns: dE/dz dz/dt with dr/dz dz/dt = -dr/dt."""
@@ -157,24 +159,10 @@ class EnergyTerms:
         inner = rows[:, n * nz : (n + nz) * nz].reshape(-1, nz, nz)
         return -(slopes @ np.linalg.solve(inner, rows[:, (n + nz) * nz :, None]))[:, :, 0]
 
-    def _refuse_infinite(self, name: str, term: Matrix, owners: list[str], t: Array) -> None:
-        bad = np.argwhere(~np.isfinite(term))
-        if bad.size:
-            row, place = bad[0]
-            raise ModelError(f"the {name} {owners[place] or 'the model'} is not finite at t = {t[row]:.9g} s")
-
     @property
     def block(self) -> int:
         """The number of samples whose terms fit comfortably into memory."""
         return max(1, _BLOCK // max(1, self._lanes.size))
-
-
-def _zero(g: Symbol, time: Symbol) -> list[float]:
-    """The instant at which ``g`` is zero, if it is affine in time and contains nothing else."""
-    slope = ca.jacobian(g, time)
-    if slope.is_zero() or not slope.is_constant() or len(free_symbols(g)) != 1:
-        return []
-    return [-float(ca.substitute(g, time, 0)) / float(slope)]
 
 
 def own_power(parts: list[Part], ports: int) -> Matrix:

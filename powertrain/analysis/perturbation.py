@@ -34,9 +34,7 @@ ORDER = 4
 class Spot:
     """A variable of a port at which a signal, a force or a torque can be added; ``owner`` is the component with the port."""
 
-    name: str
     unit: str
-    doc: str
     symbol: Symbol
     owner: str
     outward: bool
@@ -65,14 +63,11 @@ def spots(components: Sequence[Component]) -> dict[str, Spot]:
         owner = port._path.rpartition(".")[0]
         if isinstance(port, Signal):
             outward = isinstance(port, Output)
-            found[port._path] = Spot(port._path, port.unit, port.doc, port._symbols["value"], owner, outward)
+            found[port._path] = Spot(port.unit, port._symbols["value"], owner, outward)
             continue
         for name, spec in port._fields.items():
             if isinstance(spec, Variable) and spec.flow:
-                path = f"{port._path}.{name}"
-                found[path] = Spot(
-                    path, spec.unit, f"External addition to {spec.doc}", port._symbols[name], owner, False
-                )
+                found[f"{port._path}.{name}"] = Spot(spec.unit, port._symbols[name], owner, False)
     return found
 
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.numerics.pivots import leading_columns
+
 Matrix = NDArray[np.float64]
 _SMALL = 1e-9
 ROUNDING = 64 * np.finfo(float).eps
@@ -152,13 +154,6 @@ def _positions(motion: Matrix, speeds: Matrix, candidates: NDArray[np.int64]) ->
 
 
 def _split(rows: Matrix) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The removed states, one per row (the largest pivots), and the remaining ones."""
-    table, gone = rows.copy(), []
-    for i in range(len(table)):
-        j = int(np.argmax(np.abs(table[i])))
-        gone.append(j)
-        others = np.arange(len(table)) != i
-        table[others] -= np.outer(table[others, j] / table[i, j], table[i])
-        table[others, j] = 0.0
-    kept = np.setdiff1d(np.arange(rows.shape[1]), gone)
-    return np.array(gone, int), kept
+    """The removed states, one per row, and the remaining ones."""
+    gone = leading_columns(rows)
+    return np.array(gone, int), np.setdiff1d(np.arange(rows.shape[1]), gone)

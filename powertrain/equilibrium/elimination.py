@@ -96,19 +96,24 @@ def solved_block(rows: list[Symbol], unknowns: list[Symbol], modes: list[Symbol]
     return [solution[j] for j in range(len(unknowns))]
 
 
+_ONE = Affine(Symbol(1))
+
+
 @dataclass(frozen=True)
 class _Fraction:
-    """A fraction of two affine expressions in x; without ``below`` the denominator is one."""
+    """A fraction of two affine expressions in x."""
 
     above: Affine
-    below: Affine | None = None
+    below: Affine = _ONE
 
     @property
-    def constant(self) -> bool:
-        return self.below is None and self.above.constant
+    def value(self) -> Symbol | None:
+        """Its value if that is the same at every x."""
+        constant = self.above.constant and self.below.constant
+        return self.above.at(Symbol(0)) / self.below.at(Symbol(0)) if constant else None
 
-    def times(self, factor: Symbol | None) -> _Fraction:
-        return _Fraction(Affine()) if factor is None else _Fraction(self.above.times(factor), self.below)
+    def times(self, factor: Symbol) -> _Fraction:
+        return _Fraction(self.above.times(None if factor.is_zero() else factor), self.below)
 
 
 class _NoFraction(Exception):
@@ -191,51 +196,48 @@ class _Fractions:
 
     def operate(self, code: int, operands: list[_Fraction]) -> _Fraction:
         first, last = operands[0], operands[-1]
-        if all(each.constant for each in operands):
-            return _Fraction(Affine(applied(code, [each.above.at(Symbol(0)) for each in operands])))
+        known = [each.value for each in operands if each.value is not None]
+        if len(known) == len(operands):
+            return _Fraction(Affine(applied(code, known)))
         if code == ca.OP_NEG:
             return first.times(Symbol(-1))
         if code == ca.OP_TWICE:
             return first.times(Symbol(2))
         if code == ca.OP_ADD:
-            return _add(first, last)
+            return _sum(first, last)
         if code == ca.OP_SUB:
-            return _add(first, last.times(Symbol(-1)))
-        if code == ca.OP_MUL and (first.constant or last.constant):
-            return last.times(first.above.a) if first.constant else first.times(last.above.a)
+            return _sum(first, last.times(Symbol(-1)))
+        if code == ca.OP_MUL and len(known) == 1:
+            return (last if first.value is not None else first).times(known[0])
         if code == ca.OP_INV:
-            return _divide(_Fraction(Affine(Symbol(1))), first)
+            return _Fraction(first.below, first.above)
         if code == ca.OP_DIV:
-            return _divide(first, last)
+            return _quotient(first, last)
         raise _NoFraction
 
 
-def _add(f: _Fraction, g: _Fraction) -> _Fraction:
-    if f.below is None:
-        f, g = g, f
-    if g.below is None and f.below is None:
-        return _Fraction(g.above + f.above)
-    if g.constant and f.below is not None:
-        return _Fraction(f.above + f.below.times(g.above.a), f.below)
+def _sum(f: _Fraction, g: _Fraction) -> _Fraction:
     if _same(f.below, g.below):
         return _Fraction(f.above + g.above, f.below)
+    if f.value is not None:
+        f, g = g, f
+    if g.value is not None:
+        return _Fraction(f.above + f.below.times(g.value), f.below)
     raise _NoFraction
 
 
-def _divide(f: _Fraction, g: _Fraction) -> _Fraction:
-    if g.constant:
-        if g.above.a is None:
-            raise _NoFraction
-        return f.times(1 / g.above.a)
+def _quotient(f: _Fraction, g: _Fraction) -> _Fraction:
+    if g.value is not None and g.value.is_zero():
+        raise _NoFraction
+    if g.value is not None:
+        return f.times(1 / g.value)
     if _same(f.below, g.below):
         return _Fraction(f.above, g.above)
-    if f.constant and g.below is not None:
-        return _Fraction(g.below, g.above).times(f.above.a)
+    if f.value is not None:
+        return _Fraction(g.below, g.above).times(f.value)
     raise _NoFraction
 
 
-def _same(f: Affine | None, g: Affine | None) -> bool:
+def _same(f: Affine, g: Affine) -> bool:
     """Whether these are the same denominator."""
-    if f is None or g is None:
-        return f is g
     return all(a is b if a is None or b is None else ca.is_equal(a, b, 20) for a, b in ((f.a, g.a), (f.b, g.b)))

@@ -86,10 +86,10 @@ class Solver:
         crossed = lower - upper > balance_tolerance(np.abs(torque).max(axis=0, initial=0.0))
         return np.asarray(~(np.abs(torque) <= INFINITE) | crossed)
 
-    def values(self, grid: Rows, points: Points) -> tuple[Rows, Mask]:
+    def values(self, grid: Rows, u: Rows, modes: Rows) -> tuple[Rows, Mask]:
         """The requested values, and which guards are violated."""
         with np.errstate(all="ignore"):
-            found = self._values.of_points([grid.T, points.u.T, points.modes.T])
+            found = self._values.of_points([grid.T, u.T, modes.T])
         return found[: self.wanted], ~(found[self.wanted :] >= 0.0)
 
     def holds(self, grid: Rows, modes: Rows, apart: Mask) -> Mask:
@@ -97,15 +97,14 @@ class Solver:
         with np.errstate(all="ignore"):
             return self._combinations.holds(grid, modes, apart)
 
-    def between(self, grid: Rows, side: Rows, rest: Mask, near: SolvedPoints) -> tuple[Points, Mask]:
-        """Points with the torques of laws that ``rest`` at ``side`` (-1 and 1 are the limits), and which of them are solutions.
+    def between(self, grid: Rows, side: Rows, rest: Mask, near: SolvedPoints) -> tuple[Rows, Rows, Mask]:
+        """Unknowns and modes with the torques of laws that ``rest`` at ``side`` (-1 and 1 are the limits), and which are solutions.
 
         For implicit unknowns; the search begins at ``near``.
         """
         self._between.laws.set_common(self._common)
         found = self._between.solve(grid.T, side[self._moving].T, rest[self._moving].T, near)
-        status = np.zeros(grid.shape[1], np.int8)
-        return Points(self._unknowns(found), found.modes.T.copy(), status, rest, rest, found), found.done
+        return self._unknowns(found), found.modes.T, found.done
 
     @cached_property
     def _between(self) -> Between:

@@ -20,13 +20,12 @@ from powertrain.errors import ParameterError
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, key, scalars
 from powertrain.numerics.batch import dependence
+from powertrain.numerics.pivots import leading_columns
 
 Turning = dict[int, dict[int, float]]
 """States of which only differences matter: {omitted state: {other state: ratio at which they turn together}}."""
 _NOTHING = 1e-9
 """Shares of the largest slope, and of one turn, that count as round-off."""
-_EQUAL = 1e-6
-"""Relative difference up to which states take an equal part in turning together."""
 
 
 @dataclass(frozen=True)
@@ -161,24 +160,13 @@ def _null_directions(placed: Placed, kept: Sequence[int], place: float) -> Turni
         stacks.append(value / np.maximum(np.abs(value).max(axis=1, keepdims=True), 1e-300))
     _, sizes, basis = np.linalg.svd(np.vstack(stacks))
     null = basis[int((sizes > _NOTHING * max(sizes.max(), 1e-300)).sum()) :]
-    places = _pivots(null)
+    places = leading_columns(null)
     turning: Turning = {}
     for place, row in zip(places, np.linalg.solve(null[:, places], null), strict=True):
         turning[kept[place]] = {
             kept[j]: float(row[j]) for j in range(len(kept)) if j not in places and abs(row[j]) > _NOTHING
         }
     return turning
-
-
-def _pivots(directions: Array) -> list[int]:
-    """A column for each direction, the longest left by those before, and the first of equal ones: whichever directions span the same."""
-    left, places = directions.copy(), list[int]()
-    for _ in directions:
-        sizes = np.linalg.norm(left, axis=0)
-        places.append(int(np.argmax(sizes >= (1 - _EQUAL) * sizes.max())))
-        along = left[:, places[-1]] / sizes[places[-1]]
-        left -= np.outer(along, along @ left)
-    return places
 
 
 def relative_rate(i: int, turning: Turning, xdot: Symbol) -> Symbol:

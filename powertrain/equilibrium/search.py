@@ -73,39 +73,25 @@ def possible(choice: LawModes, mode: float, hidden: Sequence[Symbol]) -> Symbol:
 
 @dataclass(frozen=True)
 class Group:
-    """Laws and unknowns that depend on each other and on earlier groups; laws that are not ``coupled`` depend on earlier groups only."""
+    """Laws that depend on each other and on earlier groups, or, if not ``coupled``, on earlier groups only."""
 
     laws: list[int]
-    unknowns: list[int]
-    rows: list[int]
     coupled: bool
 
 
 def order(problem: Equilibrium, found: Sequence[LawModes]) -> list[Group]:
-    """All laws and unknowns in groups, in the order in which they can be solved."""
-    graph, laws = _needs(problem, found), len(found)
+    """All laws in groups, in the order in which they can be resolved: a law comes after those on whose modes its margins depend."""
+    margins = [[*c.margins.values(), *([] if c.rest is None else [c.rest])] for c in found]
+    graph = [np.flatnonzero(dependence(own, problem.modes).any(axis=0)).tolist() for own in margins]
     groups: list[Group] = []
-    for nodes in components(graph):
-        members = sorted(n for n in nodes if n < laws)
-        blocks = [problem.blocks[n - laws] for n in sorted(nodes) if n >= laws]
-        unknowns, rows = [j for _, block in blocks for j in block], [i for rows, _ in blocks for i in rows]
-        coupled = bool(blocks) or len(members) > 1 or members[0] in graph[members[0]]
+    for members in map(sorted, components(graph)):
+        coupled = len(members) > 1 or members[0] in graph[members[0]]
         last = groups[-1] if groups else None
         if last is not None and not coupled and not last.coupled and not set(last.laws) & set(graph[members[0]]):
-            groups[-1] = Group([*last.laws, *members], [], [], False)
+            groups[-1] = Group([*last.laws, *members], False)
         else:
-            groups.append(Group(members, unknowns, rows, coupled))
+            groups.append(Group(members, coupled))
     return groups
-
-
-def _needs(problem: Equilibrium, found: Sequence[LawModes]) -> list[list[int]]:
-    """For every law, and then every block of unknowns, the laws and blocks on which its margins or equations depend."""
-    wanted = [[*c.margins.values(), *([] if c.rest is None else [c.rest])] for c in found]
-    wanted += [[problem.rows[i] for i in rows] for rows, _ in problem.blocks]
-    block_of = {j: b for b, (_, block) in enumerate(problem.blocks, len(found)) for j in block}
-    owner = [*range(len(found)), *(block_of[j] for j in range(len(problem.u)))]
-    symbols = [*problem.modes, *problem.u]
-    return [sorted({owner[j] for j in np.flatnonzero(dependence(e, symbols).any(axis=0))}) for e in wanted]
 
 
 @dataclass

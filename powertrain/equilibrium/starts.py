@@ -9,8 +9,7 @@ import numpy as np
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.equilibrium.placed import Placed
-from powertrain.language.symbols import Symbol, column, key, scalars
-from powertrain.numerics.batch import dependence
+from powertrain.language.symbols import Symbol, affine_root, column, key, scalars
 
 Told = Mapping[str, float] | Mapping[str, Symbol]
 """Values that variables have at a start."""
@@ -50,7 +49,7 @@ def _determined(placed: Placed, y: Mapping[str, Symbol], cyclic: Sequence[Symbol
             old, new = column([y[n] for n in known]), column(list(known.values()))
             residual = ca.substitute(expression - values[name], old, new)
             left = [s for s in ca.symvar(residual) if key(s) not in given]
-            if len(left) == 1 and key(left[0]) in names and (root := _root(residual, left[0])) is not None:
+            if len(left) == 1 and key(left[0]) in names and (root := affine_root(residual, left[0])) is not None:
                 known[names[key(left[0])]] = root
     return column([known.get(n, Symbol(0)) for n in y])
 
@@ -65,18 +64,10 @@ def _initial_values(compiled: Compiled) -> dict[str, float]:
         for residual in left:
             symbols = ca.symvar(residual)
             unknown = [s for s in symbols if key(s) not in values]
-            if len(unknown) != 1 or key(unknown[0]) not in names or (root := _root(residual, unknown[0])) is None:
+            if len(unknown) != 1 or key(unknown[0]) not in names or (root := affine_root(residual, unknown[0])) is None:
                 continue
             others = [s for s in symbols if key(s) in values]
             value = float(ca.Function("powertrain_start", [column(others)], [root])([values[key(s)] for s in others]))
             if np.isfinite(value):
                 values[key(unknown[0])] = found[names[key(unknown[0])]] = value
     return found
-
-
-def _root(residual: Symbol, unknown: Symbol) -> Symbol | None:
-    """Where a residual that is linear in the unknown is zero; None if it is not linear."""
-    slope = ca.densify(ca.jacobian(residual, unknown))
-    if slope.is_zero() or dependence([slope], [unknown]).any():
-        return None
-    return Symbol(-ca.substitute(residual, unknown, Symbol(0)) / slope)

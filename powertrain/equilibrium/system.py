@@ -69,8 +69,7 @@ class Balance:
 class Equilibrium:
     """The steady problem as expressions of grid values, implicit unknowns ``u``, modes and common values.
 
-    ``rows`` are zero at ``u``; ``blocks`` are the numbers of rows and unknowns that belong together, in order of solution.
-    ``solved`` are inputs and parameters found symbolically; ``common`` are all parameters, then all inputs.
+    ``rows`` are zero at ``u``. ``solved`` are inputs and parameters found symbolically; ``common`` are all parameters, then all inputs.
     ``turning``: which outputs depend on angles that merely turn. ``together``: some states were left out because they turn together, at
     ratios that hold for the present parameters, or outputs do not depend on such states for these. ``balance`` is the same problem for
     given torques of the laws.
@@ -82,7 +81,6 @@ class Equilibrium:
     modes: list[Symbol]
     common: Symbol
     rows: list[Symbol]
-    blocks: list[tuple[list[int], list[int]]]
     solved: list[Symbol]
     outputs: list[Symbol]
     rates: list[Symbol]
@@ -125,13 +123,10 @@ def _reduced(
     old, new = [dae.x[i] for i in cyclic], [Symbol(0)] * len(cyclic)
     rows: list[Symbol] = []
     implicit: list[int] = []
-    blocks: list[tuple[list[int], list[int]]] = []
     for block_rows, block in blocks_of(placed, unknowns, conditions):
         here = _changed([conditions[i].zero for i in block_rows], old, new)
         solution = solved_block(here, [symbols[j] for j in block], modes)
         if solution is None:
-            size = len(block)
-            blocks.append(([*range(len(rows), len(rows) + size)], [*range(len(implicit), len(implicit) + size)]))
             rows += here
             implicit += block
         else:
@@ -151,7 +146,6 @@ def _reduced(
         modes=modes,
         common=placed.common,
         rows=rows,
-        blocks=blocks,
         solved=[e for k, e in zip(old, new, strict=True) if key(k) in wanted],
         outputs=final(asked.wanted),
         rates=final([dae.xdot[state_of(placed.compiled, n)] for n in asked.held]),

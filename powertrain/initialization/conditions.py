@@ -16,7 +16,7 @@ from powertrain.language.arguments import by_name, number
 from powertrain.language.labelled import check_unit
 from powertrain.language.quantities import has_unit, quantity
 from powertrain.language.reals import Array
-from powertrain.language.symbols import Symbol, column, free_symbols, key
+from powertrain.language.symbols import Symbol, affine_root, column, free_symbols, key
 from powertrain.numerics.buffers import PREFIX, Evaluated
 
 DECLARED = "start of the variable"
@@ -65,13 +65,12 @@ class Discretes:
         for asked in text_conditions(compiled):
             expression = _put(dae, asked.expression, found)
             inside = set(map(key, free_symbols(expression)))
-            own = [i for i in places if key(dae.m[i]) in inside and _is_affine(expression, dae.m[i])]
+            roots = ((i, affine_root(expression, dae.m[i])) for i in places if key(dae.m[i]) in inside)
+            place, value = next(((i, root) for i, root in roots if root is not None), (None, None))
             determines = not ca.jacobian(expression, unknowns).is_zero()
-            if determines or not own:
+            if determines or place is None or value is None:
                 self.others += [asked] if determines or not inside & replaced else []
                 continue
-            place, symbol = own[0], dae.m[own[0]]
-            value = -ca.substitute(expression, symbol, 0) / ca.jacobian(expression, symbol)
             found = {i: _put(dae, e, {place: value}) for i, e in found.items()} | {place: value}
         self.given, self.values = list(found), column(list(found.values()))
         arguments, outputs = [dae.t, unknowns, dae.m, dae.p], [ca.densify(self.values)]
@@ -88,11 +87,6 @@ class Discretes:
 def _put(dae: HybridDae, expression: Symbol, values: Mapping[int, Symbol]) -> Symbol:
     """The expression with these values for some entries of ``m``."""
     return ca.substitute(expression, column([dae.m[i] for i in values]), column([*values.values()]))
-
-
-def _is_affine(expression: Symbol, symbol: Symbol) -> bool:
-    slope = ca.jacobian(expression, symbol)
-    return bool(slope.nnz()) and not ca.depends_on(slope, symbol)
 
 
 def text_conditions(compiled: Compiled) -> list[StartEquation]:

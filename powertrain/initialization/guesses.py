@@ -3,28 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
-
-import casadi as ca
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.reals import Array
-from powertrain.language.symbols import free_symbols, key, scalars
+from powertrain.language.symbols import affine_root, free_symbols, key, scalars
 
 _SHOWN = 12
-
-
-class Place(NamedTuple):
-    """The unknown that a signal slope * unknown + offset guesses, by its index in y = (x, z)."""
-
-    unknown: int
-    slope: float
-    offset: float
-
-    def put(self, y: Array, value: float) -> None:
-        """Put the unknown for a value of the signal into ``y``."""
-        y[self.unknown] = (value - self.offset) / self.slope
 
 
 class Guesses:
@@ -34,23 +19,23 @@ class Guesses:
         self._signals, dae = compiled.signals, compiled.dae
         self._position = {key(s): i for i, s in enumerate([*scalars(dae.x), *scalars(dae.z)])}
 
-    def place(self, name: str) -> Place | None:
-        """The place of a signal; None if it is not an affine expression of one unknown with numbers as coefficients."""
+    def place(self, name: str, value: float = 0.0) -> tuple[int, float] | None:
+        """The unknown that a signal guesses, by its index in y = (x, z), and its value where the signal has this ``value``.
+
+        None if the signal is not an affine expression of a single unknown.
+        """
         signal = self._signals.get(name)
         inside = free_symbols(signal.expression) if signal else []
         if signal is None or len(inside) != 1 or key(inside[0]) not in self._position:
             return None
-        slope = ca.jacobian(signal.expression, inside[0])
-        if not slope.is_constant() or not float(slope):
-            return None
-        offset = float(ca.substitute(signal.expression, inside[0], 0))
-        return Place(self._position[key(inside[0])], float(slope), offset)
+        root = affine_root(signal.expression - value, inside[0])
+        return None if root is None else (self._position[key(inside[0])], float(root))
 
     def put(self, guesses: Mapping[str, float], y: Array) -> None:
         """Put the guesses that have a place into ``y``."""
         for name, value in guesses.items():
-            if place := self.place(name):
-                place.put(y, value)
+            if place := self.place(name, value):
+                y[place[0]] = place[1]
 
     def check(self, names: Mapping[str, float]) -> None:
         """ParameterError for a name that guesses nothing."""

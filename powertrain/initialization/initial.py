@@ -8,9 +8,8 @@ it. Guesses only say where the search begins.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, partial
+from functools import partial
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,16 +28,12 @@ from powertrain.initialization.conditions import (
     unsettled,
 )
 from powertrain.initialization.guesses import Guesses
-from powertrain.initialization.outdated import outdated
+from powertrain.initialization.notes import StartNotes
 from powertrain.initialization.report import InitialReport
-from powertrain.initialization.resolution import coarse_time
 from powertrain.initialization.start_rows import StartRows
-from powertrain.initialization.uniqueness import is_default, not_unique
 from powertrain.language.reals import Array
 from powertrain.language.units import with_unit
-from powertrain.modes.complementarity import Laws
 from powertrain.modes.guards import first_violation
-from powertrain.modes.tied import tied_notes
 from powertrain.numerics.newton import HALVINGS, newton
 
 _ROUNDS = 20
@@ -84,17 +79,11 @@ class _Plan:
         self.n, self.nz = dae.x.numel(), self.rows.implicit
         self.guess = np.zeros(self.rows.jacobian.unknowns)
         self.guesses.put({u.name: u.guess for u in compiled.variables.values() if u.guess}, self.guess)
-        places = [None if self.rows.linear else self.guesses.place(c.label) for c in conditions]
-        self.known = [place for place in places[:given] if place is not None]
-        self.plain = np.array([place is not None for place in places[:given]], bool)
         self.declared = np.array([c.value for c in conditions[given:]])
-        for place, value in zip(places[given:], self.declared.tolist(), strict=True):
-            if place is not None:
-                place.put(self.guess, value)
         self.implied = np.array(
             [i < given or not (given or c.source == DECLARED) for i, c in enumerate(conditions)], bool
         )
-        self.defaults = np.array([is_default(c) for c in conditions], bool)
+        self.notes = StartNotes(compiled, self.rows, conditions)
         self.choices: dict[bytes, Choice] = {}
 
     def solve(
@@ -104,10 +93,9 @@ class _Plan:
         self.guesses.check(guesses)
         self.guesses.put(guesses, y)
         target = np.concatenate([np.zeros(self.nz), given, self.declared])
-        for place, value in zip(self.known, given[self.plain].tolist(), strict=True):
-            place.put(y, value)  # from another start Newton's method may not converge
-        discretes = self.discretes.set(t, y, m, p)
+        self.discretes.set(t, y, m, p)
         self.rows.solve_single(t, y, m, p, target)
+        discretes = self.discretes.set(t, y, m, p)
         for _ in range(_ROUNDS):
             assumed = m.copy()
             choice = self._newton(t, y, m, p, target)
@@ -192,53 +180,9 @@ class _Plan:
             reached = self.rows.at(t, y, m, p)[0][self.nz :]
             for i in left[~(np.abs(reached - values)[left] <= MISSED * (1.0 + np.abs(reached[left])))].tolist():
                 self._refuse(self.conditions[i], float(values[i]), float(reached[i]))
-        notes = partial(self._notes, t, y.copy(), m.copy(), p.copy(), choice)
-        return InitialReport(
-            self.conditions, values, choice.taken, self.compiled.states, y, choice.open_states, self.held, notes
-        )
-
-    def _notes(self, t: float, y: Array, m: Array, p: Array, choice: Choice) -> tuple[str, ...]:
-        """What is not unique in the start, speeds and torques at rest; values that tables of the model do not have; a late start."""
-        opened, point = self.compiled.dae.opened, OperatingPoint(t, y[: self.n], y[self.n :], m, p)
-        tied = () if opened is None else tied_notes(self._laws, point)
-        return (
-            *self._unasked(t, y, m, p, choice),
-            *tied,
-            *outdated(self.compiled, dict(zip(self.compiled.parameters, p.tolist(), strict=True))),
-            *coarse_time(self.compiled.dae, t),
-        )
-
-    @cached_property
-    def _laws(self) -> Laws:
-        return Laws(self.compiled.dae)
-
-    def _unasked(self, t: float, y: Array, m: Array, p: Array, choice: Choice) -> tuple[str, ...]:
-        """A note on variables that do not start at zero only because others do."""
-        left = choice.left[self.defaults[choice.left]]
-        reached, nonzeros = (np.array(found).ravel() for found in self.rows.function(t, y, m, p))
-        missed = left[np.abs(reached[self.nz + left]) > MISSED]
-        kept = np.flatnonzero(np.isin(choice.chosen - self.nz, np.flatnonzero(self.defaults)))
-        if not len(missed) or not len(kept):
-            return ()
-        solve, jacobian = choice.factors(nonzeros[None]), self.rows.product(self.nz + missed, nonzeros)
-
-        def changes(starts: Array) -> tuple[Array, Array]:
-            right, moved = np.zeros((1, len(choice.owned), starts.shape[1])), np.zeros((len(y), starts.shape[1]))
-            right[0, kept] = starts
-            moved[choice.owned] = solve(right)[0]
-            return jacobian(moved), np.array(self._rates(t, y, m, p) @ moved)
-
-        conditions = [self.conditions[i - self.nz] for i in choice.chosen[kept]]
-        values = reached[self.nz + missed].tolist()
-        note = not_unique([self.conditions[i] for i in missed], values, conditions, changes)
-        return (note,) if note else ()
-
-    @cached_property
-    def _rates(self) -> ca.Function:
-        """The slopes of the rates: (t, y, m, p) -> matrix."""
-        dae = self.compiled.dae
-        y = ca.vertcat(dae.x, dae.z)
-        return ca.Function("powertrain_start_rates", [dae.t, y, dae.m, dae.p], [ca.jacobian(dae.xdot, y)])
+        point = OperatingPoint(t, y[: self.n].copy(), y[self.n :].copy(), m.copy(), p.copy())
+        notes = partial(self.notes.at, point, choice)
+        return InitialReport(self.conditions, values, choice, self.compiled.states, y, self.held, notes)
 
     def _refuse(self, condition: StartEquation, value: float, reached: float) -> None:
         """An omitted condition must hold, unless a value given for this run replaced it or it is only a declared start."""

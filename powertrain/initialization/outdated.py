@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from powertrain.compiler.assemble import Compiled
-from powertrain.initialization.uniqueness import listed
 from powertrain.language.units import with_unit
 
+_SHOWN = 3
 _COMPUTED = "tables and limits that were computed when the model was compiled"
 
 
@@ -37,3 +37,9 @@ def _in_tables(compiled: Compiled, names: Iterable[str]) -> list[str]:
     """Those of the parameters that tables or limits were computed with, and their values there."""
     found = [(n, compiled.parameters[n]) for n in names if n in compiled.source.recorder.evaluated]
     return [f"{name} = {with_unit(f'{constant.value:g}', constant.unit)}" for name, constant in found]
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names for a sentence, the first few of many."""
+    *first, last = [*names[:_SHOWN], f"{len(names) - _SHOWN} more"] if len(names) > _SHOWN else names
+    return f"{', '.join(first)} and {last}" if first else last

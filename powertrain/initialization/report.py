@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence, Set
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
 from powertrain.errors import InitializationError
+from powertrain.initialization.choice import Choice
 from powertrain.initialization.conditions import StartCondition, StartEquation
 from powertrain.language.reals import Array
 from powertrain.language.units import with_unit
@@ -15,22 +16,21 @@ from powertrain.language.units import with_unit
 class InitialReport:
     """The start of one run: the conditions used, those that follow from others, and the resulting states.
 
-    ``given``: the discrete variables with values given for this run.
+    ``given``: the discrete variables with values given for this run; ``open``: the indices of the states that no condition affects.
     """
 
     def __init__(
         self,
         asked: Sequence[StartEquation],
         values: Array,
-        chosen: Set[int],
+        choice: Choice,
         states: Sequence[str],
         y: Array,
-        open_states: Sequence[int],
         given: frozenset[str],
         notes: Callable[[], tuple[str, ...]],
     ) -> None:
-        self._asked, self._values, self._chosen = asked, values, chosen
-        self._names, self._y, self._open = states, y, open_states
+        self._asked, self._values, self._chosen = asked, values, choice.taken
+        self._names, self._y, self.open = states, y, tuple(choice.open_states)
         self.given, self._find_notes = given, notes
 
     def __getstate__(self) -> dict[str, Any]:
@@ -42,11 +42,6 @@ class InitialReport:
         """The conditions that were solved, with their expressions; a pickled report has none."""
         return tuple(a for i, a in enumerate(self._asked) if i in self._chosen)
 
-    @property
-    def open(self) -> tuple[int, ...]:
-        """The indices of the states that no condition affects."""
-        return tuple(self._open)
-
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """What is not unique in the start."""
@@ -55,7 +50,7 @@ class InitialReport:
     @cached_property
     def used(self) -> tuple[StartCondition, ...]:
         """The conditions that were solved, and the states that none of them affects."""
-        rest = [StartCondition(self._names[k], "not determined otherwise", float(self._y[k])) for k in self._open]
+        rest = [StartCondition(self._names[k], "not determined otherwise", float(self._y[k])) for k in self.open]
         return (*self._conditions(True), *rest)
 
     @cached_property

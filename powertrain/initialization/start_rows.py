@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
@@ -14,7 +14,7 @@ from powertrain.initialization.choice import StartJacobian
 from powertrain.initialization.conditions import StartEquation
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, scalars
-from powertrain.numerics.buffers import Bound, zeros
+from powertrain.numerics.buffers import Evaluated
 
 
 class StartRows:
@@ -33,9 +33,7 @@ class StartRows:
         self.function = ca.Function(
             "powertrain_initial", [dae.t, y, dae.m, dae.p], [ca.densify(rows), ca.densify(slopes.nz[:])]
         )
-        self._arguments = [zeros(self.function.nnz_in(i)) for i in range(4)]
-        self._results = [zeros(self.function.nnz_out(i)) for i in range(2)]
-        self._call = Bound(self.function, self._arguments, self._results)
+        self._values = Evaluated(self.function)
         self.linear = not self.implicit and not ca.depends_on(slopes.nz[:], y)
         outputs = ca.vertcat(rows, ca.vec(slopes.nz[:])) if rows.numel() else rows
         self.modal = bool(dae.m.numel()) and any(ca.which_depends(outputs, dae.m, 1, True))
@@ -44,15 +42,12 @@ class StartRows:
         self._single = np.flatnonzero((i >= self.implicit) & (np.bincount(i)[i] == 1))
 
     def at(self, t: float, y: Array, m: Array, p: Array) -> tuple[Array, Array]:
-        """All rows and the nonzeros of their Jacobian, valid until the next call."""
-        self._arguments[0][0] = t
-        for array, value in zip(self._arguments[1:], (y, m, p), strict=True):
-            array[: value.size] = value
-        self._call.call()
-        return self._results[0], self._results[1]
+        """All rows and the nonzeros of their Jacobian."""
+        rows, nonzeros = self._values(t, y, m, p)
+        return rows.ravel(), nonzeros.ravel()
 
     def solve_single(self, t: float, y: Array, m: Array, p: Array, target: Array) -> None:
-        """A Newton step of every condition with a single unknown: at the guess of that unknown other equations may not be defined."""
+        """A Newton step of every condition with a single unknown: from its guess, Newton's method for all equations may not converge."""
         r, j = self.at(t, y, m, p)
         guess = y.copy()
         for n in self._single[::-1].tolist():  # the first condition prevails
@@ -67,20 +62,14 @@ class StartRows:
             terms = np.bincount(self.jacobian.rows, np.abs(nonzeros * y[self.jacobian.columns]), len(gap))
         return np.asarray(np.abs(gap) <= ROUND_OFF * terms)
 
-    def product(self, rows: NDArray[np.intp], nonzeros: Array) -> Callable[[Array], Array]:
-        """Some rows of the Jacobian, as the product with a matrix."""
+    def slopes(self, rows: NDArray[np.intp], nonzeros: Array) -> Array:
+        """Some rows of the Jacobian as a matrix."""
         place = np.full(self.implicit + self.jacobian.conditions, -1)
         place[rows] = np.arange(len(rows))
         inside = np.flatnonzero(place[self.jacobian.rows] >= 0)
-        i, k = place[self.jacobian.rows[inside]], self.jacobian.columns[inside]
-        entries = nonzeros[inside, None]
-
-        def product(matrix: Array) -> Array:
-            found = np.zeros((len(rows), matrix.shape[1]))
-            np.add.at(found, i, entries * matrix[k])
-            return found
-
-        return product
+        found = np.zeros((len(rows), self.jacobian.unknowns))
+        found[place[self.jacobian.rows[inside]], self.jacobian.columns[inside]] = nonzeros[inside]
+        return found
 
 
 def _residuals_to_solve(dae: HybridDae, conditions: list[Symbol]) -> list[Symbol]:

@@ -17,43 +17,38 @@ SPEEDS = {"N.m": "rad/s", "N": "m/s"}
 
 def jam_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], pieces: int) -> str:
     """The error if no modes of these laws (indices in m) are consistent in any of the ``pieces`` of their bounds."""
-    parts = ", ".join(law.name for law in dae.laws if law.index in laws)
-    lines = _quoted(dae, memory, side, laws)
-    if lines or any(contact.index in laws for contact in dae.contacts):
+    if _quoted(dae, memory, side, laws) or any(contact.index in laws for contact in dae.contacts):
         tried = f" with any of the {pieces} combinations of the conditions in the bounds" if pieces > 1 else ""
         problem = f"no modes are consistent{tried} (the mechanism jams)"
         advice = "The loss exceeds the power that the driving side can supply (self-locking); check the friction bounds and efficiencies."
     else:
         problem = "neither state of a switch is consistent"
         advice = "The condition of a switch contradicts its effect; give it a hysteresis, or let it act on a rate."
-    return "\n".join([f"at t = {memory.time[0]:.9g} s {problem}. Involved: {parts}", *lines, advice])
+    return _message(dae, memory, side, laws, problem, advice)
 
 
 def several_message(dae: HybridDae, memory: Memory, side: int, modes: Sequence[Array], laws: Sequence[int]) -> str:
     """The error if several modes of these laws (indices in m) are consistent, with different torques."""
-    names = {law.index: law.name for law in dae.laws}
-    sliding = {law.index for law in dae.frictions}
+    names, sliding = {law.index: law.name for law in dae.laws}, {law.index for law in dae.frictions}
     options = " or ".join("(" + ", ".join(_mode(names[i], m[i], i in sliding) for i in laws) + ")" for m in modes[:3])
-    return "\n".join(
-        [
-            f"at t = {memory.time[0]:.9g} s {len(modes)} combinations of modes are possible, with different accelerations or torques: "
-            f"{options}. Involved: {', '.join(names[i] for i in laws)}",
-            *_quoted(dae, memory, side, laws),
-            "The laws lock each other in more than one way (self-locking); add a little compliance or damping between them.",
-        ]
+    problem = f"{len(modes)} combinations of modes are possible, with different accelerations or torques: {options}"
+    advice = (
+        "The laws lock each other in more than one way (self-locking); add a little compliance or damping between them."
     )
+    return _message(dae, memory, side, laws, problem, advice)
 
 
 def not_found_message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> str:
     """The error if no modes were found, although nothing proves that there are none."""
+    problem = "no consistent modes were found, though there may be some"
+    return _message(dae, memory, side, laws, problem, "Separate some of them by a shaft stiffness.")
+
+
+def _message(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int], problem: str, advice: str) -> str:
+    """The problem, the laws involved with their torques, and what to do."""
     parts = ", ".join(law.name for law in dae.laws if law.index in laws)
-    return "\n".join(
-        [
-            f"at t = {memory.time[0]:.9g} s no consistent modes were found, though there may be some. Involved: {parts}",
-            *_quoted(dae, memory, side, laws),
-            "Separate some of them by a shaft stiffness.",
-        ]
-    )
+    head = f"at t = {memory.time[0]:.9g} s {problem}. Involved: {parts}"
+    return "\n".join([head, *_quoted(dae, memory, side, laws), advice])
 
 
 def _quoted(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> list[str]:

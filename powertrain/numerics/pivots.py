@@ -1,4 +1,4 @@
-"""Chooses the pivot row of each column: a matching that makes elimination without run-time pivoting safe."""
+"""Choices of pivots: the row of each column, for elimination without run-time pivoting, and the columns that stand for directions."""
 
 from __future__ import annotations
 
@@ -6,8 +6,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.language.reals import Array
+
 CANCELLED = 1e-12
 """A difference of two numbers below this share of them is round-off, and no pivot."""
+_EQUAL = 1e-6
+"""Relative difference up to which columns are equally long."""
 _STRUCTURAL_ZERO = 1e9
 _NUMERIC_ZERO = 1e6
 
@@ -36,3 +40,14 @@ def match_rows(pattern: ca.Sparsity, values: NDArray[np.float64]) -> list[int]:
     if unmatched:
         raise ValueError(f"structurally singular: no equation is left for the unknowns {unmatched}")
     return [int(row) for row in rows]
+
+
+def leading_columns(directions: Array) -> list[int]:
+    """A column for each direction, the longest left by those before, and the first of equal ones: whichever directions span the same."""
+    left, places = directions.copy(), list[int]()
+    for _ in directions:
+        sizes = np.linalg.norm(left, axis=0)
+        places.append(int(np.argmax(sizes >= (1 - _EQUAL) * sizes.max())))
+        along = left[:, places[-1]] / sizes[places[-1]]
+        left -= np.outer(along, along @ left)
+    return places

@@ -32,9 +32,15 @@ def decompose(
 ) -> tuple[list[Strand], list[Strand]]:
     """Cycles and paths of a flow. ``flow`` is not negative; values up to ``floor`` count as zero."""
     left = np.array(flow, float)
-    cycles = _taken(left, lambda: _widest_cycle(edges, left, floor))
-    paths = _taken(left, lambda: _widest_path(edges, left, sources, sinks, floor))
-    return cycles, paths
+
+    def cycle(added: list[int], k: int) -> list[int] | None:
+        back = way(edges, added, {edges[k][1]}, {edges[k][0]})
+        return None if back is None else [*back, k]
+
+    def path(added: list[int], k: int) -> list[int] | None:
+        return way(edges, [*added, k], sources, sinks)
+
+    return _taken(left, floor, cycle), _taken(left, floor, path)
 
 
 def loops(edges: Sequence[Edge], count: int) -> list[list[int]] | None:
@@ -63,43 +69,23 @@ def loops(edges: Sequence[Edge], count: int) -> list[list[int]] | None:
     return found
 
 
-def _taken(left: Array, search: Callable[[], list[int] | None]) -> list[Strand]:
-    """Subtract one strand after another from ``left``."""
+def _taken(left: Array, floor: float, completed: Callable[[list[int], int], list[int] | None]) -> list[Strand]:
+    """Subtract one strand after another from ``left``, always the widest.
+
+    Edges are added, the strongest first, until one completes a strand with those before it.
+    """
     found: list[Strand] = []
-    while (strand := search()) is not None:
+    while strand := _widest(left, floor, completed):
         amount = float(left[strand].min())
         left[strand] -= amount
         found.append(Strand(amount, tuple(strand)))
     return found
 
 
-def _widest_cycle(edges: Sequence[Edge], left: Array, floor: float) -> list[int] | None:
-    """Add edges, the strongest first, until one closes a cycle."""
-    added: list[int] = []
-    for k in _strongest_first(left, floor):
-        tail, head = edges[k]
-        back = way(edges, added, {head}, {tail})
-        if back is not None:
-            return [*back, k]
-        added.append(k)
-    return None
-
-
-def _widest_path(
-    edges: Sequence[Edge], left: Array, sources: set[int], sinks: set[int], floor: float
-) -> list[int] | None:
-    added: list[int] = []
-    for k in _strongest_first(left, floor):
-        added.append(k)
-        path = way(edges, added, sources, sinks)
-        if path:
-            return path
-    return None
-
-
-def _strongest_first(left: Array, floor: float) -> list[int]:
+def _widest(left: Array, floor: float, completed: Callable[[list[int], int], list[int] | None]) -> list[int] | None:
     order: NDArray[np.intp] = np.argsort(-left, kind="stable")
-    return [int(k) for k in order if left[k] > floor]
+    usable = [int(k) for k in order if left[k] > floor]
+    return next((strand for i, k in enumerate(usable) if (strand := completed(usable[:i], k))), None)
 
 
 def way(edges: Sequence[Edge], usable: Sequence[int], starts: set[int], ends: set[int]) -> list[int] | None:

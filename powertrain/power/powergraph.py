@@ -35,7 +35,6 @@ class PowerGraph:
     """
 
     components: tuple[str, ...]
-    kinds: tuple[str, ...]
     members: tuple[tuple[int, ...], ...]
     nodes: tuple[str, ...]
     terminals: tuple[Terminal, ...]
@@ -74,11 +73,9 @@ def power_graph(
     nodes = {root: there for root, there in at_node.items() if len(there) > 1}
     standing = {owners[name] for there in nodes.values() for name in there}
     components = [path for path in dict.fromkeys(shown) if path in standing]
-    kinds = {part.path: part.kind for part in parts}
     names_of = _collected((root, name) for (name, _), root in joined.items())
     return PowerGraph(
         tuple(components),
-        tuple(kinds[path] for path in components),
         tuple(tuple(i for i, path in enumerate(shown) if path == c) for c in components),
         tuple(min(names_of[root], key=lambda name: (name.count("."), (name, True) not in inward)) for root in nodes),
         tuple(

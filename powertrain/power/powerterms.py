@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.analysis.energy_terms import EnergyTerms, Part, own_power, written_terms
+from powertrain.analysis.energy_terms import EnergyTerms, WrittenTerms, own_power, written_terms
 from powertrain.compiler.assemble import Compiled
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import array
@@ -77,8 +77,7 @@ def from_result(
     wanted = [*motions.values(), *(one.expression for one in picked.values())]
     rows = signals.evaluate(wanted, samples, p).T if wanted else np.zeros((0, len(samples.t)))
     named = dict(zip([*motions, *picked], rows, strict=True))
-    graph = power_graph(compiled.source.nodes, terms.parts, terms.ports, whole)
-    data = _dataset(graph, terms.parts, terms.ports, values.power.T, values.loss.T, values.rate.T, named, picked)
+    graph, data = _dataset(compiled, terms, whole, values.power.T, values.loss.T, values.rate.T, named, picked)
     data = data.rename(point="time").assign_coords(time=("time", samples.t, {"units": "s", "long_name": "Time"}))
     return graph, data.isel(time=0) if times.ndim == 0 else data
 
@@ -108,9 +107,8 @@ def from_steady(compiled: Compiled, points: Any, whole: str | Sequence[str]) -> 
     inner = np.array([not part.boundary for part in terms.parts])[:, None]
     held = any(str(n).startswith("der(") for n in points.data_vars)
     rate = np.where(inner, own, 0.0) if held else np.zeros(own.shape)
-    graph = power_graph(compiled.source.nodes, terms.parts, terms.ports, whole)
     motions = {n: flat(n) for name in terms.ports for n in (f"speed({name})", f"torque({name})") if n in points}
-    data = _dataset(graph, terms.parts, terms.ports, power, loss, rate, motions, {})
+    graph, data = _dataset(compiled, terms, whole, power, loss, rate, motions, {})
     done = set(motions) | {f"power({n})" for n in terms.ports} | {f"loss({part.path})" for part in terms.parts}
     arrays = {
         str(name): xr.DataArray(v.values.reshape((*v.shape[:-1], *shape)), dims=(*v.dims[:-1], *dims), attrs=v.attrs)
@@ -121,20 +119,22 @@ def from_steady(compiled: Compiled, points: Any, whole: str | Sequence[str]) -> 
 
 
 def _dataset(
-    graph: PowerGraph,
-    parts: Sequence[Part],
-    ports: Sequence[str],
+    compiled: Compiled,
+    terms: EnergyTerms | WrittenTerms,
+    whole: str | Sequence[str],
     power: Matrix,
     loss: Matrix,
     rate: Matrix,
     named: Mapping[str, NDArray[np.float64]],
     picked: Mapping[str, Picked],
-) -> xr.Dataset:
-    """All terms over ports, components and points."""
+) -> tuple[PowerGraph, xr.Dataset]:
+    """The graph of the model, and all terms over its ports, components and points."""
     import xarray as xr
 
+    parts, ports = terms.parts, terms.ports
+    graph = power_graph(compiled.source.nodes, parts, ports, whole)
     boundary = np.array([part.boundary for part in parts])[:, None]
-    supply = np.where(boundary, loss + rate - own_power(list(parts), len(ports)) @ power, 0.0)
+    supply = np.where(boundary, loss + rate - own_power(parts, len(ports)) @ power, 0.0)
     members = np.zeros((len(graph.components), len(parts)))
     for row, inside in zip(members, graph.members, strict=True):
         row[list(inside)] = 1.0
@@ -151,9 +151,9 @@ def _dataset(
     data: dict[str, Any] = {n: (("component", "point"), v) for n, v in by_component.items()}
     data |= {n: (("port", "point"), v) for n, v in by_port.items()}
     data |= {n: ("point", named[n]) for n in picked}
-    found = xr.Dataset(data, coords={"port": list(ports), "component": list(graph.components)})
+    found = xr.Dataset(data, coords={"port": ports, "component": list(graph.components)})
     for name, (unit, text) in _TEXTS.items():
         found[name].attrs = {"units": unit, "long_name": text}
     for name, one in picked.items():
         found[name].attrs = {"units": one.unit, "long_name": one.doc or one.label}
-    return found
+    return graph, found

@@ -46,7 +46,7 @@ def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, Mask]:
     ends = _ends(solver, grid, laws)
     while len(resting := np.flatnonzero(np.any([end.rest.any(axis=1) for end in ends], axis=0))) > len(laws):
         laws, ends = resting, _ends(solver, grid, resting)
-    values = [solver.values(grid, end)[0] for end in ends]
+    values = [solver.values(grid, end.u, end.modes)[0] for end in ends]
     low, high = np.minimum.reduce(values), np.maximum.reduce(values)
     solved: Mask = np.logical_and.reduce([end.status == OK for end in ends])
     line = StuckLine if solver.explicit else ImplicitLine
@@ -93,10 +93,7 @@ class StuckLine:
         for others in (self.last[:, points], self.first[:, points]):
             modes = np.where(self.resting[:, points], between, others)
             holds = self.solver.holds(self.grid[:, points], modes, self.resting[:, points])
-            here = Points(
-                modes[:0], modes, np.zeros(part.size, np.int8), self.resting[:, points], self.resting[:, points]
-            )
-            found = np.where(holds, self.solver.values(self.grid[:, points], here)[0], found)
+            found = np.where(holds, self.solver.values(self.grid[:, points], modes[:0], modes)[0], found)
         return found
 
     @np.errstate(over="ignore", invalid="ignore")  # at a pole values are infinite or extremely large
@@ -175,8 +172,8 @@ class ImplicitLine(StuckLine):
         found, left = np.full((self.solver.wanted, part.size), np.nan), np.arange(part.size)
         for modes in (nearer, first.modes + last.modes - nearer):
             near = replace(first, y=y, tau=tau, modes=modes).some(left)
-            here, done = self.solver.between(grid[:, left], sides[:, left], rest[:, left], near)
-            found[:, left] = np.where(done, self.solver.values(grid[:, left], here)[0], np.nan)
+            u, held, done = self.solver.between(grid[:, left], sides[:, left], rest[:, left], near)
+            found[:, left] = np.where(done, self.solver.values(grid[:, left], u, held)[0], np.nan)
             left = left[~done]
             if not left.size:
                 break

@@ -63,7 +63,7 @@ class MapResults:
         points = self.solver.solve(grid, side)
         if self.solved is not None:
             self.solved.append(points)
-        values, left = self.solver.values(grid, points)
+        values, left = self.solver.values(grid, points.u, points.modes)
         status = points.status
         alike = np.zeros(values.shape, bool)
         resting = (status == OK) & points.rest.any(axis=0)

@@ -56,7 +56,7 @@ class Affine:
         valid = Guard("guard", "hand", grid[0] + grid[1], ca.SX(-np.inf), ca.SX(self.most), "1", "error")
         outputs = [grid[0] + e + p for e in ca.vertsplit(ca.DM(self.B) @ ca.vertcat(*m))]
         problem: Any = SimpleNamespace(
-            grid=grid, modes=m, common=p, u=[], blocks=[], laws=laws, guards=[valid], outputs=outputs[:1], rates=outputs[1:],
+            grid=grid, modes=m, common=p, u=[], laws=laws, guards=[valid], outputs=outputs[:1], rates=outputs[1:],
             solved=[INFINITE * (1.0 + grid[1] - self.steep)] if np.isfinite(self.steep) else [],
         )  # fmt: skip
         solver: Any = SimpleNamespace(choices=choices, groups=order(problem, choices))
