@@ -168,10 +168,10 @@ def _at_ends(form: Affine, ends: Symbol) -> list[Symbol]:
 
 def _fails(forms: Sequence[Affine], ends: Symbol) -> Symbol:
     """One if the values of affine margins at the ends show that one of them is negative all along the row."""
-    found = Symbol(0)
+    count = Symbol(0)  # a sum: of columns, fmax takes six times as long
     for form in forms:
         negative = Symbol(1)
         for end in _at_ends(form, ends):
             negative = negative * (end < 0)
-        found = ca.fmax(found, negative)
-    return found
+        count = count + negative
+    return count > 0
