@@ -151,7 +151,7 @@ class Solver:
         if (held := self._shared[:, None] & ~points.rest[:count] & (points.status == OK) & slides).any():
             still = np.abs(self._speeds.of_points([grid.T, points.u.T, points.modes.T])[:count]) <= ZONE
             points.modes[:count][held & still] = STUCK
-        left = self._passed_on(grid, points, np.flatnonzero(np.isin(points.status, (OK, SEVERAL))))
+        left = self._passed_on(grid, points, np.flatnonzero((points.status == OK) | (points.status == SEVERAL)))
         points.modes[:, left], points.u[:, left] = modes[:, left], u[:, left]
         left = self._passed_on(grid, points, left) if left.size else left
         points.status[left] = DIVERGED
@@ -190,4 +190,4 @@ class Solver:
         yields = (above | below) & (over == over.max(axis=0, initial=-np.inf))
         modes[:count][above & yields], modes[:count][below & yields] = FORWARD, BACKWARD
         points.modes[:, which] = modes
-        return which[yields.any(axis=0)]
+        return np.asarray(which[yields.any(axis=0)])

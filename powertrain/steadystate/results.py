@@ -81,8 +81,8 @@ class MapResults:
             points.involved[:, where] = points.rest[:, where]
             inside = solved & ~left[:, where].any(axis=0)
             self._ends.append((places[where[inside]], low[:, inside], high[:, inside]))
-        shown = (OK, STUCK_POINT, SEVERAL) if self.look.first else (OK, STUCK_POINT)
-        outside = np.isin(status, shown) & left.any(axis=0)
+        shown = (status == OK) | (status == STUCK_POINT) | ((status == SEVERAL) & self.look.first)
+        outside = shown & left.any(axis=0)
         status[outside] = OUTSIDE
         undefined = (status == OK) & ~np.isfinite(values).all(axis=0)
         status[undefined] = UNDEFINED
