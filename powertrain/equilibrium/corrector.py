@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -122,23 +122,45 @@ def _newton(
     return Iterates(at.grid, z[:, :n], at.modes, z[:, n:]), fine
 
 
-def undetermined(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Mask:
+@dataclass(frozen=True)
+class Responses:
+    """Changes of unknowns and torques at solutions (point, unknown, cause).
+
+    The causes: a unit change of each of the ``rates``; changes of the ``limits`` of all sliding laws, together, (point, unknown); a unit
+    change of the limit of each law in ``laws.driving``.
+    """
+
+    rates: Array
+    limits: Array
+    driving: Array
+
+
+def responses(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Responses:
+    """The responses at solutions, by one elimination for all causes."""
+    n, moves, driving = laws.unknowns, laws.rates.size, len(laws.driving)
+    entries, value = laws.equations(laws.fixed(at, rest), at.z)
+    right = np.zeros((moves + 1 + driving, n + laws.count, len(value))).T
+    right[:, laws.rates, np.arange(moves)] = 1.0
+    # equal values would hide torques that grow against each other
+    right[:, n:, moves] = _slides(laws, at) * np.linspace(1.0, 2.0, laws.count)
+    right[:, n + np.array(list(laws.driving), np.intp), moves + 1 + np.arange(driving)] = 1.0
+    change = laws.pattern.solver(entries)(right)
+    return Responses(change[:, :, :moves], change[:, :, moves], change[:, :, moves + 1 :])
+
+
+def _slides(laws: SteadyLaws, at: Iterates) -> Mask:
+    mode = at.modes[:, laws.law_modes]
+    return np.asarray(~laws.contact & ((mode == FORWARD) | (mode == BACKWARD)))
+
+
+def undetermined(laws: SteadyLaws, at: Iterates, change: Responses) -> Mask:
     """Points at which an unknown, or the torque of a sliding law, is not determined.
 
     An unknown is not determined if a change of its rate moves it by a million seconds' worth: it takes that long to come to rest, in
     any unit. A torque is not determined if unit changes of the limits move it without bound.
     """
-    n, moves = laws.unknowns, laws.rates.size
-    entries, value = laws.equations(laws.fixed(at, rest), at.z)
-    mode = at.modes[:, laws.law_modes]
-    slides = ~laws.contact & ((mode == FORWARD) | (mode == BACKWARD))
-    right = np.zeros((moves + 1, n + laws.count, len(value))).T
-    right[:, laws.rates, np.arange(moves)] = 1.0
-    # equal values would hide torques that grow against each other
-    right[:, n:, moves] = slides * np.linspace(1.0, 2.0, laws.count)
-    change = laws.pattern.solver(entries)(right)
-    drifts = np.abs(change[:, laws.rated, np.arange(moves)]) > NEUTRAL
-    grows = slides & (np.abs(change[:, n:, moves]) > LOCKED)
+    drifts = np.abs(change.rates[:, laws.rated, np.arange(laws.rates.size)]) > NEUTRAL
+    grows = _slides(laws, at) & (np.abs(change.limits[:, laws.unknowns :]) > LOCKED)
     return np.asarray(drifts.any(axis=1) | grows.any(axis=1))
 
 
@@ -166,19 +188,14 @@ def adrift(laws: SteadyLaws, at: Iterates, rest: AtRest) -> tuple[Iterates, Mask
     return moved, idle.any(axis=1) & (drifts[points, most] > NEUTRAL)
 
 
-def saddles(laws: SteadyLaws, at: Iterates, rest: AtRest) -> tuple[Mask, Array]:
+def saddles(laws: SteadyLaws, responses: Responses) -> tuple[Mask, Array]:
     """The points that motions leave on two opposite sides, and the direction of such a motion; its largest part is one.
 
     A motion that grows is an eigenvector, with a positive eigenvalue, of the change of the unknowns by their rates. If the number of these
     motions is odd, a determinant has the other sign; then each side leads to another equilibrium, or to a motion without end.
     """
-    n, moves, points = laws.unknowns, laws.rates.size, len(at.y)
-    direction = np.zeros_like(at.y)
-    right = np.zeros((moves, n + laws.count, points)).T
-    right[:, laws.rates, np.arange(moves)] = 1.0
-    entries, _ = laws.equations(laws.fixed(at, rest), at.z)
-    change = np.nan_to_num(laws.pattern.solver(entries)(right)[:, :n])
-    inverse = change[:, laws.rated]
+    change = np.nan_to_num(responses.rates[:, : laws.unknowns])
+    inverse, direction = change[:, laws.rated], np.zeros(change.shape[:2])
     with np.errstate(all="ignore"):
         odd = np.flatnonzero(np.linalg.det(-inverse) < 0.0)
     direction[odd] = (change[odd] @ _growing(inverse[odd])[:, :, None])[:, :, 0]
@@ -196,7 +213,7 @@ def _growing(inverse: Array) -> Array:
     return np.asarray(np.where(real.any(axis=1)[:, None], found, 0.0))
 
 
-def folded(laws: SteadyLaws, at: Iterates, rest: AtRest) -> list[tuple[Index, Mask]]:
+def folded(laws: SteadyLaws, at: Iterates, rest: AtRest, change: Responses) -> list[tuple[Index, Mask]]:
     """Modes that tell which side drives, and the points at which the determinant of the equations has another sign with the other side.
 
     Where the sides change, the equations are continuous. If the determinants have opposite signs, as in a self-locking gear, both sides
@@ -205,18 +222,15 @@ def folded(laws: SteadyLaws, at: Iterates, rest: AtRest) -> list[tuple[Index, Ma
     """
     if not laws.driving or not len(at.y):
         return []
-    n, sides = laws.unknowns, list(laws.driving.values())
-    every, rows = np.unique(np.concatenate(sides)), n + np.array(list(laws.driving))
+    sides, rows = list(laws.driving.values()), laws.unknowns + np.array(list(laws.driving))
+    every = np.unique(np.concatenate(sides))
     other = replace(at, modes=at.modes.copy(order="K"))
     other.modes[:, every] = 1.0 - other.modes[:, every]
-    right = np.zeros((rows.size, n + laws.count, len(at.y))).T
-    right[:, rows, np.arange(rows.size)] = 1.0
-    entries, new = (laws.equations(laws.fixed(one, rest), at.z)[0] for one in (at, other))
-    inverse = laws.pattern.solver(entries)(right)
+    new, _ = laws.equations(laws.fixed(other, rest), at.z)
     ratios = np.zeros((rows.size, rows.size, len(at.y))).T
     for k, row in enumerate(rows):
         here = laws.pattern.rows == row
-        ratios[:, k] = np.einsum("pc,pcj->pj", new[:, here], inverse[:, laws.pattern.columns[here]])
+        ratios[:, k] = np.einsum("pc,pcj->pj", new[:, here], change.driving[:, laws.pattern.columns[here]])
     with np.errstate(all="ignore"):
         alone = [(side, ratios[:, k, k] < 0.0) for k, side in enumerate(sides)]
         return alone if len(sides) == 1 else [*alone, (every, np.linalg.det(ratios) < 0.0)]

@@ -44,6 +44,8 @@ class Solver:
         else:
             self._solutions = Solutions(SteadyLaws(problem.balance, compile), self._within)
             self._creep = Creep(problem, compile)
+            names = [*problem.balance.names, *(s.name() for s in scalars(problem.balance.tau))]
+            self._places = [names.index(n) for n in problem.u_names]
         frictions = [law for law in problem.laws if isinstance(law, Friction)]
         self._shared = np.array([f.rests is not None for f in frictions], bool)
         guards, wanted = [guard_margin(g) for g in problem.guards], [*problem.outputs, *problem.rates]
@@ -126,11 +128,8 @@ class Solver:
 
     def _unknowns(self, found: SolvedPoints) -> Rows:
         """The implicit unknowns, which may be torques of laws."""
-        balance, wanted = self.problem.balance, self.problem.u_names
-        names = {n: found.y[:, i] for i, n in enumerate(balance.names)}
-        forces = np.where(self._solutions.laws.contact, -found.tau, found.tau)
-        names |= {s.name(): forces[:, i] for i, s in enumerate(scalars(balance.tau))}
-        return np.array([names[n] for n in wanted]).reshape(len(wanted), len(found.y))
+        known = [*found.y.T, *np.where(self._solutions.laws.contact, -found.tau, found.tau).T]
+        return np.array([known[k] for k in self._places]).reshape(len(self._places), len(found.y))
 
     def _within(self, grid: Array, found: SolvedPoints) -> Mask:
         """Which solutions are within the limits of the model, and have limits of friction in order."""
@@ -151,7 +150,7 @@ class Solver:
         if (held := self._shared[:, None] & ~points.rest[:count] & (points.status == OK) & slides).any():
             still = np.abs(self._speeds.of_points([grid.T, points.u.T, points.modes.T])[:count]) <= ZONE
             points.modes[:count][held & still] = STUCK
-        left = self._passed_on(grid, points, np.flatnonzero(np.isin(points.status, (OK, SEVERAL))))
+        left = self._passed_on(grid, points, np.flatnonzero((points.status == OK) | (points.status == SEVERAL)))
         points.modes[:, left], points.u[:, left] = modes[:, left], u[:, left]
         left = self._passed_on(grid, points, left) if left.size else left
         points.status[left] = DIVERGED
@@ -161,23 +160,33 @@ class Solver:
 
         Under a growing load the law with the largest torque over its limit yields first, which may spare the others.
         """
-        count, left, lost = len(self._shared), which, [which[:0]]
-        for _ in range(count + 1):
-            some, modes, u = grid[:, left], points.modes[:, left], points.u[:, left]
-            good = self._creep.settle(some, u, modes)
+        left, lost = which, [which[:0]]
+        for _ in range(len(self._shared) + 1):
+            u = points.u.take(left, axis=1)
+            good = self._creep.settle(grid.take(left, axis=1), u, points.modes.take(left, axis=1))
             points.u[:, left] = u
             lost.append(left[~good])
-            found = self._torques.of_points([some.T, u.T, modes.T])
-            torque, lower, upper = found[::3], found[1::3], found[2::3]
-            known = balance_tolerance(np.abs(torque).max(axis=0, initial=0.0))
-            stuck = (modes[:count] == STUCK) & ~points.rest[:count, left] & (points.status[left] == OK) & good
-            above, below = stuck & (torque > upper + known), stuck & (torque < lower - known)
-            over = np.where(above, (torque - upper) / (np.abs(upper) + known), -np.inf)
-            over = np.where(below, (lower - torque) / (np.abs(lower) + known), over)
-            yields = (above | below) & (over == over.max(axis=0, initial=-np.inf))
-            modes[:count][above & yields], modes[:count][below & yields] = FORWARD, BACKWARD
-            points.modes[:, left] = modes
-            left = left[yields.any(axis=0)]
+            left = self._yielding(grid, points, left[good])
             if not left.size:
                 break
         return np.concatenate(lost)
+
+    def _yielding(self, grid: Rows, points: Points, which: Index) -> Index:
+        """Let the law farthest beyond its limit slide at each point; return the points at which one does."""
+        count = len(self._shared)
+        held = ((points.modes[:count] == STUCK) & ~points.rest[:count]).any(axis=0) & (points.status == OK)
+        which = which[held[which]]
+        if not which.size:
+            return which
+        modes = points.modes[:, which]
+        stuck = (modes[:count] == STUCK) & ~points.rest[:count, which]
+        found = self._torques.of_points([grid[:, which].T, points.u[:, which].T, modes.T])
+        torque, lower, upper = found[::3], found[1::3], found[2::3]
+        known = balance_tolerance(np.abs(torque).max(axis=0, initial=0.0))
+        above, below = stuck & (torque > upper + known), stuck & (torque < lower - known)
+        over = np.where(above, (torque - upper) / (np.abs(upper) + known), -np.inf)
+        over = np.where(below, (lower - torque) / (np.abs(lower) + known), over)
+        yields = (above | below) & (over == over.max(axis=0, initial=-np.inf))
+        modes[:count][above & yields], modes[:count][below & yields] = FORWARD, BACKWARD
+        points.modes[:, which] = modes
+        return np.asarray(which[yields.any(axis=0)])

@@ -20,9 +20,9 @@ from powertrain.dae.friction import BACKWARD, STUCK
 from powertrain.dae.tolerances import SAME
 from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation, relaxed
-from powertrain.equilibrium.corrector import adrift, corrected, folded, saddles, undetermined
+from powertrain.equilibrium.corrector import Responses, adrift, corrected, folded, responses, saddles, undetermined
 from powertrain.equilibrium.laws import SteadyLaws
-from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, SolvedPoints, taken
+from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, SolvedPoints
 from powertrain.equilibrium.system import Balance
 from powertrain.language.reals import Array
 
@@ -77,57 +77,58 @@ class Solutions:
             modes, found = self._from(first, grid, start.rest, begun, again=first is start.initial)
             self._leave(found, beyond, grid)
             begun.append((modes, found.done & (found.modes == modes).all(axis=1)))
-            other, both = np.zeros(count, bool), np.flatnonzero(best.done & found.done)
+            new, both = found.done & ~best.done, np.flatnonzero(best.done & found.done)
             if both.size:
-                other[both] = self._differ(grid[both], best.some(both), found.some(both))
-            several |= other
-            changed = best.modes != found.modes
-            differing |= other[:, None] & changed
-            apart |= other & ~changed.any(axis=1)
-            better = other & (self._rank(found) < self._rank(best))
-            best.take((found.done & ~best.done) | better, found)
+                other = both[self._differ(grid[both], best.some(both), found.some(both))]
+                one, two = best.some(other), found.some(other)
+                changed = one.modes != two.modes
+                several[other] = True
+                differing[other] |= changed
+                apart[other] |= ~changed.any(axis=1)
+                new[other] = self._rank(two) < self._rank(one)
+            best.take(new, found)
         if not laws.count:
             self._relax(best, start.start, grid, start.rest)
         self._rest_of(best, grid, side)
         best.take(beyond.done & ~best.done, beyond)
         known = np.flatnonzero(best.done)
         at, rest = best.at(grid).some(known), best.at_rest(side).some(known)
-        several[known[undetermined(laws, at, rest)]] = True
-        for sides, folds in folded(laws, at, rest):
-            if folds.any():
-                others = known[folds]
-                driven = best.some(others).at(grid[others])
-                driven.modes[:, sides] = 1.0 - driven.modes[:, sides]
-                also = others[self._another(best.some(others), driven, side[others])]
-                several[also] = True
-                differing[np.ix_(also, sides)] = True
+        change = responses(laws, at, rest)
+        several[known[undetermined(laws, at, change)]] = True
+        for sides, folds in folded(laws, at, rest, change):
+            others = known[folds]
+            driven = best.some(others).at(grid[others])
+            driven.modes[:, sides] = 1.0 - driven.modes[:, sides]
+            also = others[self._another(best.some(others), driven, side[others])]
+            several[also] = True
+            differing[np.ix_(also, sides)] = True
         moved, free = adrift(laws, at, rest)
         loose = known[free]
         several[loose[self._another(best.some(loose), moved.some(free), side[loose])]] = True
-        self._leave_saddles(best, several, grid, side)
+        several[known[self._beside_saddles(best, known, at, rest, change)]] = True
         resting = np.zeros_like(best.given)
         if rest.given.any():
             after = laws.next_modes(at, rest)
             resting[known] = rest.given & after.still & after.open
         return Best(best, several, resting, differing, apart)
 
-    def _leave_saddles(self, best: SolvedPoints, several: Mask, grid: Array, side: Array) -> None:
-        """Look for other solutions where motions lead away from one on both sides."""
-        known = np.flatnonzero(best.done)
+    def _beside_saddles(self, best: SolvedPoints, known: Index, at: Iterates, rest: AtRest, change: Responses) -> Mask:
+        """Which of the ``known`` points have another solution, where motions lead away from theirs on both sides."""
+        other = np.zeros(known.size, bool)
         if not self.laws.rates.size or not known.size:
-            return
-        at, rest = best.at(grid).some(known), best.at_rest(side).some(known)
-        grows, direction = saddles(self.laws, at, rest)
-        some = known[grows]
-        if not some.size:
-            return
-        one, resting, found = at.some(grows), rest.some(grows), best.some(some)
-        for sign in (1.0, -1.0):
-            begin = relaxed(self.laws, replace(one, y=one.y + sign * direction[grows]), resting)
-            several[some[self._another(found, begin, side[some])]] = True
+            return other
+        grows, direction = saddles(self.laws, change)
+        some = np.flatnonzero(grows)
+        one, resting, found = at.some(some), rest.some(some), best.some(known[some])
+        for sign in (1.0, -1.0) if some.size else ():
+            begin = relaxed(self.laws, replace(one, y=one.y + sign * direction[some]), resting)
+            other[some] |= self._another(found, begin, resting.side)
+        return other
 
     def _another(self, found: SolvedPoints, begin: Iterates, side: Array) -> Mask:
         """Whether the search from ``begin`` leads to other solutions than those found."""
+        if not len(begin.y):
+            return np.zeros(0, bool)
         end, good = corrected(self.laws, begin, found.at_rest(side), firm=True)
         other = replace(found, y=end.y, modes=end.modes, tau=end.tau)
         good &= self._differ(begin.grid, found, other)
@@ -163,8 +164,7 @@ class Solutions:
 
     def _leave(self, found: SolvedPoints, beyond: SolvedPoints, grid: Array) -> None:
         """Move solutions beyond a limit of the model from ``found`` to ``beyond``."""
-        out, done = found.done.copy(), np.flatnonzero(found.done)
-        out[done] = ~self.within(taken(grid, done), found.some(done))
+        out = found.done & ~self.within(grid, found)
         beyond.take(out, found)
         found.done[out] = False
 
@@ -180,6 +180,8 @@ class Solutions:
 
     def _rest_of(self, best: SolvedPoints, grid: Array, side: Array) -> None:
         """Solve remaining points from their neighbours, else by continuation."""
+        if best.done.all():
+            return
         failed, tries, rank = np.zeros(len(grid), bool), np.zeros(len(grid), int), np.ones(len(grid), int)
         place, fresh = _scaled(grid), np.flatnonzero(best.done)
         while True:

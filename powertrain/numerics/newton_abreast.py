@@ -16,7 +16,7 @@ from powertrain.language.symbols import Symbol
 from powertrain.numerics.compiled import compiler, library
 from powertrain.numerics.elimination import Pattern
 from powertrain.numerics.newton import Mask
-from powertrain.numerics.vectorised import WIDTH, VectorTape, Writer, result_names
+from powertrain.numerics.vectorised import WIDTH, VectorTape, Writer, outputs_in_c
 
 _MACROS = """\
 #define MAGNITUDE(x) ((lanes)((mask)(x) & ~SIGN))
@@ -96,7 +96,7 @@ def _written(
     given = [writer.line(f"*(const stored *)(a[{i}] + k)", True) for i in range(first)]
     moving = [writer.line(f"z[{i}]", True) for i in range(len(z))]
     same = [writer.line(f"ALL(c[{j}])", False) for j in range(count)]
-    names = result_names([*fixed, *z, common], outputs, [*([each] for each in (*given, *moving)), same], writer)
+    names = outputs_in_c([*fixed, *z, common], outputs, [*([each] for each in (*given, *moving)), same], writer)
     entries, values = names[: pattern.rows.size], names[pattern.rows.size :]
     places = zip(pattern.rows.tolist(), pattern.columns.tolist(), entries, strict=True)
     return "\n".join(

@@ -42,14 +42,14 @@ _WRITTEN = {
     ca.OP_SQ: "{0} * {0}",
     ca.OP_TWICE: "{0} + {0}",
     ca.OP_INV: "ALL(1.0) / {0}",
-    ca.OP_LT: "TRUE({0} < {1})",
-    ca.OP_LE: "TRUE({0} <= {1})",
-    ca.OP_EQ: "TRUE({0} == {1})",
-    ca.OP_NE: "TRUE({0} != {1})",
-    ca.OP_NOT: "TRUE({0} == ALL(0.0))",
-    ca.OP_AND: "TRUE(({0} != ALL(0.0)) & ({1} != ALL(0.0)))",
-    ca.OP_OR: "TRUE(({0} != ALL(0.0)) | ({1} != ALL(0.0)))",
-    ca.OP_IF_ELSE_ZERO: "CHOOSE({0} != ALL(0.0), {1}, ALL(0.0))",
+    ca.OP_LT: "{0} < {1}",
+    ca.OP_LE: "{0} <= {1}",
+    ca.OP_EQ: "{0} == {1}",
+    ca.OP_NE: "{0} != {1}",
+    ca.OP_NOT: "~{0.mask}",
+    ca.OP_AND: "{0.mask} & {1.mask}",
+    ca.OP_OR: "{0.mask} | {1.mask}",
+    ca.OP_IF_ELSE_ZERO: "(lanes)({0.mask} & (mask){1})",
     ca.OP_FABS: "(lanes)((mask){0} & ~SIGN)",
     ca.OP_SIGN: "CHOOSE({0} < ALL(0.0), ALL(-1.0), CHOOSE({0} > ALL(0.0), ALL(1.0), {0}))",
     ca.OP_COPYSIGN: "(lanes)(((mask){0} & ~SIGN) | ((mask){1} & SIGN))",
@@ -57,6 +57,8 @@ _WRITTEN = {
     ca.OP_FMAX: "CHOOSE(({0} >= {1}) | ({1} != {1}), {0}, {1})",
 }
 """CasADi operations in C."""
+_LOGICAL = {ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR}
+"""Operations whose results are truth values."""
 _LIBRARY = (
     "exp log pow sqrt sin cos tan asin acos atan atan2 floor ceil fmod remainder erf sinh cosh tanh asinh acosh atanh "
     "log1p expm1 hypot"
@@ -191,7 +193,7 @@ def written(varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol]
     writer, count = Writer("powertrain_columns"), len(varying)
     own = [writer.line(f"*(const stored *)(a[{i}] + k)", True) for i in range(count)]
     same = [writer.line(f"ALL(c[{j}])", False) for j in range(common.numel())]
-    results = result_names([*varying, common], outputs, [*([each] for each in own), same], writer)
+    results = outputs_in_c([*varying, common], outputs, [*([each] for each in own), same], writer)
     return "\n".join(
         [
             *writer.head(),
@@ -229,7 +231,7 @@ def _in_vectors(whole: ca.Function, varying: Symbol, common: Sequence[Symbol], o
     same = [
         [writer.line(f"ALL(arg[{k}][{j}])", False) for j in range(each.numel())] for k, each in enumerate(common, 1)
     ]
-    results = result_names([varying, *common], outputs, [own, *same], writer)
+    results = outputs_in_c([varying, *common], outputs, [own, *same], writer)
     return "\n".join(
         [
             *writer.head(),
@@ -255,21 +257,34 @@ def _shapes(name: str, side: str, sizes: Sequence[tuple[int, int]]) -> list[str]
     ]
 
 
-def result_names(
+def outputs_in_c(
     inputs: Sequence[Symbol], outputs: Sequence[Symbol], values: Sequence[Sequence[Value]], writer: Writer
 ) -> list[str]:
-    """The names of the outputs, for ``values`` of all entries of the inputs; the writer holds the operations."""
+    """The outputs in C, for ``values`` of all entries of the inputs; the writer holds the operations."""
     scalar = ca.Function("powertrain_scalars", list(inputs), list(outputs))
-    return [each.name for each in replayed(scalar, outputs, lambda i, j: values[i][j], writer)]
+    return [str(each) for each in replayed(scalar, outputs, lambda i, j: values[i][j], writer)]
 
 
 @dataclass(frozen=True)
 class Value:
-    """The name of a variable in C, and whether it differs between points."""
+    """The name of a variable in C, and whether it differs between points.
+
+    Truth values, 0 or 1 in CasADi, are masks: more than half of the operations of a map combine them.
+    """
 
     writer: Writer
     name: str
     varies: bool
+    truth: bool = False
+
+    def __str__(self) -> str:
+        """The number."""
+        return f"TRUE({self.name})" if self.truth else self.name
+
+    @property
+    def mask(self) -> str:
+        """Where the number is not zero."""
+        return self.name if self.truth else f"({self.name} != ALL(0.0))"
 
     def __add__(self, other: Value | float) -> Value:
         return self.writer.operate(ca.OP_ADD, [self, self._of(other)])
@@ -305,10 +320,10 @@ class Writer:
         tables = (f"static const double {name}[] = {{{numbers}}};" for numbers, name in self.tables.items())
         return [*tables, _HEAD, _WIDE if _wide() else ""]
 
-    def line(self, expression: str, varies: bool) -> Value:
+    def line(self, expression: str, varies: bool, truth: bool = False) -> Value:
         """A new variable."""
-        value = Value(self, f"v{len(self.fixed) + len(self.each)}", varies)
-        (self.each if varies else self.fixed).append(f"const lanes {value.name} = {expression};")
+        value, kind = Value(self, f"v{len(self.fixed) + len(self.each)}", varies, truth), "mask" if truth else "lanes"
+        (self.each if varies else self.fixed).append(f"const {kind} {value.name} = {expression};")
         return value
 
     def constant(self, value: float) -> Value:
@@ -317,15 +332,16 @@ class Writer:
 
     def operate(self, code: int, operands: list[Value]) -> Value:
         """One operation on one or two variables."""
-        names = [each.name for each in operands]
+        if code == ca.OP_MUL and all(each.truth for each in operands):
+            code = ca.OP_AND
         if code in _NAMED:
-            calls = (f"{_NAMED[code]}({', '.join(f'{n}[{i}]' for n in names)})" for i in _ENTRIES)
+            calls = (f"{_NAMED[code]}({', '.join(f'{each}[{i}]' for each in operands)})" for i in _ENTRIES)
             text = f"(lanes){{{', '.join(calls)}}}"
         elif code in _WRITTEN:
-            text = _WRITTEN[code].format(*names)
+            text = _WRITTEN[code].format(*operands)
         else:
             raise NotWritten
-        return self.line(text, any(each.varies for each in operands))
+        return self.line(text, any(each.varies for each in operands), code in _LOGICAL)
 
     def call(self, function: ca.Function, operands: list[Value]) -> list[Value]:
         """A table's value or its derivatives."""
@@ -336,12 +352,12 @@ class Writer:
 
     def interval(self, points: Sequence[float], mode: str, x: Value) -> Value:
         """The number of the interval between ``points`` that contains x."""
-        return self.line(f"LOW({x.name}, {self._table(points)}, {len(points)}, {_LOW[mode]})", x.varies)
+        return self.line(f"LOW({x}, {self._table(points)}, {len(points)}, {_LOW[mode]})", x.varies)
 
     def entries(self, numbers: Sequence[float], places: Sequence[Value]) -> list[Value]:
         """The numbers at these places."""
         table = self._table(numbers)
-        return [self.line(f"ENTRIES({table}, {place.name})", place.varies) for place in places]
+        return [self.line(f"ENTRIES({table}, {place})", place.varies) for place in places]
 
     def _table(self, numbers: Sequence[float]) -> str:
         """The name of an array."""

@@ -117,7 +117,7 @@ class KnownModes:
             problem, open_, found = self.problem, Symbol(1), [Symbol(0)] * (len(self._wanted) + 1)
             for number, key in enumerate(self.keys, 1):
                 *values, fits = self._expressions(key)
-                first, open_ = fits * open_, open_ * (1 - fits)
+                first, open_ = fits * open_, open_ * ca.logic_not(fits)
                 found = [f + ca.if_else(first, v, 0) for f, v in zip(found, [*values, Symbol(number)], strict=True)]
             tape = column_tape("steady_known", problem.grid, problem.common, ca.cse(found), _WIDTH, self._compile)
             self._tape, self._called = (len(self.keys), tape), 0
@@ -181,7 +181,7 @@ class KnownModes:
         wanted, margins, rivals = self.parts(key)
         fits = all_hold(margins)
         for rival in rivals:
-            fits = fits * (1 - all_hold(rival))
+            fits = fits * ca.logic_not(all_hold(rival))
         return [*wanted, fits]
 
     def _switches_of(self, key: Key) -> list[int]:

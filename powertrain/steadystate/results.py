@@ -70,17 +70,19 @@ class MapResults:
         if later:
             self._resting.append((grid[:, resting], places[resting]))
             status[resting] = STUCK_POINT
-        patterns, which = np.unique(points.rest[:, resting & (not later)], axis=1, return_inverse=True)
-        for k, pattern in enumerate(patterns.T):  # only laws at rest have two ends
-            where = np.flatnonzero(resting)[which.ravel() == k]
+        waiting = np.flatnonzero(resting & (not later))
+        while waiting.size:  # only laws at rest have two ends
+            pattern = points.rest[:, waiting[0]]
+            same = (points.rest[:, waiting] == pattern[:, None]).all(axis=0)
+            where, waiting = waiting[same], waiting[~same]
             low, high, solved = ranges(self.solver, grid[:, where], np.flatnonzero(pattern))
             status[where] = np.where(solved, STUCK_POINT, NONE)
             alike[:, where] = solved & (high - low <= ALIKE * np.maximum(np.abs(low), np.abs(high)))
             points.involved[:, where] = points.rest[:, where]
             inside = solved & ~left[:, where].any(axis=0)
             self._ends.append((places[where[inside]], low[:, inside], high[:, inside]))
-        shown = (OK, STUCK_POINT, SEVERAL) if self.look.first else (OK, STUCK_POINT)
-        outside = np.isin(status, shown) & left.any(axis=0)
+        shown = (status == OK) | (status == STUCK_POINT) | ((status == SEVERAL) & self.look.first)
+        outside = shown & left.any(axis=0)
         status[outside] = OUTSIDE
         undefined = (status == OK) & ~np.isfinite(values).all(axis=0)
         status[undefined] = UNDEFINED

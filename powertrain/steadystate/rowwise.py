@@ -150,14 +150,16 @@ def _draw(tables: Sequence[Rows], pieces: Sequence[_Piece]) -> None:
     terms = [np.vstack([np.ones_like(p.x), p.x]) for p in pieces]
     for k, table in enumerate(tables):
         step = max(1, _CACHED // table.shape[1])
+        first = pieces[0].numbers[2 * k]
         sloping = [bool(p.numbers[2 * k + 1].any()) for p in pieces]
+        drawn = [np.array_equal(p.numbers[2 * k], first) for p in pieces]
         for low in range(0, len(table), step):
             block = slice(low, low + step)
-            table[block] = pieces[0].numbers[2 * k, block, None]
-            for piece, slopes, each in zip(pieces, sloping, terms, strict=True):
+            table[block] = first[block, None]
+            for piece, slopes, done, each in zip(pieces, sloping, drawn, terms, strict=True):
                 if slopes:
                     np.matmul(piece.numbers[2 * k : 2 * k + 2, block].T, each, out=table[block, piece.columns])
-                elif piece.first:
+                elif not done:
                     table[block, piece.columns] = piece.numbers[2 * k, block, None]
 
 

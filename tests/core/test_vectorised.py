@@ -64,12 +64,14 @@ def assert_same(found: Any, exact: Any) -> None:
 
 
 def test_every_operation() -> None:
-    """Also at zeros of both signs and where there is no value."""
+    """Also at zeros of both signs, where there is no value, and on truth values."""
     x, y, c = (ca.SX.sym(name) for name in "xyc")
-    outputs = [f(x) for f in UNARY] + [f(a, b) for f in BINARY for a, b in ((x, y), (x, c), (c, c + 1.0))]
+    less, nothing = x < y, ca.logic_not(x)
+    pairs = ((x, y), (x, c), (c, c + 1.0), (less, nothing), (less, y), (y, less), (less, c < 1.0))
+    outputs = [f(a) for f in UNARY for a in (x, less)] + [f(a, b) for f in BINARY for a, b in pairs]
     outputs += [ca.SX(1.5), ca.SX(0), ca.SX(-np.inf), x, c]
-    pairs = np.array([(a, b) for a in SPECIAL for b in SPECIAL]).T
-    rows = np.hstack([pairs, np.random.default_rng(0).normal(size=(2, 100))])
+    points = np.array([(a, b) for a in SPECIAL for b in SPECIAL]).T
+    rows = np.hstack([points, np.random.default_rng(0).normal(size=(2, 100))])
     compare([x, y], c, outputs, rows, np.array([0.7]))
 
 
