@@ -955,3 +955,17 @@ def test_drag_holds_a_shaft_at_rest() -> None:
     )
     loose = pt.steady(Windage(), {"tau": [0.0, 1.0], "drag.tau_nominal": 0.0}, outputs="rotor.w")
     assert loose.status.values.tolist() == [2, 6]
+
+
+@pytest.mark.parametrize("unit", [1e-8, 1.0, 1e8])
+def test_torques_of_any_size_are_compared_with_friction(unit: float) -> None:
+    """A bearing holds 1, and what exceeds it drives a fan to 10 rad/s times its square root."""
+    bearing = BearingFriction(tau_pos=((0.0, unit),))
+    fan = QuadraticSpeedDependentTorque(tau_nominal=-unit, w_nominal=10.0, TorqueDirection=False)
+    joints = "0.flange=1.flange_a 1.flange_b=2.flange_a=3.flange"
+    model = joined(ConstantTorque(tau_constant=0.0), Inertia(J=unit), bearing, fan, joints=joints)
+    torques = np.array([-1.6, 0.0, 0.8, 1.5])
+    found = pt.steady(model, {"parts[0].tau_constant": unit * torques}, outputs="parts[1].w")
+    assert (found.status == 0).all()
+    excess = np.maximum(np.abs(torques) - 1.0, 0.0)
+    np.testing.assert_allclose(found["parts[1].w"], 10 * np.sign(torques) * np.sqrt(excess), rtol=1e-6, atol=1e-6)

@@ -118,7 +118,7 @@ def alone_tolerance(largest: ca.SX) -> ca.SX:
 
 def balance_tolerance(largest: Size) -> Size:
     """Uncertainty of the torques at an operating point, of which ``largest`` is the largest."""
-    return RESOLVED * (1.0 + largest)
+    return LEAST_TORQUE + RESOLVED * largest
 
 
 def condition_tolerance(torques: ca.SX, largest: ca.SX) -> ca.SX:
