@@ -927,3 +927,45 @@ def test_a_law_without_a_limit_yields_before_others_that_share_its_torque() -> N
     assert found["parts[2].tau"] == pytest.approx(2.0, rel=1e-9)
     for k in range(5, 10):
         assert found[f"parts[{k}].a"] == pytest.approx(0.0, abs=1e-9)
+
+
+class Windage(pt.Component):
+    """A torque, and the drag of air, which has no slope at rest."""
+
+    tau: pt.Input = pt.signal_input("N.m", "Torque")
+    drive: Torque = Torque()
+    rotor: Inertia = Inertia(J=1.0)
+    drag: QuadraticSpeedDependentTorque = QuadraticSpeedDependentTorque(
+        tau_nominal=-1.0, w_nominal=10.0, TorqueDirection=False
+    )
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.tau, self.drive.tau)
+        yield pt.connect(self.drive.flange, self.rotor.flange_a)
+        yield pt.connect(self.rotor.flange_b, self.drag.flange)
+
+
+def test_drag_holds_a_shaft_at_rest() -> None:
+    """Without a torque the only speed is zero, and with a torque of 1e-12 N.m it is 1e-5 rad/s; without drag it is any speed."""
+    torques = np.array([-1e-8, -1e-12, 0.0, 1e-12, 1e-8, 1.0])
+    found = pt.steady(Windage(), {"tau": torques}, outputs="rotor.w")
+    assert (found.status == 0).all()
+    np.testing.assert_allclose(
+        found["rotor.w"], np.sign(torques) * 10 * np.sqrt(np.abs(torques)), rtol=1e-6, atol=1e-12
+    )
+    loose = pt.steady(Windage(), {"tau": [0.0, 1.0], "drag.tau_nominal": 0.0}, outputs="rotor.w")
+    assert loose.status.values.tolist() == [2, 6]
+
+
+@pytest.mark.parametrize("unit", [1e-8, 1.0, 1e8])
+def test_torques_of_any_size_are_compared_with_friction(unit: float) -> None:
+    """A bearing holds 1, and what exceeds it drives a fan to 10 rad/s times its square root."""
+    bearing = BearingFriction(tau_pos=((0.0, unit),))
+    fan = QuadraticSpeedDependentTorque(tau_nominal=-unit, w_nominal=10.0, TorqueDirection=False)
+    joints = "0.flange=1.flange_a 1.flange_b=2.flange_a=3.flange"
+    model = joined(ConstantTorque(tau_constant=0.0), Inertia(J=unit), bearing, fan, joints=joints)
+    torques = np.array([-1.6, 0.0, 0.8, 1.5])
+    found = pt.steady(model, {"parts[0].tau_constant": unit * torques}, outputs="parts[1].w")
+    assert (found.status == 0).all()
+    excess = np.maximum(np.abs(torques) - 1.0, 0.0)
+    np.testing.assert_allclose(found["parts[1].w"], 10 * np.sign(torques) * np.sqrt(excess), rtol=1e-6, atol=1e-6)

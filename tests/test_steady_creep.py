@@ -142,3 +142,24 @@ def test_nothing_accelerates(seed: int) -> None:
         return  # parts without inertia between meshes, or gears in a ring
     if found.status == OK:
         np.testing.assert_allclose([found[name] for name in inertias], 0.0, atol=1e-5)
+
+
+def with_inertias(model: Driveline) -> Driveline:
+    """The same network with an inertia on every shaft that turns."""
+    parts, nodes = list(model.parts), [list(node) for node in model.nodes]
+    for node in nodes:
+        if not any(isinstance(parts[i], rot.Inertia | rot.Fixed) for i, _ in node):
+            node.append((len(parts), "flange_a"))
+            parts.append(rot.Inertia(J=0.2))
+    return Driveline(parts=tuple(parts), nodes=tuple(map(tuple, nodes)), signals=model.signals, wires=model.wires)
+
+
+@pytest.mark.parametrize("seed", [116, 137])
+def test_laws_on_shafts_without_inertia_that_hold_each_other(seed: int) -> None:
+    """Inertias change no operating point. With them on every shaft, no law needs to creep."""
+    model = Network(np.random.default_rng(seed)).model()
+    speeds = [f"parts[{i}].w" for i, part in enumerate(model.parts) if isinstance(part, rot.Inertia)]
+    light, heavy = (pt.steady(each, {}, outputs=speeds) for each in (model, with_inertias(model)))
+    assert light.status == heavy.status == OK
+    for name in speeds:
+        np.testing.assert_allclose(light[name], heavy[name], rtol=1e-6, atol=1e-6)

@@ -95,7 +95,7 @@ SAME = 1e-6
 ALIKE = 1e-9
 """Ends of an interval that differ relatively by less than this are one value: round-off through the balance of the model."""
 NEUTRAL = 1e6
-"""Time [s]: nothing holds a motion that takes longer to come to rest."""
+"""Time [s]: no slope holds a motion that takes longer to come to rest."""
 LOCKED = 1e9
 """Torques that change by more than this for a unit change of a limit depend on round-off: the laws lock themselves."""
 INFINITE = 1e12
@@ -114,7 +114,7 @@ def alone_tolerance(largest: ca.SX) -> ca.SX:
 
 def balance_tolerance(largest: Size) -> Size:
     """Uncertainty of the torques at an operating point, of which ``largest`` is the largest."""
-    return RESOLVED * (1.0 + largest)
+    return LEAST_TORQUE + RESOLVED * largest
 
 
 def condition_tolerance(torques: ca.SX, largest: ca.SX) -> ca.SX:

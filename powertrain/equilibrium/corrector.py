@@ -154,38 +154,38 @@ def _slides(laws: SteadyLaws, at: Iterates) -> Mask:
 
 
 def undetermined(laws: SteadyLaws, at: Iterates, change: Responses) -> Mask:
-    """Points at which an unknown, or the torque of a sliding law, is not determined.
-
-    An unknown is not determined if a change of its rate moves it by a million seconds' worth: it takes that long to come to rest, in
-    any unit. A torque is not determined if unit changes of the limits move it without bound.
-    """
-    drifts = np.abs(change.rates[:, laws.rated, np.arange(laws.rates.size)]) > NEUTRAL
-    grows = _slides(laws, at) & (np.abs(change.limits[:, laws.unknowns :]) > LOCKED)
-    return np.asarray(drifts.any(axis=1) | grows.any(axis=1))
+    """Points at which the torque of a sliding law is not determined: unit changes of the limits move it without bound."""
+    return np.asarray((_slides(laws, at) & (np.abs(change.limits[:, laws.unknowns :]) > LOCKED)).any(axis=1))
 
 
-def adrift(laws: SteadyLaws, at: Iterates, rest: AtRest) -> tuple[Iterates, Mask]:
-    """The points moved along a motion that only laws without a limit oppose, and where there is one.
+def adrift(laws: SteadyLaws, at: Iterates, rest: AtRest, change: Responses) -> tuple[Iterates, Mask, Mask]:
+    """The points moved along the motion that is held least, where its slope does not hold it, and where nothing holds it.
 
-    Laws at rest between equal limits, such as those of unloaded meshes, hold nothing. Here they slide.
+    The slope holds it if a constant rate moves it by less than a million seconds' worth: it takes that long to come to rest, in any unit.
+    Else other terms may: the drag of air has no slope at rest. Nothing holds it if the equations are zero at the moved point, too. Laws at
+    rest between equal limits, such as those of unloaded meshes, hold nothing. Here they slide.
     """
     n, moves, points = laws.unknowns, laws.rates.size, np.arange(len(at.y))
+    nowhere = np.zeros(len(at.y), bool)
+    if not moves or not points.size:
+        return at, nowhere, nowhere
     mode = at.modes[:, laws.law_modes]
     idle = laws.tied & (mode == STUCK) & ~rest.given
-    if not moves or not idle.any():
-        return at, np.zeros(len(at.y), bool)
-    idle &= ~laws.next_modes(at, rest).open
-    moved = replace(at, y=at.y.copy(order="K"), modes=at.modes.copy(order="K"))
-    moved.modes[:, laws.law_modes] = np.where(idle, FORWARD, mode)
-    right = np.zeros((moves, n + laws.count, len(at.y))).T
-    right[:, laws.rates, np.arange(moves)] = 1.0
-    change = laws.pattern.solver(laws.equations(laws.fixed(moved, rest), at.z)[0])(right)
-    drifts = np.abs(change[:, laws.rated, np.arange(moves)])
+    moved = replace(at, modes=at.modes.copy(order="K"))
+    if idle.any():
+        idle &= ~laws.next_modes(at, rest).open
+        moved.modes[:, laws.law_modes] = np.where(idle, FORWARD, mode)
+        change = responses(laws, moved, rest)
+    drifts = np.abs(change.rates[:, laws.rated, np.arange(moves)])
     most = drifts.argmax(axis=1)
+    loose = drifts[points, most] > NEUTRAL
+    if not loose.any():
+        return at, nowhere, nowhere
     with np.errstate(all="ignore"):
-        moved.y[:] += change[points, :n, most] / drifts[points, most, None]
-    moved.modes[:] = laws.next_modes(replace(moved, modes=at.modes), rest).modes
-    return moved, idle.any(axis=1) & (drifts[points, most] > NEUTRAL)
+        move = change.rates[points, :, most] / drifts[points, most, None]
+    moved = replace(moved, y=at.y + move[:, :n], tau=at.tau + move[:, n:])
+    after = laws.next_modes(replace(moved, modes=at.modes), rest)
+    return replace(moved, modes=after.modes), loose, loose & after.balanced
 
 
 def saddles(laws: SteadyLaws, responses: Responses) -> tuple[Mask, Array]:

@@ -7,6 +7,8 @@ only one of them carries. As in a run, they creep at the speeds at which nothing
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import casadi as ca
 import numpy as np
 
@@ -17,12 +19,14 @@ from powertrain.language.reals import Array
 from powertrain.language.symbols import column, scalars
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.numerics.elimination import Pattern
-from powertrain.numerics.newton import newton, relative
+from powertrain.numerics.newton import Solver, newton, relative
 
 CORRECTIONS = 4
 """Newton steps; the equations are almost linear in speeds as small as these."""
 FARTHEST = 1e-3
 """Unknowns other than torques of laws change by less than this share of 1 + |value|: laws creep at 1e-7 rad/s for 1 N.m."""
+STIFF = 1e-6
+"""Slopes below this share of the largest are not those of compliances, which are 1e8 times stiffer than inertias."""
 ROUND_OFF = 1e-14
 """Share of its terms that an equation may differ from zero, besides ``BALANCED``."""
 
@@ -38,7 +42,9 @@ class Creep:
         varying = [*problem.grid, *problem.u, *problem.modes]
         self._equations = Columns("steady_creep", varying, problem.common, outputs, compile)
         self._apart = np.array([name in problem.balance.names for name in problem.u_names], bool)
-        allowed = BALANCED + ROUND_OFF * (ca.fabs(slopes) @ ca.fabs(u))
+        creep = ca.SX.sym("creep", u.numel())
+        allowed = BALANCED * (1 + ca.fabs(slopes) @ ca.fabs(creep)) + ROUND_OFF * (ca.fabs(slopes) @ ca.fabs(u))
+        varying = [*varying, *scalars(creep)]
         self._excess = Columns("steady_excess", varying, problem.common, scalars(ca.fabs(rows) - allowed), compile)
 
     def set_common(self, values: Array) -> None:
@@ -48,23 +54,35 @@ class Creep:
 
     def settle(self, grid: Rows, u: Rows, modes: Rows) -> Mask:
         """Change ``u`` where the equations are not zero in ``modes``; return where they are zero now."""
-        good = self._balanced(grid, u, modes)
+        good = self._balanced(grid, u, modes, np.zeros_like(u))
         if good.all():
             return good
-        left = np.flatnonzero(~good)
-
-        def equations(which: Index, z: Array) -> tuple[Array, Array]:
-            some = left[which]
-            found = self._equations.of_points([grid.T[some], z, modes.T[some]])
-            return found[: -self._count].T, found[-self._count :].T
-
-        z, fine = newton(equations, u.T[left], still=STILL, most=CORRECTIONS, halvings=0, factors=self._pattern.solver)
-        change = np.abs(z - u.T[left]) / relative(u.T[left])
-        near = (change <= FARTHEST)[:, self._apart].all(axis=1)
-        better = near & (fine | self._balanced(grid[:, left], z.T, modes[:, left]))
-        u[:, left[better]] = z.T[:, better]
-        good[left] = better
+        for factors in (self._pattern.solver, self._shortest):
+            left = np.flatnonzero(~good)
+            if not left.size:
+                break
+            z = self._corrected(grid[:, left], u[:, left], modes[:, left], factors)
+            creep = z - u[:, left]
+            near = (np.abs(creep) / relative(u[:, left]) <= FARTHEST)[self._apart].all(axis=0)
+            better = near & self._balanced(grid[:, left], z, modes[:, left], creep)
+            u[:, left[better]] = z[:, better]
+            good[left] = better
         return good
 
-    def _balanced(self, grid: Rows, u: Rows, modes: Rows) -> Mask:
-        return np.asarray((self._excess.of_points([grid.T, u.T, modes.T]) <= 0.0).all(axis=0))
+    def _corrected(self, grid: Rows, u: Rows, modes: Rows, factors: Callable[[Array], Solver]) -> Rows:
+        """The unknowns after Newton steps."""
+
+        def equations(which: Index, z: Array) -> tuple[Array, Array]:
+            found = self._equations.of_points([grid.T[which], z, modes.T[which]])
+            return found[: -self._count].T, found[-self._count :].T
+
+        return newton(equations, u.T, still=STILL, most=CORRECTIONS, halvings=0, factors=factors)[0].T
+
+    def _shortest(self, entries: Array) -> Solver:
+        """Steps that only make laws creep: other motions are balanced, and round-off would move those that nothing holds."""
+        slopes = np.nan_to_num(self._pattern.dense(entries))
+        return lambda right: (np.linalg.pinv(slopes, rcond=STIFF) @ right[:, :, None])[:, :, 0]
+
+    def _balanced(self, grid: Rows, u: Rows, modes: Rows, creep: Rows) -> Mask:
+        """Whether the equations are zero, compared with what they owe to a change of the unknowns by ``creep``."""
+        return np.asarray((self._excess.of_points([grid.T, u.T, modes.T, creep.T]) <= 0.0).all(axis=0))
