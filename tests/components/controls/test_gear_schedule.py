@@ -66,7 +66,9 @@ def test_gears_follow_in_a_run_that_starts_at_any_time(start: float) -> None:
 def test_a_run_does_not_start_in_a_gear_that_the_schedule_does_not_have(gear: float, said: str) -> None:
     plant = pt.compile(Scheduled(v=UP_AND_DOWN))
     assert plant.simulate(1.0, starts={"schedule.gear": 3.0})["schedule.gear"][0] == 3
-    with pytest.raises(pt.InitializationError, match=rf"gear(, a whole number from 1 to 3)? \(schedule: .* at t = 0 s: {said}"):
+    with pytest.raises(
+        pt.InitializationError, match=rf"gear(, a whole number from 1 to 3)? \(schedule: .* at t = 0 s: {said}"
+    ):
         plant.simulate(1.0, starts={"schedule.gear": gear})
 
 
