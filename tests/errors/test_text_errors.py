@@ -233,7 +233,7 @@ class Celsius(pt.Component):
     shown: pt.Variable = pt.variable("degC", "Temperature")
 
     def equations(self) -> pt.Equations:
-        yield self.T == 300 + pt.time
+        yield 300 + pt.time == self.T
         yield self.shown == self.T
 
 
@@ -306,7 +306,7 @@ class Scales(pt.Component):
     warmer: pt.Variable = pt.variable("K", "Temperature")
 
     def equations(self) -> pt.Equations:
-        yield self.T == 300 + pt.time
+        yield 300 + pt.time == self.T
         yield self.shown == self.T - 273.15
         yield self.warmer == pt.switch(self.T > 300.5, self.T, 300.5)
 
