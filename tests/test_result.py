@@ -158,6 +158,7 @@ def test_names_fit_patterns(result: Result[Drive]) -> None:
     [
         ("flywheel.ww", "no signal flywheel.ww; did you mean flywheel.w"),
         ("clutch.mod", "did you mean clutch.mode"),
+        ("der(flywheel.w)", r"no signal der\(flywheel.w\); a selector gives derivatives: lambda m: powertrain.der\("),
         (lambda m: m.flywheel.ww, "Inertia has no field ww; did you mean w"),
         (lambda m: m.gear, r"Drive has no field gear \(its fields: scale, flywheel, clutch, disc, wheels\)"),
         (lambda m: m.flywheel, "not a Inertia"),

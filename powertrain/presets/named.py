@@ -79,7 +79,8 @@ def _measured_car(name: str) -> pt.Component:
     from powertrain.measured.building import build
     from powertrain.measured.technology import Technology
 
-    return build(measured()[name.lower()], Technology())
+    car: pt.Component = build(measured()[name.lower()], Technology())
+    return car
 
 
 def measured() -> dict[str, Any]:
