@@ -18,8 +18,7 @@ def names() -> tuple[str, ...]:
 
 
 def load(name: str | Path) -> Any:
-    """A vehicle by one of ``names()``, a variant such as ``ParallelHybrid.at("P4")``, or a parameter file (.toml) that names its class
-    or a measured car.
+    """A vehicle by one of ``names()``, a variant such as ``ParallelHybrid.at("P4")``, or a parameter file (.toml) that names either.
 
     Case does not matter in names. Measured cars are built from the data of the EPA's test-car list and the numbers of their technology.
     What a file leaves out is as in the class; names of files in it, also those in ``MappedEngine.from_csv(...)``, are relative to it.

@@ -198,7 +198,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"M": 2}, "M = 2 lobes must be a whole number of at least 3"),
     ({"N": 0}, "N = 0 rollers must be a whole number of at least 3"),
     ({"M": 4.5}, "M = 4.5 is not an integer"),
-    ({"N": True}, "N = True rollers"),
+    ({"N": True}, "N = True is not an integer"),
     ({"N": 4}, "M = N = 4.*pressure angle vanish"),
     ({"alpha_1": math.radians(100)}, r"alpha_1 = 100° must lie in \(0°, 90°\]"),
     ({"alpha_3": -0.1}, r"alpha_3 = -5.73° must lie in \(0°, 90°\)"),
