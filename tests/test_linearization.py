@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import warnings
 from typing import Any
 
 import casadi as ca
@@ -85,6 +86,15 @@ def test_outputs_are_expressions_of_inputs_and_derivatives(drive: str) -> None:
     system = linearize(Oscillator(), [drive], shown)
     w1 = np.array([oscillator_speeds(w)[0] for w in FREQUENCIES])
     assert np.allclose(response(system)[:, 0], [2 - w1, 1j * FREQUENCIES * w1, np.ones(len(w1))], rtol=1e-9)
+
+
+def test_a_model_without_states_is_linear_without_a_warning() -> None:
+    """With NumPy 2.5, python-control 0.10.2 warns of what it does with matrices without states."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        system = linearize(blocks.Gain(k=3.0))
+    assert np.array_equal(system.D, [[3.0]])
+    assert system.nstates == 0
 
 
 class Fed(pt.Component):

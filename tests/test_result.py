@@ -178,6 +178,11 @@ def test_misspelt_selector_is_seen_by_type_checkers(result: Result[Drive]) -> No
         result.signal(lambda m: m.flywheel.ww)  # type: ignore[attr-defined]
 
 
+def test_another_unit_is_a_string(result: Result[Drive]) -> None:
+    with pytest.raises(pt.ParameterError, match="unit = None is not a string"):
+        result.converted("flywheel.w", None)  # type: ignore[arg-type]
+
+
 def test_pattern_without_signal(result: Result[Drive]) -> None:
     with pytest.raises(pt.ParameterError, match=r"no signal clatch\.\*"):
         result.to_dataframe("clatch.*")
