@@ -82,7 +82,7 @@ def test_two_masses_have_their_transfer_function(drive: str) -> None:
 @pytest.mark.parametrize("drive", ["torque.tau", "sine.y"])
 def test_outputs_are_expressions_of_inputs_and_derivatives(drive: str) -> None:
     """A torque contains what is added to it, alone and in expressions; an acceleration is s times its speed."""
-    shown = [lambda m: 2 * m.torque.tau.value - m.J1.w, lambda m: pt.der(m.J1.w), "torque.tau"]
+    shown: list[Any] = [lambda m: 2 * m.torque.tau.value - m.J1.w, lambda m: pt.der(m.J1.w), "torque.tau"]
     system = linearize(Oscillator(), [drive], shown)
     w1 = np.array([oscillator_speeds(w)[0] for w in FREQUENCIES])
     assert np.allclose(response(system)[:, 0], [2 - w1, 1j * FREQUENCIES * w1, np.ones(len(w1))], rtol=1e-9)
@@ -112,10 +112,10 @@ class Fed(pt.Component):
 @pytest.mark.parametrize(("drive", "seen"), [("u", 1.0), ("gain.u", 0.0)])
 def test_what_is_added_to_an_input_is_seen_where_it_is_connected_to(drive: str, seen: float) -> None:
     """der(h) = 3 u - h; a signal that is added at the gain does not reach the input before it."""
-    shown = [lambda m: pt.der(m.h), lambda m: m.h + m.gain.u.value, lambda m: 2 * m.u.value]
+    shown: list[Any] = [lambda m: pt.der(m.h), lambda m: m.h + m.gain.u.value, lambda m: 2 * m.u.value]
     system = linearize(Fed(), [drive], shown)
-    assert np.allclose(system.C, [[-1], [1], [0]])
-    assert np.allclose(system.D, [[3], [1], [2 * seen]])
+    assert np.allclose(system.C.ravel(), [-1.0, 1.0, 0.0])
+    assert np.allclose(system.D.ravel(), [3.0, 1.0, 2 * seen])
 
 
 def test_linear_models_pickle_and_connect() -> None:
