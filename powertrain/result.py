@@ -19,7 +19,7 @@ from powertrain.engine.trajectory import COUNTED, Samples, Trajectory
 from powertrain.errors import ModelError, ParameterError
 from powertrain.events import EventTable
 from powertrain.language import htmltext
-from powertrain.language.arguments import array, writing
+from powertrain.language.arguments import array, text, writing
 from powertrain.language.component import Component
 from powertrain.language.connectors import Signal
 from powertrain.language.quantities import converted
@@ -242,7 +242,7 @@ class Result(Generic[M]):
         or 36 degF. Other signals in K are temperatures; leave a difference to one without a unit, such as the output of a block, in K.
         Errors: ModelError for an unknown unit, for a unit of another quantity, and for an expression whose unit is unknown.
         """
-        values, own = np.asarray(self[what]), self.unit(what)
+        unit, values, own = text("unit", unit), np.asarray(self[what]), self.unit(what)
         if not own:
             raise ModelError(f"the unit of {self._pick(what).label} is unknown; convert the signals in it")
         if own == "K" and self._signals.is_temperature_difference(self._pick(what).expression):

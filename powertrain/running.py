@@ -67,6 +67,9 @@ class Running(Generic[M]):
         self._compiled, self._engine, self._p, self._report, self._options = compiled, engine, p, report, options
         self._signals = signals_of(compiled)
         self._places = {s.name: s.index for s in compiled.dae.schedules if s.name in compiled.inputs}
+        given, known = {s.name for s in state.signals}, compiled.inputs
+        self._unset = frozenset(n for n in self._places if n not in given and not known[n].declared)
+        """The inputs without a value, which are zero."""
         self._begin(state)
 
     def _begin(self, state: State) -> None:
@@ -137,6 +140,7 @@ class Running(Generic[M]):
         self._schedules = schedules
         for name, value in given.items():
             self._set.setdefault(name, {})[state.t] = value
+        self._unset -= given.keys()
         if self._options["record"]:
             self._pieces.append(found)
         return self
@@ -154,7 +158,7 @@ class Running(Generic[M]):
             raise ParameterError("the run has not advanced yet: call step(dt) first")
         steps = [p.start for p in self._pieces] + [self._state.t]
         grid = run_times(steps[0], steps[-1], steps if times is None else times, 1)
-        inputs = {name: self._knots(name) for name in self._places}
+        inputs = {name: self._knots(name) for name in self._places if name not in self._unset}
         return Result(self._compiled, joined(self._first, self._pieces), grid, self._p, self._report, inputs=inputs)
 
     def _knots(self, name: str) -> tuple[Array, Array]:

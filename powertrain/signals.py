@@ -132,9 +132,14 @@ class Signals:
         for pattern in patterns:
             fits = {pattern} if pattern in self._place else {n for n in names if fits_pattern(n, pattern)}
             if not fits:
-                raise ParameterError(f"the model has no signal {pattern}{suggestion(pattern, self.names)}")
+                raise self._unknown(pattern, self.names)
             found |= fits
         return [name for name in names if name in found]
+
+    def _unknown(self, name: str, known: Sequence[str]) -> ParameterError:
+        derivative = name.startswith("der(") and name[4:-1] in self.entries
+        hint = "; a selector gives derivatives: lambda m: powertrain.der(m.J1.w)" if derivative else ""
+        return ParameterError(f"the model has no signal {name}{hint or suggestion(name, known)}")
 
     def pick(self, what: str | Callable[[Any], Any]) -> Picked:
         """The signal or parameter of a name, or what a selector gives. ParameterError where there is none."""
@@ -146,7 +151,7 @@ class Signals:
         if what in self.parameters:
             unit, doc = self.parameters[what]
             return Picked(what, what, unit, doc, self.inputs[4][list(self.parameters).index(what)])
-        raise ParameterError(f"the model has no signal {what}{suggestion(what, [*self.names, *self.parameters])}")
+        raise self._unknown(what, [*self.names, *self.parameters])
 
     def identity(self, picked: Picked) -> str:
         """A key that tells expressions apart: the name of a signal, else the whole expression, whose label rounds its numbers."""

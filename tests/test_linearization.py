@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import warnings
 from typing import Any
 
 import casadi as ca
@@ -76,6 +77,45 @@ def test_two_masses_have_their_transfer_function(drive: str) -> None:
     assert list(system.input_labels) == [drive.replace(".", "_")]
     assert system.linearization.units["J1.w"] == "rad/s"
     assert system.linearization.units[drive] in ("N.m", "1")
+
+
+@pytest.mark.parametrize("drive", ["torque.tau", "sine.y"])
+def test_outputs_are_expressions_of_inputs_and_derivatives(drive: str) -> None:
+    """A torque contains what is added to it, alone and in expressions; an acceleration is s times its speed."""
+    shown: list[Any] = [lambda m: 2 * m.torque.tau.value - m.J1.w, lambda m: pt.der(m.J1.w), "torque.tau"]
+    system = linearize(Oscillator(), [drive], shown)
+    w1 = np.array([oscillator_speeds(w)[0] for w in FREQUENCIES])
+    assert np.allclose(response(system)[:, 0], [2 - w1, 1j * FREQUENCIES * w1, np.ones(len(w1))], rtol=1e-9)
+
+
+def test_a_model_without_states_is_linear_without_a_warning() -> None:
+    """With NumPy 2.5, python-control 0.10.2 warns of what it does with matrices without states."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        system = linearize(blocks.Gain(k=3.0))
+    assert np.array_equal(system.D, [[3.0]])
+    assert system.nstates == 0
+
+
+class Fed(pt.Component):
+    """A store with an input of the model that reaches it by way of a part."""
+
+    u: Input = signal_input("1", "Input")
+    gain: blocks.Gain = blocks.Gain(k=3.0)
+    h: Variable = variable("1", "Level", start=1.0)
+
+    def equations(self) -> Equations:
+        yield connect(self.u, self.gain.u)
+        yield pt.der(self.h) == self.gain.y.value - self.h
+
+
+@pytest.mark.parametrize(("drive", "seen"), [("u", 1.0), ("gain.u", 0.0)])
+def test_what_is_added_to_an_input_is_seen_where_it_is_connected_to(drive: str, seen: float) -> None:
+    """der(h) = 3 u - h; a signal that is added at the gain does not reach the input before it."""
+    shown: list[Any] = [lambda m: pt.der(m.h), lambda m: m.h + m.gain.u.value, lambda m: 2 * m.u.value]
+    system = linearize(Fed(), [drive], shown)
+    assert np.allclose(system.C.ravel(), [-1.0, 1.0, 0.0])
+    assert np.allclose(system.D.ravel(), [3.0, 1.0, 2 * seen])
 
 
 def test_linear_models_pickle_and_connect() -> None:

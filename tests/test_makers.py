@@ -1,8 +1,9 @@
-"""Class methods that build something, given what they cannot use: an answer or a PowertrainError, nothing from inside."""
+"""Class methods that build something, and records, given what they cannot use: an answer or a PowertrainError, nothing from inside."""
 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import importlib
 import inspect
 import math
@@ -22,7 +23,13 @@ import powertrain.vehicles
 from powertrain.components.body import RoadProfile
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import PistonEngine
+from powertrain.components.gearless.circular_cam import FrictionDisk, RollerContact, Track
+from powertrain.components.gearless.linkage import JointFriction, Linkage, LinkageBody, LinkBody
+from powertrain.components.gearless.spherical_cam import CamBody, CamFriction, CamGeometry, SphericalCam
 from powertrain.components.rotational import Inertia
+from powertrain.components.transmissions import Lever, UnitLoss
+from powertrain.design import Efficiencies
+from powertrain.trials import UtilityFactor
 from powertrain.vehicles import ParallelHybrid
 
 WEIRD = [
@@ -32,6 +39,27 @@ WEIRD = [
 ]  # fmt: skip
 INNER = {"Drive.at", "EvaluatedLayout.of", "Curves.of", "TestCar.from_rows"}
 """Called by the library itself, with what it has computed."""
+
+
+TRACK, CAM, LINKAGE = {"D": 0.1, "r": 0.01, "alpha_max": 0.4}, SphericalCam(4, 5), Linkage()
+BODY = {"m": 1.0, "axial": 0.1, "transverse": 0.1}
+FITTING: dict[Any, dict[str, Any]] = {
+    Track: TRACK,
+    RollerContact: {"r": 0.01, "R_x": 0.02, "R_y": 0.03},
+    FrictionDisk: {"d_out": 0.1, "d_in": 0.05, "mu": 0.1},
+    Linkage: {},
+    LinkageBody: {"linkage": LINKAGE},
+    JointFriction: {},
+    LinkBody: BODY,
+    CamBody: {"cam": CAM, "inner": (0.01, 0.02), "outer": (0.02, 0.03)},
+    CamFriction: {},
+    CamGeometry: {"M": 4, "N": 5},
+    SphericalCam: {"M": 4, "N": 5},
+    Lever: {"name": "set", "a": "a", "b": "b", "carrier": "c", "ratio": -2.0},
+    UnitLoss: {},
+    Efficiencies: {},
+    UtilityFactor: {"coefficients": (1.0, 2.0), "normalized": 1.0},
+}
 
 
 def makers() -> Iterator[Any]:
@@ -68,6 +96,28 @@ def test_wrong_arguments(maker: Any) -> None:
         for given, named in calls(maker, value):
             with contextlib.suppress(pt.PowertrainError):
                 maker(*given, **named)
+
+
+def records() -> Iterator[Any]:
+    """The records whose arguments are checked, with arguments that fit."""
+    for kind, fitting in FITTING.items():
+        yield pytest.param(kind, fitting, id=kind.__name__)
+
+
+@pytest.mark.parametrize(("kind", "fitting"), list(records()))
+def test_records_name_what_does_not_fit(kind: Any, fitting: dict[str, Any]) -> None:
+    """Whatever is given for a field: a record or a PowertrainError, which for a text names class and field."""
+    kind(**fitting)
+    for field in dataclasses.fields(kind):
+        for value in WEIRD:
+            with contextlib.suppress(pt.PowertrainError):
+                kind(**fitting | {field.name: value})
+        if field.type not in ("str", str):
+            with pytest.raises(pt.ParameterError, match=rf"^{kind.__name__}: {field.name} = 'text' is not "):
+                kind(**fitting | {field.name: "text"})
+        for value in (-math.inf, math.nan) if field.type == "float" else ():
+            with pytest.raises(pt.ParameterError, match=r"nan|inf"):
+                kind(**fitting | {field.name: value})
 
 
 class Pair:

@@ -158,6 +158,7 @@ def test_names_fit_patterns(result: Result[Drive]) -> None:
     [
         ("flywheel.ww", "no signal flywheel.ww; did you mean flywheel.w"),
         ("clutch.mod", "did you mean clutch.mode"),
+        ("der(flywheel.w)", r"no signal der\(flywheel.w\); a selector gives derivatives: lambda m: powertrain.der\("),
         (lambda m: m.flywheel.ww, "Inertia has no field ww; did you mean w"),
         (lambda m: m.gear, r"Drive has no field gear \(its fields: scale, flywheel, clutch, disc, wheels\)"),
         (lambda m: m.flywheel, "not a Inertia"),
@@ -175,6 +176,11 @@ def test_misspelt_selector_is_seen_by_type_checkers(result: Result[Drive]) -> No
         result[lambda m: m.flywheel.ww]  # type: ignore[attr-defined]
     with pytest.raises(pt.ParameterError):
         result.signal(lambda m: m.flywheel.ww)  # type: ignore[attr-defined]
+
+
+def test_another_unit_is_a_string(result: Result[Drive]) -> None:
+    with pytest.raises(pt.ParameterError, match="unit = None is not a string"):
+        result.converted("flywheel.w", None)  # type: ignore[arg-type]
 
 
 def test_pattern_without_signal(result: Result[Drive]) -> None:

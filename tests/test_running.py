@@ -47,6 +47,18 @@ def test_steps_are_one_run(plant: pt.Plant[Engaging]) -> None:
     assert run[lambda m: m.engine.w - m.load.w] == pytest.approx(run["engine.w"] - run["load.w"])
 
 
+def test_inputs_without_a_value_are_noted(plant: pt.Plant[Engaging]) -> None:
+    """As in a run at once, until a step gives the value; a zero that was given is one."""
+    run = plant.start(starts=STARTS, inputs={"torque": 0.0}).step(0.1)
+    assert run.result().notes == plant.simulate(0.1, starts=STARTS, inputs={"torque": 0.0}).notes
+    assert [note for note in run.result().notes if "no value" in note] == [
+        "the input press is 0, because it was given no value"
+    ]
+    other = copy.copy(run)
+    assert not [note for note in run.step(0.1, press=0.0).result().notes if "no value" in note]
+    assert [note for note in other.step(0.1).result().notes if "no value" in note]
+
+
 def test_the_same_state_goes_on_the_same(plant: pt.Plant[Engaging]) -> None:
     run = commanded(plant.start(starts=STARTS), 12)
     kept = run.state

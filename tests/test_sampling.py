@@ -53,3 +53,9 @@ def test_what_is_refused(given: Any, said: str) -> None:
     options = {"method": given[2]} if len(given) > 2 else {}
     with pytest.raises(pt.ParameterError, match=said):
         pt.sample(*given[:2], **options)
+
+
+@pytest.mark.parametrize("seed", [None, "abc", -1, 1.5])
+def test_seeds_are_whole_numbers(seed: Any) -> None:
+    with pytest.raises(pt.ParameterError, match=f"seed = {seed!r} must be"):
+        pt.sample({"a": (0.0, 1.0)}, 4, seed=seed)

@@ -140,8 +140,9 @@ class SpeedSchedule(Shifting, Switching):
     def initial(self) -> Equations:
         """No shift is going on, and no kick-down is remembered; the gear is one of the schedule."""
         yield from super().initial()
-        within(self.gear, 1, len(self.speeds) + 1, name="gear", unit="1")
-        within(ca.fmod(self.gear, 1), 0, 0, name="fraction of the gear", unit="1")
+        last = len(self.speeds) + 1
+        within(self.gear, 1, last, name="gear", unit="1")
+        within(ca.fmod(self.gear, 1), 0, 0, name=f"fraction of the gear, a whole number from 1 to {last}", unit="1")
         yield self.began == time - LONG
         yield self.kicked == time - LONG
 

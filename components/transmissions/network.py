@@ -23,6 +23,7 @@ HOUSING = "housing"
 _SINGULAR = 1e-12
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class Lever:
     """Three shafts whose speeds lie on a line: w_a - w_carrier = ratio (w_b - w_carrier), with loss by latent power.

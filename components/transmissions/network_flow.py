@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain import Map, ParameterError
+from powertrain import Map, ParameterError, arguments_checked
 from powertrain.components.cvu.unit import AXES
 from powertrain.components.efficiency_map import checked_efficiency
 from powertrain.components.transmissions.network import Array, Network
@@ -23,6 +23,7 @@ _ROUNDS, _SETTLED = 60, 1e-10
 """Largest number of updates of directions and unit efficiency to the torques, and the tolerance."""
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class UnitLoss:
     """Efficiency of a variable unit if its shaft a drives and if b drives.

@@ -41,6 +41,7 @@ class SchemeGear:
         return ", ".join((*self.engaged, *(f"({name})" for name in self.coast)))
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class ShiftElement:
     """A clutch between two shafts, or a brake between a shaft and ``HOUSING``; or a ``freewheel``, whose b may run ahead of a."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -62,9 +63,12 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]
         outputs: Sequence[str],
         name: str,
     ) -> None:
-        super().__init__(
-            a, b, c, d, states=_dotless(states), inputs=_dotless(inputs), outputs=_dotless(outputs), name=name
-        )
+        names = {"states": _dotless(states), "inputs": _dotless(inputs), "outputs": _dotless(outputs), "name": name}
+        with (
+            warnings.catch_warnings()
+        ):  # python-control sets the shapes of matrices without states, which NumPy 2.5 deprecates
+            warnings.filterwarnings("ignore", "Setting the shape", DeprecationWarning)
+            super().__init__(a, b, c, d, **names)
         self.linearization = linearization
 
     def __reduce__(self) -> tuple[Any, ...]:

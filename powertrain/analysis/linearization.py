@@ -152,11 +152,7 @@ class _Linearizer:
         self.parameters = [n for n in inputs if n in original.parameters]
         self.driven = [n for n in inputs if n not in original.parameters]
         self._refuse_unknown()
-        perturbed = (
-            compile_perturbed(plant.model, self.driven)
-            if self.driven
-            else Perturbed(original, Symbol.sym("reference"), (), {})
-        )
+        perturbed = compile_perturbed(plant.model, self.driven) if self.driven else Perturbed(original, ())
         self.compiled = perturbed.compiled
         self.picked: list[Picked] = [signals_of(self.compiled).pick(s) for s in outputs]
         self.outputs = tuple(p.label for p in self.picked)
@@ -184,7 +180,7 @@ class _Linearizer:
         Also by how much the condition of each switch is clear of zero, and the speed of each friction law.
         """
         dae, compiled = self.compiled.dae, self.compiled
-        outputs = [p.expression + perturbed.added.get(p.name, 0) for p in self.picked]
+        outputs = [p.expression for p in self.picked]
         self.holding = [f for f in dae.frictions if not f.algebraic and not f.prescribed]
         motions = [f.w for f in self.holding] + [e for c in dae.contacts for e in (c.speed, c.gap)]
         p = {name: dae.p[i] for i, name in enumerate(compiled.parameters)}
@@ -194,16 +190,17 @@ class _Linearizer:
         kinematic = ca.jacobian(dae.xdot, dae.x)
         at = ca.vertcat(dae.t, dae.x, dae.z, dae.m, column(coefficients))
         self.kinematic = np.array([_constant(kinematic[i, :], at) for i in range(dae.x.numel())], bool)
-        known = [*dae.arguments, perturbed.reference, column(coefficients)]
-        self.extra = len(coefficients)
         clear, speeds = column([ca.fabs(s.g) - s.known for s in dae.switches]), column([f.w for f in dae.frictions])
         found = [ca.jacobian(rows, columns), clear, speeds]
-        return ca.Function("powertrain_linear", known, [ca.densify(each) for each in found])
+        return dae.function("linear", *found)
 
     def _at(self, point: OperatingPoint, m: Array) -> tuple[NDArray[np.float64], Array, Array]:
         """The values of ``_derivatives`` at a point in the modes ``m``."""
         x, z = self.transfer(point)
-        jacobian, clear, speeds = self.derivatives(point.t, x, z, m, point.p, point.t, np.zeros(self.extra))
+        p = np.zeros(self.compiled.dae.p.numel())
+        p[: len(point.p)] = point.p
+        p[len(point.p) : len(point.p) + 1] = point.t  # the reference of the perturbations
+        jacobian, clear, speeds = self.derivatives(point.t, x, z, m, p)
         return jacobian.full(), clear.full().ravel(), speeds.full().ravel()
 
     def at(self, point: OperatingPoint, reduced: bool) -> LinearModel:

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import casadi as ca
 import numpy as np
 
 from powertrain.compiler.assemble import Compiled, compile_flat
-from powertrain.compiler.flat import Equation, Flat
+from powertrain.compiler.flat import Equation, Flat, ModelConstant
 from powertrain.compiler.flatten import flatten
 from powertrain.dae.hybrid import OperatingPoint
 from powertrain.errors import ModelError
@@ -32,26 +33,28 @@ ORDER = 4
 
 @dataclass(frozen=True)
 class Spot:
-    """A variable of a port at which a signal, a force or a torque can be added; ``owner`` is the component with the port."""
+    """A variable of a port at which a signal, a force or a torque can be added; ``owner`` is the component with the port.
+
+    ``kind``: an input's variable is determined by everything but its owner, an output's by its owner; both contain what is added.
+    A flow's variable does not contain it.
+    """
 
     unit: str
     symbol: Symbol
     owner: str
-    outward: bool
+    kind: Literal["input", "output", "flow"]
 
 
 @dataclass(frozen=True)
 class Perturbed:
     """The model with perturbations.
 
-    ``coefficients[i][k]`` is the k-th derivative of the i-th perturbation at the instant ``reference``; ``added`` are the perturbations of
-    signals, which the values of these signals do not contain.
+    ``coefficients[i][k]`` is the k-th derivative of the i-th perturbation at the reference instant. They are the last parameters of the
+    model, after that instant.
     """
 
     compiled: Compiled
-    reference: Symbol
     coefficients: tuple[tuple[Symbol, ...], ...]
-    added: dict[str, Symbol]
 
 
 def spots(components: Sequence[Component]) -> dict[str, Spot]:
@@ -62,44 +65,45 @@ def spots(components: Sequence[Component]) -> dict[str, Spot]:
             continue
         owner = port._path.rpartition(".")[0]
         if isinstance(port, Signal):
-            outward = isinstance(port, Output)
-            found[port._path] = Spot(port.unit, port._symbols["value"], owner, outward)
+            kind: Literal["input", "output"] = "output" if isinstance(port, Output) else "input"
+            found[port._path] = Spot(port.unit, port._symbols["value"], owner, kind)
             continue
         for name, spec in port._fields.items():
             if isinstance(spec, Variable) and spec.flow:
-                found[f"{port._path}.{name}"] = Spot(spec.unit, port._symbols[name], owner, False)
+                found[f"{port._path}.{name}"] = Spot(spec.unit, port._symbols[name], owner, "flow")
     return found
 
 
 def compile_perturbed(model: Component, names: Sequence[str]) -> Perturbed:
-    """Compile ``model`` with perturbations at the spots of these names.
-
-    A component sees the variable of an input or a flow plus the perturbation. The variable of an output is what its component computes
-    plus the perturbation.
-    """
+    """Compile ``model`` with perturbations at the spots of these names."""
     flat = flatten(model)
-    known, reference = spots(flat.components), Symbol.sym("reference")
-    flat.recorder.constants.add(key(reference))
+    known, reference = spots(flat.components), _parameter(flat, "reference")
     coefficients = []
-    added: dict[str, Symbol] = {}
     for name in names:
-        spot = known[name]
-        coefficients.append(tuple(flat.recorder.hold(f"{name}.u{k}") for k in range(ORDER + 1)))
+        coefficients.append(tuple(_parameter(flat, f"{name}.u{k}") for k in range(ORDER + 1)))
         polynomial, factorial = Symbol(0), 1.0
         for k, coefficient in enumerate(coefficients[-1]):
             factorial *= max(k, 1)
             polynomial += coefficient * (time - reference) ** k / factorial
-        flat = _with_added(flat, spot, polynomial)
-        if not spot.outward and "." not in name[len(spot.owner) + 1 :]:
-            added[name] = polynomial
-    return Perturbed(compile_flat(flat), reference, tuple(coefficients), added)
+        flat = _with_added(flat, known[name], polynomial)
+    return Perturbed(compile_flat(flat), tuple(coefficients))
+
+
+def _parameter(flat: Flat, name: str) -> Symbol:
+    """A new parameter of the model, zero."""
+    symbol = flat.recorder.hold(name)
+    flat.parameters.append(ModelConstant(name, symbol, "1", "", 0.0))
+    return symbol
 
 
 def _with_added(flat: Flat, spot: Spot, polynomial: Symbol) -> Flat:
-    """The model with the perturbation added to the variable, and its derivatives to those of the variable, in the owner's equations."""
+    """The model with the perturbation added: a flow to what its owner sees; a signal to what determines its variable.
+
+    The derivatives of the perturbation are added to those of the variable.
+    """
     recorder = flat.recorder
     old, new = [], []
-    symbol, added = spot.symbol, -polynomial if spot.outward else polynomial
+    symbol, added = spot.symbol, polynomial if spot.kind == "flow" else -polynomial
     while True:
         old.append(symbol)
         new.append(symbol + added)
@@ -110,13 +114,20 @@ def _with_added(flat: Flat, spot: Spot, polynomial: Symbol) -> Flat:
     def seen(expression: Symbol) -> Symbol:
         return ca.substitute(expression, column(old), column(new))
 
+    def concerned(place: Place) -> bool:
+        return (place.path == spot.owner) == (spot.kind != "input")
+
     def law_seen(place: Place, law: Law) -> Law:
-        if place.path != spot.owner or not isinstance(law, FrictionLaw | UnilateralLaw):
+        if not concerned(place) or not isinstance(law, FrictionLaw | UnilateralLaw):
             return law
         return law.mapped(lambda expressions: [seen(e) for e in expressions])
 
-    equations = [Equation(seen(e.residual), e.place) if e.place.path == spot.owner else e for e in flat.equations]
-    return replace(flat, equations=equations, laws=[(place, law_seen(place, law)) for place, law in flat.laws])
+    return replace(
+        flat,
+        equations=[Equation(seen(e.residual), e.place) if concerned(e.place) else e for e in flat.equations],
+        laws=[(place, law_seen(place, law)) for place, law in flat.laws],
+        inputs=[replace(i, symbol=seen(i.symbol)) if spot.kind == "input" else i for i in flat.inputs],
+    )
 
 
 def transfer(original: Compiled, perturbed: Compiled) -> Callable[[OperatingPoint], tuple[Array, Array]]:

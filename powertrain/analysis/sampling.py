@@ -30,7 +30,7 @@ def sample(
         "latin hypercube": every parameter has one value in each of ``number`` slices of equal probability. "sobol": a scrambled Sobol'
         sequence, whose means converge almost with 1/number.
     seed
-        Equal seeds give equal cases.
+        Equal seeds, whole numbers from 0 on, give equal cases.
 
     Returns
     -------
@@ -52,7 +52,7 @@ def sample(
     from scipy.stats import qmc
 
     one_of("method", method, ("latin hypercube", "sobol"))
-    given, n = by_name("distributions", distributions), points_of(method, number)
+    given, n, seed = by_name("distributions", distributions), points_of(method, number), count("seed", seed, least=0)
     if not given:
         raise ParameterError("distributions: give at least one parameter")
     drawn = qmc.LatinHypercube(len(given), rng=seed) if method != "sobol" else qmc.Sobol(len(given), rng=seed)

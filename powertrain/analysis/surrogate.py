@@ -113,7 +113,7 @@ def surrogate(table: pd.DataFrame, of: str, wrt: str | Sequence[str], *, folds: 
         split = import_module("sklearn.model_selection").KFold
     except ImportError:
         raise PowertrainError("surrogate needs scikit-learn: pip install 'powertrain[uncertainty]'") from None
-    chosen, parts = names("wrt", wrt), count("folds", folds)
+    chosen, parts, seed = names("wrt", wrt), count("folds", folds), count("seed", seed, least=0)
     if parts < 2:
         raise ParameterError(f"folds = {parts}: cross-validation needs at least two")
     for name in (text("of", of), *chosen):

@@ -150,12 +150,17 @@ def _add_equation(flat: Flat, row: Any, place: Place) -> None:
 
 
 def _residual(flat: Flat, row: Any, place: Place) -> Symbol:
-    """Left - right of an equation. ModelError where it adds or equates rad/s and rpm; where kinds differ, a factor of 1 may be meant."""
+    """Left - right of an equation. ModelError where it adds or equates rad/s and rpm; where kinds differ, a factor of 1 may be meant.
+
+    Temperatures in K and degC differ by a constant, so only an equation without another term is wrong.
+    """
     residual = residual_of(row, place)
     left, right = (units_of_terms(side, flat.recorder.units) for side in (row.dep(0), row.dep(1)))
+    bare = row.dep(0).is_symbolic() and row.dep(1).is_symbolic()
     for one, other in combinations(dict.fromkeys([*left, *right]), 2):
         (size, kind), (other_size, other_kind) = measure(one), measure(other)
-        if kind == other_kind and size != other_size and "1" not in (one, other):
+        scaled = kind == other_kind and size != other_size and "1" not in (one, other)
+        if scaled or (bare and {one, other} == {"K", "degC"}):
             apart = len(left) == len(right) == 1
             said = (
                 f"the left side is in {one}, the right side in {other}"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain import ParameterError, arguments_checked
 from powertrain.components.transmissions import Flow, Network, UnitLoss, flow
 from powertrain.design.duty import Duty, Vector
 from powertrain.design.structure import Designs
@@ -34,12 +35,21 @@ COLUMNS = (
 """The ratings of a design."""
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class Efficiencies:
-    """Efficiencies besides the unit's: of planetaries with fixed carrier, and of a gear pair."""
+    """Efficiencies besides the unit's: of planetaries with fixed carrier, and of a gear pair.
+
+    Errors: ParameterError for an efficiency outside (0, 1].
+    """
 
     planetary: float = 0.98
     pair: float = 0.99
+
+    def __post_init__(self) -> None:
+        for name, value in (("planetary", self.planetary), ("pair", self.pair)):
+            if not 0 < value <= 1:
+                raise ParameterError(f"Efficiencies: {name} = {value:g} is outside (0, 1]")
 
 
 def bounds(designs: Designs, duty: Duty) -> Vector:

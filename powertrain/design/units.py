@@ -20,6 +20,7 @@ _LEAST = 1e-6
 """A ratio that counts as zero."""
 
 
+@pt.arguments_checked
 @dataclass(frozen=True)
 class Variator:
     """A variable unit: its losses, the range of V = w_b/w_a, and the limits of its shafts.

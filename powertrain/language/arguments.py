@@ -76,12 +76,12 @@ def limits(what: str, given: Any, *, closed: bool = False) -> tuple[float, float
     return low, high
 
 
-def count(what: str, value: Any) -> int:
-    """A whole number from 1 on."""
+def count(what: str, value: Any, least: int = 1) -> int:
+    """A whole number from ``least`` on."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
         raise ParameterError(f"{what} = {short(value)} must be a whole number")
-    if not 1 <= int(value) <= MOST:
-        raise ParameterError(f"{what} = {short(value)} must be at least 1 and at most {MOST}")
+    if not least <= int(value) <= MOST:
+        raise ParameterError(f"{what} = {short(value)} must be at least {least} and at most {MOST}")
     return int(value)
 
 

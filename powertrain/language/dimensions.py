@@ -33,7 +33,7 @@ UNITS: dict[str, tuple[float, dict[str, int]]] = {
     "kV": (1e3, _V), "mOhm": (1e-3, _OHM), "%": (0.01, {}),
 }  # fmt: skip
 """The size of a unit in SI units and the powers of these: the units of components, and below those of every day."""
-_KEEPING = frozenset({ca.OP_FABS, ca.OP_NEG, ca.OP_FMIN, ca.OP_FMAX, ca.OP_ADD, ca.OP_SUB})
+_KEEPING = frozenset({ca.OP_FABS, ca.OP_NEG, ca.OP_FMIN, ca.OP_FMAX, ca.OP_ADD, ca.OP_SUB, ca.OP_IF_ELSE_ZERO})
 
 
 @lru_cache(maxsize=1024)
@@ -61,7 +61,7 @@ def exact(unit: str) -> Measure:
 
 
 def unit_of(expression: Symbol, units: Mapping[int, str]) -> str | None:
-    """The unit of a variable or a map, also of its size, of limits on it and of sums; None where an operation may change it."""
+    """The unit of a variable or a map, also of its size, of limits on it, of sums and of choices; None where an operation may change it."""
     while key(expression) not in units:
         if (
             expression.is_symbolic()
@@ -70,7 +70,7 @@ def unit_of(expression: Symbol, units: Mapping[int, str]) -> str | None:
             or expression.op() not in _KEEPING
         ):
             return None
-        inner = [expression.dep(i) for i in range(expression.n_dep()) if not expression.dep(i).is_constant()]
+        inner = [operand for operand in _operands(expression) if not operand.is_constant()]
         if not inner:
             return None
         expression = inner[0]
@@ -78,7 +78,7 @@ def unit_of(expression: Symbol, units: Mapping[int, str]) -> str | None:
 
 
 def units_of_terms(expression: Symbol, units: Mapping[int, str]) -> list[str]:
-    """The units of the variables in a sum, without those whose operations may change them."""
+    """The units of the variables in a sum or a choice, without those whose operations may change them."""
     found, seen, stack = dict[str, None](), set[int](), [expression]
     while stack:
         term = stack.pop()
@@ -88,5 +88,11 @@ def units_of_terms(expression: Symbol, units: Mapping[int, str]) -> list[str]:
         if key(term) in units:
             found[units[key(term)]] = None
         elif term.n_dep() and not term.is_output() and term.op() in _KEEPING:
-            stack += [term.dep(i) for i in reversed(range(term.n_dep()))]
+            stack += reversed(_operands(term))
     return list(found)
+
+
+def _operands(expression: Symbol) -> list[Symbol]:
+    """What an operation that keeps units is applied to; a choice is a sum whose terms also have a condition, as their first operand."""
+    first = 1 if expression.op() == ca.OP_IF_ELSE_ZERO else 0
+    return [expression.dep(i) for i in range(first, expression.n_dep())]

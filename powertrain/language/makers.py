@@ -1,4 +1,4 @@
-"""Arguments of class methods that build something, checked against their annotations, so that a wrong one is named at once."""
+"""Arguments of class methods that build something, and of records, checked against their annotations: a wrong one is named at once."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def arguments_checked(function: F) -> F:
-    """The class method, which raises ParameterError for an argument that is not what its annotation says.
+    """The class method, or the dataclass, which raises ParameterError for an argument that is not what its annotation says.
 
     >>> class Pair:
     ...     @classmethod
@@ -31,22 +31,27 @@ def arguments_checked(function: F) -> F:
     Traceback (most recent call last):
     powertrain.errors.ParameterError: Pair.of: ratios = '2.5' is not a sequence of numbers
     """
+    if isinstance(function, type):
+        made: Any = function
+        made.__init__ = arguments_checked(made.__init__)
+        return function
     signature = inspect.signature(function)
     kinds = cache(lambda: {name: _kind(hint) for name, hint in get_type_hints(function).items()})
 
     @wraps(function)
-    def call(cls: type, *arguments: Any, **named: Any) -> Any:
+    def call(owner: Any, *arguments: Any, **named: Any) -> Any:
         try:
-            given = signature.bind(cls, *arguments, **named).arguments
+            given = signature.bind(owner, *arguments, **named).arguments
         except TypeError:  # a missing or unknown argument: the call says which
             given = {}
         for name, value in given.items():
             how, kind = signature.parameters[name].kind, kinds().get(name, _ANYTHING)
             for each in value if how is inspect.Parameter.VAR_POSITIONAL else (value,):
                 if how is not inspect.Parameter.VAR_KEYWORD and not kind.fits(each):
-                    where = f"{cls.__name__}.{function.__name__}"
+                    made = isinstance(owner, type)  # by a class method; otherwise it is being made by __init__
+                    where = f"{owner.__name__}.{function.__name__}" if made else type(owner).__name__
                     raise ParameterError(f"{where}: {name} = {short(each)} is not {kind.one}")
-        return function(cls, *arguments, **named)
+        return function(owner, *arguments, **named)
 
     return cast(F, call)
 

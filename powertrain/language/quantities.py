@@ -12,49 +12,12 @@ from numpy.typing import NDArray
 
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.dimensions import exact
-from powertrain.language.units import factors
+from powertrain.language.units import factors, in_notation
 
 N = TypeVar("N", float, NDArray[np.float64])
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:\s+|(?=[^\d\s.]))(\S.*?)\s*$")
 """A number and a unit; a unit that begins with a digit, such as 1/s, needs the space."""
 _ROTATIONS = {"Hz", "rpm"}
-_RPM = {"rpm", "rev/min", "r/min", "u/min"}
-"""Rotations per minute as they are typed, in small letters."""
-_SPELLINGS = {
-    **dict.fromkeys(("lbs", "lbm"), "lb"),
-    "bhp": "hp",
-    "kmh": "km/h",
-    "n-m": "N.m",
-    "celsius": "degC",
-    "fahrenheit": "degF",
-    **dict.fromkeys(("cc", "ccm"), "cm3"),
-    **{
-        mark.join(pair): "lbf.ft"
-        for mark in ".·⋅- "
-        for pair in (("lb", "ft"), ("ft", "lb"), ("lbs", "ft"), ("ft", "lbs"))
-    },
-    **{f"{one}-{other}": "lbf.ft" for one, other in (("lbf", "ft"), ("ft", "lbf"))},
-}
-"""Other units as users type them, in lower case; a torque in pounds and feet means pounds-force."""
-_SPACE = re.compile(r"(?<=\w)\s+(?=[A-Za-z(])")
-"""A space that means a product, as in N m."""
-_AROUND = re.compile(r"\s*([./])\s*")
-"""A sign between units with the spaces around it, as in km / h."""
-_SIGNS = (
-    ("**", ""),
-    ("*", "."),
-    ("·", "."),
-    ("⋅", "."),
-    ("^", ""),
-    ("²", "2"),
-    ("³", "3"),
-    ("⁻", "-"),
-    ("¹", "1"),
-    ("°C", "degC"),
-    ("°F", "degF"),
-    ("Ω", "Ohm"),
-    ("Ω", "Ohm"),
-)
 _ANGLES = {"rad", "deg", *_ROTATIONS}
 _SCALES = {"K": (1.0, 0.0), "degC": (1.0, 273.15), "degF": (1 / 1.8, 459.67 / 1.8)}
 """Scales of temperature: the size of a degree and the temperature at zero, in K."""
@@ -94,23 +57,9 @@ def quantity(text: str, unit: str, where: str) -> float:
         raise ParameterError(f"{where} = {text!r}: {error}") from None
 
 
-def _plain(unit: str) -> str:
-    """A unit as it is usually typed, in Modelica's notation: N*m^2 as N.m2, RPM as rpm; in kJ/degC a degree is a difference, K."""
-    if unit.lower() in _RPM:
-        return "rpm"
-    if unit.lower() in _SPELLINGS:
-        return _SPELLINGS[unit.lower()]
-    for typed, plain in _SIGNS:
-        unit = unit.replace(typed, plain)
-    unit = _SPACE.sub(".", _AROUND.sub(r"\1", unit))
-    if unit.startswith("/"):
-        unit = f"1{unit}"
-    return unit if unit == "degC" else unit.replace("degC", "K")
-
-
 def counts_rotations(unit: str) -> bool:
     """Whether a unit stands for rotations per minute where a speed is meant: rpm in any spelling, and 1/min."""
-    return _plain(unit) in ("rpm", "1/min", "min-1")
+    return in_notation(unit) in ("rpm", "1/min", "min-1")
 
 
 def converted(value: N, given: str, unit: str) -> N:
@@ -119,7 +68,7 @@ def converted(value: N, given: str, unit: str) -> N:
     Errors: ModelError for unknown units, for units that measure something else, and for 1/s of an angular speed, which may mean rad/s
     or Hz.
     """
-    plain, asked = _plain(given), _plain(unit)
+    plain, asked = in_notation(given), in_notation(unit)
     if asked in _SCALES:
         plain = _DEGREES.get(plain, plain)
     if plain in _SCALES and asked in _SCALES:

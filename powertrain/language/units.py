@@ -12,6 +12,45 @@ BASE = frozenset(
 )
 _SECONDS = re.compile(r"s(\d*)$")
 _FACTOR = re.compile(r"(?:(?P<name>[A-Za-z]+|1|%)|\((?P<inner>.+)\))(?P<power>-?\d+)?")
+_RPM = {"rpm", "rev/min", "r/min", "u/min"}
+"""Rotations per minute as they are typed, in small letters."""
+_SPELLINGS = {
+    **dict.fromkeys(("lbs", "lbm"), "lb"),
+    "bhp": "hp",
+    "kmh": "km/h",
+    "n-m": "N.m",
+    "celsius": "degC",
+    "fahrenheit": "degF",
+    **dict.fromkeys(("cc", "ccm"), "cm3"),
+    **{
+        mark.join(pair): "lbf.ft"
+        for mark in (*".·⋅- ", "")
+        for pair in (("lb", "ft"), ("ft", "lb"), ("lbs", "ft"), ("ft", "lbs"))
+    },
+    **{f"{one}-{other}": "lbf.ft" for one, other in (("lbf", "ft"), ("ft", "lbf"))},
+}
+"""Other units as users type them, in lower case; a torque in pounds and feet means pounds-force."""
+_JOINED = re.compile(r"\b(kg|N)(mm|m)?(s)?(?![A-Za-z])")
+"""Products that are often typed without a sign: kgm2, Nm, Nms."""
+_SPACE = re.compile(r"(?<=\w)\s+(?=[A-Za-z(])")
+"""A space that means a product, as in N m."""
+_AROUND = re.compile(r"\s*([./])\s*")
+"""A sign between units with the spaces around it, as in km / h."""
+_SIGNS = (
+    ("**", ""),
+    ("*", "."),
+    ("·", "."),
+    ("⋅", "."),
+    ("^", ""),
+    ("²", "2"),
+    ("³", "3"),
+    ("⁻", "-"),
+    ("¹", "1"),
+    ("°C", "degC"),
+    ("°F", "degF"),
+    ("Ω", "Ohm"),
+    ("Ω", "Ohm"),
+)
 
 
 def with_unit(value: str, unit: str) -> str:
@@ -93,11 +132,37 @@ def _outside_brackets(text: str, mark: str) -> list[str]:
     return parts
 
 
+def in_notation(unit: str) -> str:
+    """A unit as it is usually typed, in Modelica's notation; in kJ/degC a degree is a difference, K.
+
+    >>> in_notation("N*m^2"), in_notation("RPM"), in_notation("km / h"), in_notation("kJ/°C")
+    ('N.m2', 'rpm', 'km/h', 'kJ/K')
+    """
+    if unit.lower() in _RPM:
+        return "rpm"
+    if unit.lower() in _SPELLINGS:
+        return _SPELLINGS[unit.lower()]
+    for typed, plain in _SIGNS:
+        unit = unit.replace(typed, plain)
+    unit = _SPACE.sub(".", _AROUND.sub(r"\1", unit))
+    if unit.startswith("/"):
+        unit = f"1{unit}"
+    return unit if unit == "degC" else unit.replace("degC", "K")
+
+
 def unknown(part: str, unit: str, known: Collection[str] = ()) -> ModelError:
-    """The error for a part of a unit, with the known units that are like it."""
+    """The error for a part of a unit, with the unit in Modelica's notation, or else the known units that are like the part."""
     whole = "" if part == unit else f" in {unit!r}"
-    near = suggestion(part, known)
+    meant = _JOINED.sub(lambda match: ".".join(filter(None, match.groups())), in_notation(unit))
+    near = f"; did you mean {meant}?" if meant != unit and _is_known(meant) else suggestion(part, known)
     return ModelError(f"unknown unit {part!r}{whole} (units are written as kg.m2, N.m/rad, rad/s, N/(km/h), 1){near}")
+
+
+def _is_known(unit: str) -> bool:
+    try:
+        return all(name in BASE for name, _ in factors(unit))
+    except ModelError:
+        return False
 
 
 def rate_unit(unit: str, order: int = 1) -> str:

@@ -54,7 +54,7 @@ def guard_message(dae: HybridDae, point: Point, guard: Guard) -> str:
     said = with_unit(f"{value:.9g}", guard.unit)
     if abs(value - limit) <= _AT_LIMIT * (1.0 + abs(limit)):
         said = f"it {'rises above' if above else 'falls below'} {with_unit(f'{limit:.9g}', guard.unit)}"
-    span = f"{low:.9g} to {high:.9g}"
+    span = f"{low:.9g} to {high:.9g}" if low != high else f"{low:.9g}"
     if not np.isfinite([low, high]).all():
         span = f"at least {low:.9g}" if high == np.inf else f"at most {high:.9g}"
     allowed = with_unit(span, guard.unit)

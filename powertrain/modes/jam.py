@@ -56,11 +56,20 @@ def _quoted(dae: HybridDae, memory: Memory, side: int, laws: Sequence[int]) -> l
     if not dae.frictions:
         return []
     return [
-        f"  {law.name} ({law.where}): torque {torque:.6g} {law.unit}, bounds {lower:.6g} to {upper:.6g} {law.unit}, "
+        f"  {law.name} ({law.where}): torque {torque:.6g} {law.unit}, {_bounds(lower, upper)} {law.unit}, "
         f"speed {w:.3g} {SPEEDS.get(law.unit, '')}".rstrip()
         for law, w, torque, lower, upper, _ in zip(dae.frictions, *memory.frictions(side), strict=True)
         if law.index in laws or any(ca.depends_on(ca.vertcat(law.lower, law.upper), dae.m[i]) for i in laws)
     ]
+
+
+def _bounds(lower: float, upper: float) -> str:
+    """The bounds of a law, which modes that are not consistent may put in the wrong order."""
+    return (
+        f"bounds {lower:.6g} to {upper:.6g}"
+        if lower <= upper
+        else f"bounds in the wrong order, {lower:.6g} and {upper:.6g}"
+    )
 
 
 def _mode(name: str, value: float, friction: bool) -> str:

@@ -18,7 +18,7 @@ def names() -> tuple[str, ...]:
 
 
 def load(name: str | Path) -> Any:
-    """A vehicle by one of ``names()``, a variant such as ``ParallelHybrid.at("P4")``, or a parameter file (.toml) that names its class.
+    """A vehicle by one of ``names()``, a variant such as ``ParallelHybrid.at("P4")``, or a parameter file (.toml) that names either.
 
     Case does not matter in names. Measured cars are built from the data of the EPA's test-car list and the numbers of their technology.
     What a file leaves out is as in the class; names of files in it, also those in ``MappedEngine.from_csv(...)``, are relative to it.
@@ -27,11 +27,8 @@ def load(name: str | Path) -> Any:
     if _is_file(name):
         return of_file(Path(name))[0]
     text = str(name)
-    if text.lower() in (cars := measured()):
-        from powertrain.measured.building import build
-        from powertrain.measured.technology import Technology
-
-        return build(cars[text.lower()], Technology())
+    if text.lower() in measured():
+        return _measured_car(text)
     from powertrain.presets.catalogue import is_named, vehicles
     from powertrain.presets.settings import model_named
 
@@ -70,8 +67,19 @@ def of_file(path: Path) -> tuple[Any, list[str]]:
     tables = read(path)
     if CLASS not in tables:
         raise pt.ParameterError(f'{path} does not say which vehicle it is: begin it with  class = "ManualCar"')
+    name = str(tables.pop(CLASS))
     with naming(path):
-        return applied(model_named(str(tables[CLASS]), assembled(), path.parent), tables, path.parent)
+        known = name.lower() in measured()
+        model = _measured_car(name) if known else model_named(name, assembled(), path.parent)
+        return applied(model, tables, path.parent)
+
+
+def _measured_car(name: str) -> pt.Component:
+    from powertrain.measured.building import build
+    from powertrain.measured.technology import Technology
+
+    car: pt.Component = build(measured()[name.lower()], Technology())
+    return car
 
 
 def measured() -> dict[str, Any]:

@@ -15,6 +15,7 @@ from powertrain.trials.charge import BREAK_OFF, ChargeSustaining
 _USED = {"distance", "from the battery", "consumption", "carbon dioxide", "relative change"}
 
 
+@pt.arguments_checked
 @dataclass(frozen=True)
 class UtilityFactor:
     """Share of all driving that happens within a distance d [km] of the last charge, with one charge a day [1].
@@ -31,7 +32,7 @@ class UtilityFactor:
 
     def __post_init__(self) -> None:
         positive("normalized", self.normalized)
-        if not self.coefficients:
+        if len(self.coefficients) == 0:
             raise pt.ParameterError("UtilityFactor.coefficients is empty; give at least one coefficient")
         for i, value in enumerate(self.coefficients, 1):
             number(f"coefficient {i} of the utility factor", value)

@@ -13,7 +13,7 @@ import numpy as np
 from powertrain.analysis.sampling import points_of, quantiles
 from powertrain.analysis.sweeping import sweep
 from powertrain.errors import ParameterError, PowertrainError
-from powertrain.language.arguments import by_name, one_of
+from powertrain.language.arguments import by_name, count, one_of
 from powertrain.language.component import Component
 from powertrain.language.reals import Array
 from powertrain.plant import Plant, plant_of
@@ -108,7 +108,7 @@ def sensitivity_indices(
     given = by_name("distributions", distributions)
     if not results or not given:
         raise ParameterError("of, distributions: give at least one result and one parameter")
-    n = points_of(method, number)
+    n, seed = points_of(method, number), count("seed", seed, least=0)
     problem = {"num_vars": len(given), "names": list(given), "bounds": [[0.0, 1.0]] * len(given)}
     points, analyse = _salib(method, problem, n, seed)
     values = np.array([quantiles(name, d, points[:, k]) for k, (name, d) in enumerate(given.items())]).T

@@ -168,3 +168,29 @@ def test_a_rate_without_an_angle_is_no_angular_speed() -> None:
         pt.ParameterError, match=r"w_idle = '83 1/s': 1/s may count radians or rotations; write rad/s or Hz$"
     ):
         WillansEngine(w_idle="83 1/s")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ("kgm2", "kg.m2"),
+        ("kg*m^2", "kg.m2"),
+        ("Nm/rad", "N.m/rad"),
+        ("Nms/rad", "N.m.s/rad"),
+        ("Ns/m", "N.s/m"),
+        ("m/s**2", "m/s2"),
+        ("kmh", "km/h"),
+        ("°C", "degC"),
+        ("U/min", "rpm"),
+        ("km/hr", "h"),
+        ("mbar", "bar"),
+    ],
+)
+def test_a_declared_unit_in_another_notation_is_answered_with_the_right_one(given: str, meant: str) -> None:
+    with pytest.raises(pt.ModelError, match=rf"unknown unit .*; did you mean {meant}\?$"):
+        pt.parameter(given, "Something")
+
+
+def test_pounds_and_feet_need_no_sign() -> None:
+    """1 lbf = 0.45359237 kg x 9.80665 m/s2, 1 ft = 0.3048 m."""
+    assert quantity("10 lbft", "N.m", "x") == pytest.approx(10 * 0.45359237 * 9.80665 * 0.3048, rel=1e-12)

@@ -226,6 +226,30 @@ class Returned(pt.Component):
         return self.J1.w == 1.0  # type: ignore[return-value]
 
 
+class Celsius(pt.Component):
+    """A temperature in degC set equal to one in K."""
+
+    T: pt.Variable = pt.variable("K", "Temperature")
+    shown: pt.Variable = pt.variable("degC", "Temperature")
+
+    def equations(self) -> pt.Equations:
+        yield 300 + pt.time == self.T
+        yield self.shown == self.T
+
+
+class Branches(pt.Component):
+    """A switch between a speed in rad/s and one in rpm."""
+
+    w: pt.Variable = pt.variable("rad/s", "Speed")
+    n: pt.Variable = pt.variable("rpm", "Speed")
+    chosen: pt.Variable = pt.variable("rad/s", "Speed")
+
+    def equations(self) -> pt.Equations:
+        yield self.w == pt.time
+        yield self.n == self.w * 30 / ca.pi
+        yield self.chosen == pt.switch(pt.time > 1, self.w, self.n)
+
+
 class NoPort(pt.Component):
     """connect with a component."""
 
@@ -274,6 +298,25 @@ class Partial(pt.Component):
         yield pt.connect(self.shaft.flange_a, self.shaft.flange_b)
 
 
+class Scales(pt.Component):
+    """The same temperature in K and degC, and the warmer of two."""
+
+    T: pt.Variable = pt.variable("K", "Temperature")
+    shown: pt.Variable = pt.variable("degC", "Temperature")
+    warmer: pt.Variable = pt.variable("K", "Temperature")
+
+    def equations(self) -> pt.Equations:
+        yield 300 + pt.time == self.T
+        yield self.shown == self.T - 273.15
+        yield self.warmer == pt.switch(self.T > 300.5, self.T, 300.5)
+
+
+def test_temperatures_of_two_scales_differ_by_a_constant() -> None:
+    result = pt.simulate(Scales(), 1.0)
+    assert result["shown"][-1] == pytest.approx(27.85)
+    assert result["warmer"][[0, -1]] == pytest.approx([300.5, 301.0])
+
+
 @pytest.mark.parametrize(
     ("model", "said"),
     [
@@ -316,6 +359,8 @@ class Partial(pt.Component):
         (SamePort, ["connect(self.J1.flange_b, self.J1.flange_b)", "joins J1.flange_b to itself"]),
         (OtherUnit, ["connect(self.torque, self.source.w_ref)", "torque [N.m] and source.w_ref [rad/s]"]),
         (Rotations, ["yield self.J1.w == self.n", "in rad/s, the right side in rpm; nothing is converted"]),
+        (Celsius, ["yield self.shown == self.T", "in degC, the right side in K; nothing is converted"]),
+        (Branches, ["yield self.chosen ==", "its terms are in rad/s and rpm; nothing is converted"]),
         (TextOfAnAngle, ['yield self.J1.phi == "1 rad"', "plain value False", "a string is not a symbol"]),
         (NoValue, ["yield self.source.tau == 1.0", "plain value False", "is written signal.value"]),
         (Returned, ["the equations of Returned are", "J1.w==1", "an equation is written  yield a == b"]),

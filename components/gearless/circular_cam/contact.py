@@ -14,12 +14,13 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 from powertrain.components.gearless.circular_cam.track import Array, Track
 
 Method = Literal["sphere", "elliptic"]
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class RollerContact:
     """A spherical roller of radius ``r`` on a cam that is curved along the track and concave across it.

@@ -24,6 +24,7 @@ LEAST_WIDTH = 0.2
 """Least width of a roller, a slice of a sphere, relative to its radius: the rollers of both tracks turn side by side in one groove."""
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class CircularCams:
     """Two concentric tracks on each cam, half an arc out of phase: one is steepest where the other cannot transmit torque.

@@ -6,11 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 
 Wear = Literal["pressure", "wear"]
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class FrictionDisk:
     """A friction disk on the back of each cam.

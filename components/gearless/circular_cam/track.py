@@ -15,11 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 
 Array = NDArray[np.float64]
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class Track:
     """A closed track of n equal circular arcs with curvature of alternating sign, on both cams, with n rollers.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 from powertrain.components.gearless.linkage.kinematics import Linkage
 from powertrain.components.gearless.solids import placed, revolved
 
@@ -17,12 +17,13 @@ _RINGS = 16
 """Rings along a bar: plots sort triangles by their centre, so parts behind would show through long triangles."""
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class LinkageBody:
     """Radii of the parts [m]: couplers and lever are round bars as in Table 5.1, with balls and eyes at their pairs.
 
-    ``rod``: the cage's rod of the C-pair; ``shaft``: output shafts. Errors: ParameterError if a ball is not thicker than its bar, or if
-    bars are too thick for their length.
+    ``rod``: the cage's rod of the C-pair; ``shaft``: output shafts. Errors: ParameterError for a radius that is not positive, if a ball is
+    not thicker than its bar, or if bars are too thick for their length.
     """
 
     linkage: Linkage
@@ -32,6 +33,9 @@ class LinkageBody:
     shaft: float = 0.009
 
     def __post_init__(self) -> None:
+        for name, value in (("rod", self.rod), ("shaft", self.shaft)):
+            if not 0 < value < np.inf:
+                raise ParameterError(f"LinkageBody: {name} = {value:g} m must be positive and finite")
         if not 0 < self.bar < self.ball:
             raise ParameterError(f"a ball of {self.ball:g} m radius does not hold a bar of {self.bar:g} m radius")
         if not 2 * self.ball < min(self.linkage.a, self.linkage.b):

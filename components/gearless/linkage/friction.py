@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 from powertrain.components.gearless.linkage.kinematics import Linkage, Loop
 
 Array = NDArray[np.float64]
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class JointFriction:
     """Coefficients of friction [1] and sizes [m] of the joints. With coefficients of 0 the differential has no loss.

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 
 Array = NDArray[np.float64]
 HALF_TURN: Array = np.array([-1.0, 1.0, -1.0])
@@ -70,6 +70,7 @@ class Motion(NamedTuple):
     S2: Array
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class Linkage:
     """The lengths of the mechanism [m]: coupler a, half lever b, and the offset of the C axis towards the R-pairs (7.3).

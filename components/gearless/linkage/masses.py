@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 from powertrain.components.gearless.linkage.kinematics import Linkage, Loop
 
 STEEL = 7900.0
@@ -18,6 +18,7 @@ ROUNDING = 1e-9
 """Relative tolerance on the limit of an inertia."""
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class LinkBody:
     """A body of revolution: mass [kg], moments of inertia about its axis and across it, through its centre [kg.m2]."""
@@ -111,6 +112,7 @@ def cylinder_mass(radius: float, length: float, *, inner: float = 0.0, density: 
     return density * float(np.pi) * (radius**2 - inner**2) * length
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class LinkMasses:
     """The moving masses: cage, coupler (two of them), lever; and the moment of inertia of each output shaft about its axis [kg.m2].

@@ -9,7 +9,7 @@ from typing import Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 from powertrain.components.gearless.solids import shell, volume
 from powertrain.components.gearless.spherical_cam.curves import Array, lowest
 from powertrain.components.gearless.spherical_cam.cycle import Cycle
@@ -21,6 +21,7 @@ ARC = 6
 """Steps from the bore to the profile for drawing a spherical face."""
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class CamBody:
     """A cam of a spherical cam differential as a body: the inner and the outer conjugate cam, their rollers, and the number of pairs.

@@ -10,7 +10,7 @@ from typing import get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain import ParameterError
+from powertrain import ParameterError, arguments_checked
 from powertrain.components.gearless.spherical_cam.curves import Array, bisected
 from powertrain.components.gearless.spherical_cam.profile import SphericalCam
 from powertrain.components.gearless.spherical_cam.rollers import (
@@ -24,6 +24,7 @@ from powertrain.components.gearless.spherical_cam.rollers import (
 )
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class CamFriction:
     """Friction of rollers and cams, with relative radii.
@@ -73,6 +74,7 @@ class CamMesh:
     force: Array
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class Cycle:
     """A cam with its friction and its rule of load sharing, as a differential: side wheels (carriers) left and right of the cam.

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from powertrain import arguments_checked
 from powertrain.components.gearless.spherical_cam.checks import check_angles, check_cut, check_numbers, check_profile
 from powertrain.components.gearless.spherical_cam.curves import Array, CamCurves
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class CamGeometry(CamCurves):
     """The equations of a cam with M lobes in mesh with a carrier of N conical rollers, whether or not it can be built.
@@ -24,6 +26,7 @@ class CamGeometry(CamCurves):
         return self.valleys(points)
 
 
+@arguments_checked
 @dataclass(frozen=True)
 class SphericalCam(CamGeometry):
     """A spherical cam that can be built, with its rollers: ``CamGeometry``, checked.

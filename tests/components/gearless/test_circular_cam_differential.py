@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, get_args
@@ -250,8 +251,11 @@ def test_stuck_is_tried_first() -> None:
         # Turning halves would have to seize within no time, or could go on in two ways.
         parts[5] = rot.ConstantTorque(tau_constant=0.0)
         free = pt.replace(model, parts=tuple(parts))
-        with pytest.raises(pt.PowertrainError, match=r"consistent|jams"):
+        with pytest.raises(pt.PowertrainError, match=r"consistent|jams") as caught:
             run(free, 1.0, {"0.w_rel": sign * 2.0})
+        assert re.search(
+            r"bounds in the wrong order, 0\.131276 and -0\.131276 N\.m, speed -?2 rad/s", str(caught.value)
+        )
 
 
 def test_compliance_tells_how_it_seizes() -> None:

@@ -162,7 +162,7 @@ def test_phases_of_the_tracks() -> None:
         ({"alpha_max": math.nan}, "alpha_max = nan"),
         ({"n": 3}, "n = 3 arcs: the curvature changes its sign .* even"),
         ({"n": 0}, "n = 0"),
-        ({"n": 4.0}, "n = 4.0 arcs: the number of arcs must be an integer"),
+        ({"n": 4.0}, "n = 4.0 is not an integer"),
         ({"D": -0.1}, "D = -0.1 m must be positive"),
         ({"r": 0.0}, "r = 0 m must be positive"),
         ({"r": 0.031}, "r = 0.031 m touch each other: .* r must be less than 0.03005 m"),

@@ -198,7 +198,7 @@ def test_impossible_friction_is_refused(given: dict[str, float], said: str) -> N
 
 
 def test_impossible_cycles_are_refused() -> None:
-    with pytest.raises(pt.ParameterError, match="sharing='half' must be one of elastic, single"):
+    with pytest.raises(pt.ParameterError, match="sharing = 'half' is not one of elastic, single"):
         Cycle(CAMS[0], sharing="half")  # type: ignore[arg-type]
     with pytest.raises(pt.ParameterError, match="alpha_1 = 75° must be 90°"):
         Cycle(SphericalCam(4, 5, alpha_1=math.radians(75), alpha_3=math.radians(36), alpha_4=math.radians(15)))
