@@ -74,7 +74,7 @@ def test_tables_are_looked_up_as_before(method: Literal["linear", "smooth"]) -> 
     axes = [pt.Axis(name, "1", np.linspace(0, 1, 30)) for name in "ab"]
     table = pt.Map(axes, np.arange(900.0).reshape(30, 30), "1", method=method)
     x, m = ca.SX.sym("x", 2), ca.SX.sym("m")
-    value = ca.SX(table._called(x))
+    value = ca.SX(table._interpolant(x))
     slopes = [ca.gradient(value, x), ca.jtimes(value, x, ca.DM([1.0, 2.0]))]
     whole = ca.Function("table", [x, m], [m * value, *slopes])
     part = folded(whole, {(1, 0): 1.0})

@@ -34,7 +34,7 @@ def arguments_checked(function: F) -> F:
     if isinstance(function, type):
         made: Any = function
         made.__init__ = arguments_checked(made.__init__)
-        return function
+        return cast(F, made)
     signature = inspect.signature(function)
     kinds = cache(lambda: {name: _kind(hint) for name, hint in get_type_hints(function).items()})
 

@@ -200,7 +200,7 @@ class _Run:
     def trajectory(self) -> Trajectory:
         """The run as the simulator in Python records it."""
         final, held = self.library.pt_unknowns(self.model)[: self.y], self.library.pt_held(self.model)[: self.m]
-        statistics = dict(zip(("steps", "rejected", "events"), self.counts.tolist(), strict=False))
+        statistics: dict[str, float] = dict(zip(("steps", "rejected", "events"), self.counts.tolist(), strict=False))
         end, held = float(self.library.pt_time(self.model)), held[: self._dae.m.numel()]
         return self.recorder.trajectory(end, np.array(final), np.array(held), statistics, ())
 

@@ -53,7 +53,7 @@ TEXTS: dict[str, tuple[Callable[[Any], Any], list[str]]] = {
     "division": (lambda m: m.J.w * (1 / 0), ["ZeroDivisionError"]),
     "signal": (lambda m: 2 * m.source.tau, ["2 * m.source.tau", "an Input is a port; write .value for its value"]),
     "function": (
-        lambda m: pt.sin(m.J.w),
+        lambda m: pt.sin(m.J.w),  # type: ignore[attr-defined]
         ["lambda m: pt.sin(m.J.w)", "functions of expressions are those of CasADi: casadi.sin"],
     ),
     "type": (lambda m: "a" + m.J.w, ["this raises TypeError"]),

@@ -18,7 +18,7 @@ def run(battery: float = 0.0, flywheel: float = 0.0, **known: Any) -> CycleRun:
     """100 km with 5 l/100 km, a kilogram of fuel with 40 MJ, a marginal efficiency of 40 %, and stores that gained energy [J]."""
     audit = SimpleNamespace(components=pd.DataFrame({"stored": {"battery": battery, "flywheel": flywheel}}))
     one = (("body", "body"),)
-    parts = Anatomy("Car", one, ("engine",), (), ("battery",), wheels=("wheels",), stores=("battery", "flywheel"))
+    parts = Anatomy("Car", one, ("engine",), (), ("battery",), ("wheels",), (), stores=("battery", "flywheel"))
     numbers = {"distance": 100e3, "fuel": 1.0, "heat": 40e6, "litres_per_100km": 5.0, "marginal_efficiency": 0.4}
     return object.__new__(type("Known", (CycleRun,), {**numbers, "anatomy": parts, "audit": audit, **known}))
 
