@@ -322,7 +322,8 @@ class Plant(Generic[M]):
         x, z, m, report = self.initialize(t, parameters, starts, guesses, given)
         signals = tuple(s for s in self._schedules(given) if s.name in given or s.name not in self.compiled.inputs)
         options = {"rtol": rtol, "atol": atol, "max_step": max_step, "record": record}
-        state, p = State(t, x, z, m, signals), self.parameter_vector(parameters)
+        unset = frozenset(n for n, u in self.compiled.inputs.items() if n not in given and not u.declared)
+        state, p = State(t, x, z, m, signals, unset), self.parameter_vector(parameters)
         return Running(self.compiled, lambda: self._engine(method, compile), state, p, report, options)
 
     def export_c(

@@ -34,6 +34,7 @@ class State:
     """What decides how a run goes on: time in s, states, algebraic unknowns, held values (modes, discrete variables, inputs).
 
     ``signals`` are the signals of time that still run: those of the model, and inputs that were given over time and not set since.
+    ``unset`` are the inputs that have not been given a value.
     """
 
     t: float
@@ -41,6 +42,7 @@ class State:
     z: Array
     m: Array
     signals: tuple[TimeSignal, ...]
+    unset: frozenset[str]
 
     def __post_init__(self) -> None:
         for values in (self.x, self.z, self.m):
@@ -67,9 +69,6 @@ class Running(Generic[M]):
         self._compiled, self._engine, self._p, self._report, self._options = compiled, engine, p, report, options
         self._signals = signals_of(compiled)
         self._places = {s.name: s.index for s in compiled.dae.schedules if s.name in compiled.inputs}
-        given, known = {s.name for s in state.signals}, compiled.inputs
-        self._unset = frozenset(n for n in self._places if n not in given and not known[n].declared)
-        """The inputs without a value, which are zero."""
         self._begin(state)
 
     def _begin(self, state: State) -> None:
@@ -136,11 +135,11 @@ class Running(Generic[M]):
             engine.schedules = kept
         n = found.states
         held = found.final_held[: state.m.size]
-        self._state = State(state.t + dt, found.final[:n].copy(), found.final[n:].copy(), held.copy(), signals)
+        x, z = found.final[:n].copy(), found.final[n:].copy()
+        self._state = State(state.t + dt, x, z, held.copy(), signals, state.unset - given.keys())
         self._schedules = schedules
         for name, value in given.items():
             self._set.setdefault(name, {})[state.t] = value
-        self._unset -= given.keys()
         if self._options["record"]:
             self._pieces.append(found)
         return self
@@ -158,7 +157,7 @@ class Running(Generic[M]):
             raise ParameterError("the run has not advanced yet: call step(dt) first")
         steps = [p.start for p in self._pieces] + [self._state.t]
         grid = run_times(steps[0], steps[-1], steps if times is None else times, 1)
-        inputs = {name: self._knots(name) for name in self._places if name not in self._unset}
+        inputs = {name: self._knots(name) for name in self._places if name not in self._state.unset}
         return Result(self._compiled, joined(self._first, self._pieces), grid, self._p, self._report, inputs=inputs)
 
     def _knots(self, name: str) -> tuple[Array, Array]:

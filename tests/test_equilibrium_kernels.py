@@ -130,11 +130,19 @@ def test_torques_that_follow_each_other_without_limit(gain: float, locked: bool)
     assert undetermined(laws, at, responses(laws, at, rest)).tolist() == [locked]
 
 
+def nothing_holds(laws: SteadyLaws, at: Iterates, rest: AtRest) -> list[bool]:
+    """Whether there is a motion that nothing holds, at every point."""
+    found = np.zeros(len(at.y), bool)
+    for _, _, free in adrift(laws, at, rest, responses(laws, at, rest)):
+        found |= free
+    return list(found.tolist())
+
+
 @pytest.mark.parametrize(("damping", "open_"), [(1.0, False), (1e-5, False), (1e-9, True)])
 def test_a_motion_that_nothing_holds(damping: float, open_: bool) -> None:
     laws, at = sliding(np.zeros((1, 1)), damping)
     rest = AtRest(np.zeros((1, 1), bool), np.full((1, 1), 1e-8), np.ones((1, 1)))
-    assert adrift(laws, at, rest, responses(laws, at, rest))[2].tolist() == [open_]
+    assert nothing_holds(laws, at, rest) == [open_]
 
 
 @pytest.mark.parametrize("damping", [(1e-9, 1.0), (1.0, 1e-9), (1.0, 1.0)])
@@ -147,7 +155,7 @@ def test_any_motion_that_nothing_holds_counts(damping: tuple[float, float]) -> N
 
     laws = by_hand(2, 0, lambda y, tau: ca.DM(damping) * (1 - y), nothing, nothing, nothing)
     at, rest = Iterates(none, np.ones((1, 2)), none, none), AtRest(none.astype(bool), none, none)
-    assert adrift(laws, at, rest, responses(laws, at, rest))[2].tolist() == [min(damping) < 1e-6]
+    assert nothing_holds(laws, at, rest) == [min(damping) < 1e-6]
 
 
 def one_law(speed: float, width: float = 2.0, residual: float = 0.0) -> tuple[SteadyLaws, Iterates]:

@@ -57,6 +57,8 @@ def test_inputs_without_a_value_are_noted(plant: pt.Plant[Engaging]) -> None:
     other = copy.copy(run)
     assert not [note for note in run.step(0.1, press=0.0).result().notes if "no value" in note]
     assert [note for note in other.step(0.1).result().notes if "no value" in note]
+    run.state = other.state
+    assert [note for note in run.step(0.1).result().notes if "no value" in note]
 
 
 def test_the_same_state_goes_on_the_same(plant: pt.Plant[Engaging]) -> None:

@@ -957,6 +957,18 @@ def test_drag_holds_a_shaft_at_rest() -> None:
     assert loose.status.values.tolist() == [2, 6]
 
 
+@pytest.mark.parametrize(("drags", "status"), [((1, 1), 0), ((1, 0), 2), ((0, 1), 2), ((0, 0), 2)])
+def test_a_free_shaft_beside_one_that_drag_holds(drags: tuple[int, int], status: int) -> None:
+    parts: list[pt.Component] = []
+    for drag in drags:
+        fan = QuadraticSpeedDependentTorque(tau_nominal=-drag, w_nominal=10.0, TorqueDirection=False)
+        parts += [ConstantTorque(tau_constant=0.0), Inertia(J=1.0), fan]
+    bearing = BearingFriction(tau_pos=((0.0, 0.0),))
+    joints = "0.flange=1.flange_a 1.flange_b=2.flange=6.flange_a 3.flange=4.flange_a 4.flange_b=5.flange"
+    found = pt.steady(joined(*parts, bearing, joints=joints), {"parts[0].tau_constant": 0.0}, outputs="parts[1].w")
+    assert found.status.item() == status
+
+
 @pytest.mark.parametrize("unit", [1e-8, 1.0, 1e8])
 def test_torques_of_any_size_are_compared_with_friction(unit: float) -> None:
     """A bearing holds 1, and what exceeds it drives a fan to 10 rad/s times its square root."""

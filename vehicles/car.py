@@ -58,7 +58,7 @@ class Car(Component):
 
     A ``PoweredAxle`` in ``front`` or ``rear`` is driven: ``LumpedAxle``, or ``DrivenAxle`` with its differential. A ``RollingAxle`` is not.
     ``transfer`` distributes the torque of the transmission between two driven axles. ``trailers`` are pulled at the rear of the body and
-    brake with the friction brakes of the vehicle.
+    brake with the driver's pedal.
     """
 
     cycle: CycleSpeed = CycleSpeed(cycle=DriveCycle.named("wltc"))
@@ -104,7 +104,7 @@ class Car(Component):
         for trailer in self.trailers:
             yield connect(self.body.rear, trailer.hitch)
             yield connect(self.road.grade, trailer.grade)
-            yield connect(demand, trailer.brake)
+            yield connect(self.driver.brake, trailer.brake)
 
     def _on_the_cycle(self) -> Equations:
         """The driver receives the reference speed, the acceleration ahead, and the vehicle speed."""

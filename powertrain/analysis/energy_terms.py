@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 
 from powertrain.compiler.assemble import Compiled
 from powertrain.compiler.flat import Face, Flat
-from powertrain.compiler.operations import COMPARISONS, EQUALITIES, operation
+from powertrain.compiler.operations import COMPARISONS, EQUALITIES, affine_root, operation
 from powertrain.compiler.texts import guarded
 from powertrain.engine.trajectory import Samples
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.component import Component
 from powertrain.language.connectors import Connector, Signal
 from powertrain.language.reals import Array
-from powertrain.language.symbols import Symbol, affine_root, column, scalars
+from powertrain.language.symbols import Symbol, column, scalars
 from powertrain.numerics.batch import Lanes
 from powertrain.numerics.tape import graph_of
 from powertrain.signals import Signals, signals_of

@@ -73,6 +73,14 @@ def behind_jumps(expression: Symbol) -> list[Symbol]:
     return free_symbols(column([n for listed in deciding for n in listed]))
 
 
+def affine_root(expression: Symbol, symbol: Symbol) -> Symbol | None:
+    """Where an expression that is affine in a symbol is zero; None for any other expression."""
+    slope = ca.jacobian(expression, symbol)
+    if slope.is_zero() or ca.depends_on(slope, symbol) or key(symbol) in map(key, behind_jumps(expression)):
+        return None
+    return Symbol(-ca.substitute(expression, symbol, 0) / slope)
+
+
 def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[JumpingOperation], Symbol]:
     """The operations that jump, and the expression with a symbol for each that has a special value at a single point."""
     walk = _Opening()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -158,17 +159,15 @@ def undetermined(laws: SteadyLaws, at: Iterates, change: Responses) -> Mask:
     return np.asarray((_slides(laws, at) & (np.abs(change.limits[:, laws.unknowns :]) > LOCKED)).any(axis=1))
 
 
-def adrift(laws: SteadyLaws, at: Iterates, rest: AtRest, change: Responses) -> tuple[Iterates, Mask, Mask]:
-    """The points moved along the motion that is held least, where its slope does not hold it, and where nothing holds it.
+def adrift(laws: SteadyLaws, at: Iterates, rest: AtRest, change: Responses) -> Iterator[tuple[Iterates, Mask, Mask]]:
+    """For every motion: the points moved along it, where its slope does not hold it, and where nothing holds it.
 
-    The slope holds it if a constant rate moves it by less than a million seconds' worth: it takes that long to come to rest, in any unit.
-    Else other terms may: the drag of air has no slope at rest. Nothing holds it if the equations are zero at the moved point, too. Laws at
-    rest between equal limits, such as those of unloaded meshes, hold nothing. Here they slide.
+    The slope holds a motion if a constant rate moves it by less than a million seconds' worth: it takes that long to come to rest, in any
+    unit. Else other terms may: the drag of air has no slope at rest. Nothing holds it if the equations are zero at the moved point, too.
+    Laws at rest between equal limits, such as those of unloaded meshes, hold nothing. Here they slide.
     """
-    n, moves, points = laws.unknowns, laws.rates.size, np.arange(len(at.y))
-    nowhere = np.zeros(len(at.y), bool)
-    if not moves or not points.size:
-        return at, nowhere, nowhere
+    if not laws.rates.size or not len(at.y):
+        return
     mode = at.modes[:, laws.law_modes]
     idle = laws.tied & (mode == STUCK) & ~rest.given
     moved = replace(at, modes=at.modes.copy(order="K"))
@@ -176,16 +175,15 @@ def adrift(laws: SteadyLaws, at: Iterates, rest: AtRest, change: Responses) -> t
         idle &= ~laws.next_modes(at, rest).open
         moved.modes[:, laws.law_modes] = np.where(idle, FORWARD, mode)
         change = responses(laws, moved, rest)
-    drifts = np.abs(change.rates[:, laws.rated, np.arange(moves)])
-    most = drifts.argmax(axis=1)
-    loose = drifts[points, most] > NEUTRAL
-    if not loose.any():
-        return at, nowhere, nowhere
-    with np.errstate(all="ignore"):
-        move = change.rates[points, :, most] / drifts[points, most, None]
-    moved = replace(moved, y=at.y + move[:, :n], tau=at.tau + move[:, n:])
-    after = laws.next_modes(replace(moved, modes=at.modes), rest)
-    return replace(moved, modes=after.modes), loose, loose & after.balanced
+    for rate, unknown in enumerate(laws.rated):
+        drift = np.abs(change.rates[:, unknown, rate])
+        loose = drift > NEUTRAL
+        if loose.any():
+            with np.errstate(all="ignore"):
+                move = change.rates[:, :, rate] / drift[:, None]
+            there = replace(moved, y=at.y + move[:, : laws.unknowns], tau=at.tau + move[:, laws.unknowns :])
+            after = laws.next_modes(replace(there, modes=at.modes), rest)
+            yield replace(there, modes=after.modes), loose, loose & after.balanced
 
 
 def saddles(laws: SteadyLaws, responses: Responses) -> tuple[Mask, Array]:

@@ -102,10 +102,10 @@ class Solutions:
             also = others[self._another(best.some(others), driven, side[others])]
             several[also] = True
             differing[np.ix_(also, sides)] = True
-        moved, loose, free = adrift(laws, at, rest, change)
-        several[known[free]] = True
-        held = loose & ~free
-        several[known[held]] |= self._another(best.some(known[held]), moved.some(held), side[known[held]])
+        for moved, loose, free in adrift(laws, at, rest, change):
+            several[known[free]] = True
+            held = loose & ~several[known]
+            several[known[held]] = self._another(best.some(known[held]), moved.some(held), side[known[held]])
         several[known[self._beside_saddles(best, known, at, rest, change)]] = True
         resting = np.zeros_like(best.given)
         if rest.given.any():

@@ -8,8 +8,9 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.operations import affine_root
 from powertrain.equilibrium.placed import Placed
-from powertrain.language.symbols import Symbol, affine_root, column, key, scalars
+from powertrain.language.symbols import Symbol, column, key, scalars
 
 Told = Mapping[str, float] | Mapping[str, Symbol]
 """Values that variables have at a start."""

@@ -10,13 +10,14 @@ import casadi as ca
 import numpy as np
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.operations import affine_root
 from powertrain.dae.hybrid import HybridDae
 from powertrain.errors import InitializationError, ParameterError, suggestion
 from powertrain.language.arguments import by_name, number
 from powertrain.language.labelled import check_unit
 from powertrain.language.quantities import has_unit, quantity
 from powertrain.language.reals import Array
-from powertrain.language.symbols import Symbol, affine_root, column, free_symbols, key
+from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.buffers import PREFIX, Evaluated
 
 DECLARED = "start of the variable"

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from powertrain.compiler.assemble import Compiled
+from powertrain.compiler.operations import affine_root
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.reals import Array
-from powertrain.language.symbols import affine_root, free_symbols, key, scalars
+from powertrain.language.symbols import free_symbols, key, scalars
 
 _SHOWN = 12
 

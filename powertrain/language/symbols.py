@@ -23,14 +23,6 @@ def free_symbols(expression: Symbol) -> list[Symbol]:
     return [] if expression.is_constant() else list(ca.symvar(expression))
 
 
-def affine_root(expression: Symbol, symbol: Symbol) -> Symbol | None:
-    """Where an expression that is affine in a symbol is zero; None for any other expression."""
-    slope = ca.jacobian(expression, symbol)
-    if slope.is_zero() or ca.depends_on(slope, symbol):
-        return None
-    return Symbol(-ca.substitute(expression, symbol, 0) / slope)
-
-
 def total_derivative(expression: Symbol, derivative: Callable[[Symbol], Symbol]) -> Symbol:
     """d/dt of a scalar by the chain rule; ``derivative`` gives d/dt of each free symbol."""
     symbols = free_symbols(expression)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 import powertrain as pt
-from powertrain.components.body import AxlePath, CoastDownBody, DrivenAxle, LumpedAxle
+from powertrain.components.body import AxlePath, CoastDownBody, DrivenAxle, LumpedAxle, Trailer
 from powertrain.components.body.body import G_N
 from powertrain.components.common_units import KWH, RPM
 from powertrain.components.control import BlendedBraking, SpeedSchedule
@@ -78,13 +78,14 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
     parts = anatomy(vehicle)
     bodies = [(path, value_at(vehicle, path)) for name, path in parts.one if name == "body"]
     paths = [(path, part) for path, part in descendants(vehicle) if isinstance(part, AxlePath)]
+    trailers = [(f"{path}.body", value_at(vehicle, path).body) for path in parts.trailers]
     engines = [(path, value_at(vehicle, path)) for path in parts.engines]
     return (
-        *_unusual([*wheels_of(vehicle), *paths, *bodies, *engines]),
+        *_unusual([*wheels_of(vehicle), *paths, *bodies, *trailers, *engines]),
         *_loaded_twice(vehicle),
         *(text for path, body in bodies if isinstance(body, CoastDownBody) for text in _road_load(path, body)),
         *(text for path, body in bodies for text in _power(vehicle, parts, path, body)),
-        *(text for path, body in bodies for text in _brakes(vehicle, path, body)),
+        *(text for path, body in bodies for text in _brakes(vehicle, path, body, [body for _, body in trailers])),
         *(text for path in parts.engines for text in _limiter(vehicle, path)),
         *(text for path in parts.engines for text in _economy(vehicle, path)),
         *_speeds(vehicle, parts),
@@ -194,16 +195,16 @@ def _speeds(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
             )
 
 
-def _brakes(vehicle: pt.Component, path: str, body: Any) -> Iterator[str]:
+def _brakes(vehicle: pt.Component, path: str, body: Any, trailers: Sequence[Any]) -> Iterator[str]:
     """Brakes that are too weak for the mass, such as those of a car on a truck, or not those that the control counts on."""
-    m, force = _number(body, "m"), 0.0
-    for _, axle in children(vehicle):
-        torque = sum(_number(part, "tau_max") or 0.0 for _, part in descendants(axle) if isinstance(part, WheelBrake))
-        radius = next((_number(wheel, "radius") for _, wheel in wheels_of(axle)), None)
-        force += torque / radius if radius else 0.0
-    if m and 0 < force < BRAKING * m:
+    m, towed = _number(body, "m"), sum(_number(each, "m") or 0.0 for each in trailers)
+    parts = [part for _, part in children(vehicle)]
+    force = sum(_brake_force(part) for part in parts if not isinstance(part, Trailer))
+    most = force + sum(_brake_force(part) for part in parts if isinstance(part, Trailer))
+    if m and 0 < most < BRAKING * (m + towed):
+        mass = f"{path}.m = {m:g} kg" + (f" and trailers of {towed:g} kg" if towed else "")
         yield (
-            f"the brakes decelerate {path}.m = {m:g} kg with {force / m:.2g} m/s2 at most, which is little; "
+            f"the brakes decelerate {mass} with {most / (m + towed):.2g} m/s2 at most, which is little; "
             "this is their tau_max over the radius of the wheels and the mass"
         )
     for name, control in children(vehicle):
@@ -213,6 +214,13 @@ def _brakes(vehicle: pt.Component, path: str, body: Any) -> Iterator[str]:
                 f"{name}.F_brake = {F_brake:.4g} N, but the brakes give {force:.4g} N with the pedal fully pressed (tau_max over the "
                 "radius of the wheels): with regeneration the vehicle would brake differently than without"
             )
+
+
+def _brake_force(axle: pt.Component) -> float:
+    """The force of the brakes of an axle [N] with the pedal fully pressed."""
+    torque = sum(_number(part, "tau_max") or 0.0 for _, part in descendants(axle) if isinstance(part, WheelBrake))
+    radius = next((_number(wheel, "radius") for _, wheel in wheels_of(axle)), None)
+    return torque / radius if radius else 0.0
 
 
 def _stored(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -326,3 +328,19 @@ def test_the_search_begins_at_the_declared_starts() -> None:
     """From zero there is no step; nor was there one for a battery whose car is started at rest, from a state of charge of zero."""
     z = pt.simulate(Rooted(), 1)["z"][0]
     assert z**3 + z == pytest.approx(1.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("jump", [ca.sign, ca.floor, lambda g: ca.if_else(g > 1, 1, 0)])
+def test_an_equation_that_jumps_with_a_discrete_variable_does_not_give_its_start(jump: Any) -> None:
+    class Gear(pt.Component):
+        g: pt.Discrete = pt.discrete("1", "Gear")
+        w: pt.Variable = pt.variable("rad/s", "Speed", start=0.0)
+
+        def equations(self) -> pt.Equations:
+            yield pt.der(self.w) == self.g
+
+        def initial(self) -> pt.Equations:
+            yield self.g + 2 * jump(self.g) == 4
+
+    with pytest.raises(pt.InitializationError, match="cannot hold"):
+        pt.simulate(Gear(), 1)

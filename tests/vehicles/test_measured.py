@@ -425,7 +425,7 @@ def test_published_errors_of_cars_that_had_no_part_in_the_numbers() -> None:
     assert (size > 10).groupby(found.cycle).sum().to_dict() == {"udds": 8, "hwfet": 2}
 
 
-def test_a_converter_drags_too_much_at_rest() -> None:
+def test_rests_of_cars_with_and_without_start_stop() -> None:
     """Beside the HWFET, which hardly has rests, the UDDS is better where the engine stops or has a clutch; the page says how much."""
     found = published_others().pivot(index="test_vehicle", columns="cycle", values="error")
     beside = found.udds - found.hwfet

@@ -41,13 +41,13 @@ def read_again(car: Any) -> Any:
     return applied(type(car)(), tomllib.loads(written(car)))[0]
 
 
-@pytest.mark.slow
 def test_a_file_may_begin_with_a_measured_car(tmp_path: Path) -> None:
     path = tmp_path / "car.toml"
     path.write_text('class = "Mazda-Mazda3-Manual"\nbody.m = "1.4 t"\n')
     assert load(path) == pt.replace(load("mazda-mazda3-manual"), {"body.m": 1400})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", names())
 def test_every_vehicle_goes_through_a_file(name: str) -> None:
     assert read_again(load(name)) == load(name)

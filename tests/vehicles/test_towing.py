@@ -10,14 +10,16 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.body import CoastDownBody, Trailer
+from powertrain.components.control import OpenPedals
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.vehicle import Vehicle
-from powertrain.trials import drive_cycle, tractive_effort
+from powertrain.trials import drive_cycle, notes, tractive_effort
 from powertrain.trials.backward import demand
 from powertrain.trials.performance import full_accelerator
 from powertrain.vehicles import ElectricCar, SplitPathCar
 
 TRAILER = Trailer()
+HEAVY = pt.replace(TRAILER, {"body.m": 20000, "axle.brakes.tau_max": 0})
 CYCLE = DriveCycle("goes", ((0.0, 10.0), (10.0, 12.0), (20.0, 12.0)), grades=(0.05, 0.05, 0.05))
 M_T, J, R, G = 1000.0, 1.5, 0.3, 9.80665
 
@@ -88,6 +90,9 @@ def test_trailers_come_from_files_and_go_there(tmp_path: Path) -> None:
     assert [float(each.axle.brakes.tau_max) for each in car.trailers] == [2000, 0]
     pt.vehicles.save(car, path)
     assert pt.vehicles.load(path) == car
+    path.write_text('class = "ElectricCar"\n[trailers]\nbody.m = 800\n')
+    with pytest.raises(pt.ParameterError, match=r"trailers has several components .* write a table \[\[trailers\]\]"):
+        pt.vehicles.load(path)
 
 
 def test_one_trailer_is_not_a_row_of_trailers() -> None:
@@ -99,3 +104,19 @@ def test_the_tyres_of_a_trailer_are_not_part_of_a_measured_road_load() -> None:
     """The coefficients are those of the car; its trailer rolls on tyres of its own."""
     car = ElectricCar(body=CoastDownBody(), trailers=(TRAILER,))
     pt.compile(pt.replace(car, {"front.wheels.Cr": 0, "rear.wheels.Cr": 0}))
+
+
+def test_notes_count_the_mass_and_the_brakes_of_trailers() -> None:
+    """15 kN for 21.7 t are 0.69 m/s2."""
+    assert notes(ElectricCar(trailers=(TRAILER,))) == notes(ElectricCar())
+    (said,) = set(notes(ElectricCar(trailers=(HEAVY,)))) - set(notes(ElectricCar()))
+    assert "body.m = 1700 kg and trailers of 20000 kg with 0.69 m/s2 at most" in said
+    light = pt.replace(TRAILER, {"body.m": 0.8})
+    assert any("trailers[0].body.m = 0.8 kg is unusual" in said for said in notes(ElectricCar(trailers=(light,))))
+
+
+def test_trailers_brake_by_the_pedal_also_while_the_car_regenerates() -> None:
+    """0.3 of 2,000 N.m."""
+    car = ElectricCar(driver=OpenPedals(), trailers=(TRAILER,))
+    run = pt.simulate(car, 0.1, inputs={"driver.brake_pedal": 0.3}, starts={"body.v": 20})
+    assert run["trailers[0].axle.brakes.tau"][-1] == pytest.approx(600, rel=1e-3)
