@@ -57,26 +57,27 @@ class Creep:
         good = self._balanced(grid, u, modes, np.zeros_like(u))
         if good.all():
             return good
-        for factors in (self._pattern.solver, self._shortest):
+        for factors, exact in ((self._pattern.solver, True), (self._shortest, False)):
             left = np.flatnonzero(~good)
             if not left.size:
                 break
-            z = self._corrected(grid[:, left], u[:, left], modes[:, left], factors)
+            z, still = self._corrected(grid[:, left], u[:, left], modes[:, left], factors)
             creep = z - u[:, left]
             near = (np.abs(creep) / relative(u[:, left]) <= FARTHEST)[self._apart].all(axis=0)
-            better = near & self._balanced(grid[:, left], z, modes[:, left], creep)
+            better = near & (still & exact | self._balanced(grid[:, left], z, modes[:, left], creep))
             u[:, left[better]] = z[:, better]
             good[left] = better
         return good
 
-    def _corrected(self, grid: Rows, u: Rows, modes: Rows, factors: Callable[[Array], Solver]) -> Rows:
-        """The unknowns after Newton steps."""
+    def _corrected(self, grid: Rows, u: Rows, modes: Rows, factors: Callable[[Array], Solver]) -> tuple[Rows, Mask]:
+        """The unknowns after Newton steps, and where these have become still."""
 
         def equations(which: Index, z: Array) -> tuple[Array, Array]:
             found = self._equations.of_points([grid.T[which], z, modes.T[which]])
             return found[: -self._count].T, found[-self._count :].T
 
-        return newton(equations, u.T, still=STILL, most=CORRECTIONS, halvings=0, factors=factors)[0].T
+        z, still = newton(equations, u.T, still=STILL, most=CORRECTIONS, halvings=0, factors=factors)
+        return z.T, still
 
     def _shortest(self, entries: Array) -> Solver:
         """Steps that only make laws creep: other motions are balanced, and round-off would move those that nothing holds."""

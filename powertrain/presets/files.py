@@ -84,7 +84,7 @@ def _applied(model: M, tables: dict[str, Any], prefix: str, paths: list[str], fo
         if isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
             model = _with_row(model, path, value, folder)
             continue
-        if isinstance(value, list | dict):
+        if isinstance(value, list):
             _check_no_row(model, path)
         found = place(model, path)
         if found.is_part:
@@ -119,7 +119,7 @@ def _data(value: Any, found: Adjustable, owner: type[pt.Component], folder: Path
 
 def _check_no_row(model: pt.Component, path: str) -> None:
     """ParameterError for plain values where there are parts in a row."""
-    row = next((found for found in places(model) if found.path == f"{path}[0]"), None) or _first_of_none(model, path)
+    row = next((found for found in places(model) if found.path == f"{path}[0]"), None)
     if row is not None:
         whole, kind = path.rpartition(".")[0], _owner(model, path)
         raise pt.ParameterError(

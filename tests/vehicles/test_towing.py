@@ -90,9 +90,6 @@ def test_trailers_come_from_files_and_go_there(tmp_path: Path) -> None:
     assert [float(each.axle.brakes.tau_max) for each in car.trailers] == [2000, 0]
     pt.vehicles.save(car, path)
     assert pt.vehicles.load(path) == car
-    path.write_text('class = "ElectricCar"\n[trailers]\nbody.m = 800\n')
-    with pytest.raises(pt.ParameterError, match=r"trailers has several components .* write a table \[\[trailers\]\]"):
-        pt.vehicles.load(path)
 
 
 def test_one_trailer_is_not_a_row_of_trailers() -> None:
