@@ -186,17 +186,17 @@ def adrift(laws: SteadyLaws, at: Iterates, rest: AtRest, change: Responses) -> I
             yield replace(there, modes=after.modes), loose, loose & after.balanced
 
 
-def saddles(laws: SteadyLaws, responses: Responses) -> tuple[Mask, Array]:
+def saddles(laws: SteadyLaws, change: Responses) -> tuple[Mask, Array]:
     """The points that motions leave on two opposite sides, and the direction of such a motion; its largest part is one.
 
     A motion that grows is an eigenvector, with a positive eigenvalue, of the change of the unknowns by their rates. If the number of these
     motions is odd, a determinant has the other sign; then each side leads to another equilibrium, or to a motion without end.
     """
-    change = np.nan_to_num(responses.rates[:, : laws.unknowns])
-    inverse, direction = change[:, laws.rated], np.zeros(change.shape[:2])
+    moved = np.nan_to_num(change.rates[:, : laws.unknowns])
+    inverse, direction = moved[:, laws.rated], np.zeros(moved.shape[:2])
     with np.errstate(all="ignore"):
         odd = np.flatnonzero(np.linalg.det(-inverse) < 0.0)
-    direction[odd] = (change[odd] @ _growing(inverse[odd])[:, :, None])[:, :, 0]
+    direction[odd] = (moved[odd] @ _growing(inverse[odd])[:, :, None])[:, :, 0]
     size = np.abs(direction).max(axis=1, keepdims=True, initial=0.0)
     return size[:, 0] > 0.0, direction / np.where(size > 0.0, size, 1.0)
 
