@@ -97,10 +97,10 @@ def undetermined(dae: HybridDae, law: Friction) -> bool:
     return law.prescribed and (law.acts or not ca.depends_on(law.w, changing))
 
 
-def held_margin(dae: HybridDae, law: Friction) -> ca.SX:
+def held_margin(law: Friction, mode: ca.SX | float) -> ca.SX:
     """A law at a limit stays there while its share of the load exceeds the limit; including the hysteresis."""
     assert law.share is not None
-    return dae.m[law.index] * (law.share - law.torque) + law.hysteresis
+    return mode * (law.share - law.torque) + law.hysteresis
 
 
 def speed_tolerance(dae: HybridDae, law: Friction) -> float:
@@ -132,7 +132,7 @@ def _motion(dae: HybridDae, law: Friction) -> ca.SX:
     if law.may_free:
         loose = ca.if_else(mode == FREE, 1.0, loose)
     if law.share is not None:
-        loose = ca.if_else(_rests(dae, law), held_margin(dae, law), loose)
+        loose = ca.if_else(_rests(dae, law), held_margin(law, dae.m[law.index]), loose)
     return ca.if_else(mode == STUCK, stuck, loose)
 
 
@@ -222,7 +222,7 @@ def takes_more(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
     within the uncertainty of a rate of zero.
     """
     if law.share is not None:
-        return ca.if_else(_rests(dae, law), held_margin(dae, law), dae.m[law.index] * law.rate) > 0
+        return ca.if_else(_rests(dae, law), held_margin(law, dae.m[law.index]), dae.m[law.index] * law.rate) > 0
     nothing = ca.logic_and(slack > 0, ca.fabs(law.upper - law.lower) <= law.hysteresis)
     return ca.logic_or(rate_margin(law, dae.m[law.index], ca.fmax(slack, _rests(dae, law))) > 0, nothing)
 
@@ -296,16 +296,23 @@ def _steady_stuck(law: Friction) -> ca.SX:
 
 
 def _steady_sliding(law: Friction, mode: float) -> ca.SX:
-    """The margins of a run, by speed or near rest by rate, but without hysteresis for a speed: there is no mode before."""
-    bound = law.upper if mode == FORWARD else law.lower
+    """The margins of a run, by speed or near rest by rate, but without hysteresis for a speed: there is no mode before.
+
+    At rest, a law that shares its motion is at its limit where its share is beyond it.
+    """
+    bound, rests = law.upper if mode == FORWARD else law.lower, _at_rest(law)
     if bound.is_constant() and not math.isfinite(float(bound)):
         return ca.SX(-1)
     if law.algebraic:
-        return speed_margin(law, mode, EPS)
+        moving = speed_margin(law, mode, EPS)
+        if law.share is None:
+            return moving
+        return ca.if_else(rests >= 0, ca.fmin(moving, held_margin(law, mode)), moving)
     away = speed_margin(law, mode, -ZONE)
     if law.prescribed:  # at rest with equal bounds all modes give the same torque
         return ca.if_else(ca.fabs(law.w) <= ZONE, -width_margin(law), away)
-    return ca.fmax(away, ca.fmin(_at_rest(law), rate_margin(law, mode, 1.0)))
+    more = rate_margin(law, mode, 1.0) if law.share is None else held_margin(law, mode)
+    return ca.fmax(away, ca.fmin(rests, more))
 
 
 def _at_rest(law: Friction) -> ca.SX:
@@ -334,7 +341,9 @@ def steady_rest(law: Friction) -> ca.SX:
 
 
 def necessary(law: Friction, mode: float) -> list[ca.SX]:
-    """What is not negative wherever a stuck or sliding mode holds at a steady state; it depends on less than the margin."""
+    """What is not negative wherever a mode holds at a steady state; it depends on less than the margin."""
+    if mode == FREE:
+        return [-width_margin(law)]
     found = [] if law.algebraic else [_at_rest(law) if mode == STUCK else speed_margin(law, mode, ZONE)]
     return [*found, width_margin(law)] if law.may_free else found
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.dae.tolerances import GIVEN
-from powertrain.equilibrium.laws import Motion, SteadyLaws
+from powertrain.equilibrium.laws import LAST_STEP, Motion, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, taken
 from powertrain.language.reals import Array
 from powertrain.numerics.newton import solved
@@ -19,6 +19,8 @@ UNSURE = 10.0
 """Mobilities below this multiple of their round-off are zero."""
 SINGULAR = 1e14
 """Condition number above which equations do not determine their unknowns."""
+RISES = 1e-6
+"""Mobilities, relative to those of the laws themselves, that are negative but for round-off."""
 
 
 @dataclass(frozen=True)
@@ -160,6 +162,21 @@ def _distinct(entries: Array) -> tuple[Index, Index]:
         return first, place
     every = np.arange(len(mark))
     return every, every
+
+
+def rising(laws: SteadyLaws, at: Iterates) -> Mask:
+    """Points at which torques of friction that oppose some motion would make it faster, as beside a motor whose torque rises with speed.
+
+    Elsewhere the mobilities are positive semidefinite, so that the speeds of the laws are unique.
+    """
+    if not laws.frictions or not len(at.y):
+        return np.zeros(len(at.y), bool)
+    value = laws.motion(at)
+    given, reach, slope = mobilities(value, euler_step(laws, value, LAST_STEP))
+    size = np.sqrt(np.where(given, np.inf, reach))[:, : laws.frictions]
+    even = slope[:, : laws.frictions, : laws.frictions] / (size[:, :, None] * size[:, None, :])
+    even = np.nan_to_num(even + even.transpose(0, 2, 1))
+    return np.asarray(np.linalg.eigvalsh(even)[:, -1] > RISES)
 
 
 def _sliding(movable: Mask, reach: Array, slope: Array, along: Array) -> Array:

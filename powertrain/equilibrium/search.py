@@ -62,10 +62,10 @@ def possible(choice: LawModes, mode: float, hidden: Sequence[Symbol]) -> Symbol:
     slides without torque anyway.
     """
     law, found = choice.law, [] if choice.rest is not None else [choice.margins[mode]]
-    if isinstance(law, Friction) and mode == FREE:
-        if choice.rest is None and dependence([*found, law.w], hidden).any(axis=1).all():
+    if isinstance(law, Friction):
+        unknown = dependence([friction.width_margin(law), law.w], hidden).any(axis=1).all()
+        if mode == FREE and choice.rest is None and unknown:
             return Symbol(-1)
-    elif isinstance(law, Friction):
         found += friction.necessary(law, mode)
     known = [margin for margin in found if not dependence([margin], hidden).any()]
     return ca.mmin(ca.vertcat(Symbol(0), *known))

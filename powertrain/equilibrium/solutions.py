@@ -10,15 +10,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import product
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from powertrain.dae.friction import BACKWARD, STUCK
+from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
 from powertrain.dae.tolerances import SAME
-from powertrain.equilibrium.beginnings import beginnings
+from powertrain.equilibrium.beginnings import beginnings, rising
 from powertrain.equilibrium.continuation import Continuation, relaxed
 from powertrain.equilibrium.corrector import Responses, adrift, corrected, folded, responses, saddles, undetermined
 from powertrain.equilibrium.laws import SteadyLaws
@@ -30,6 +31,8 @@ SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
 """Sliding speeds of laws at the starts, in rad/s or m/s."""
 MOST_SOURCES = 8
 """Neighbours whose solutions are tried at a point as they become available."""
+MOST_LAWS = 7
+"""Laws of which all combinations of modes are tried at a point."""
 OTHERS = 4
 """Neighbours of a point that are tried besides the nearest one."""
 _OPEN = 2.0
@@ -107,6 +110,7 @@ class Solutions:
             held = loose & ~several[known]
             several[known[held]] = self._another(best.some(known[held]), moved.some(held), side[known[held]])
         several[known[self._beside_saddles(best, known, at, rest, change)]] = True
+        several[known[self._in_other_modes(best.some(known), at, side[known])]] = True
         resting = np.zeros_like(best.given)
         if rest.given.any():
             after = laws.next_modes(at, rest)
@@ -124,6 +128,19 @@ class Solutions:
         for sign in (1.0, -1.0) if some.size else ():
             begin = relaxed(self.laws, replace(one, y=one.y + sign * direction[some]), resting)
             other[some] |= self._another(found, begin, resting.side)
+        return other
+
+    def _in_other_modes(self, found: SolvedPoints, at: Iterates, side: Array) -> Mask:
+        """Which points have another solution, where it is not certain that speeds are unique: all modes of the laws are tried."""
+        other, free = np.zeros(len(at.y), bool), np.flatnonzero(self.laws.may_free)
+        combinations = np.array(list(product((STUCK, FORWARD, BACKWARD), repeat=min(free.size, MOST_LAWS))))
+        if not 0 < free.size <= MOST_LAWS:
+            return other
+        for p in np.flatnonzero(rising(self.laws, at)):
+            same = np.full(len(combinations), p)
+            begin = at.some(same)
+            begin.modes[:, self.laws.law_modes[free]] = combinations
+            other[p] = self._another(found.some(same), begin, side[same]).any()
         return other
 
     def _another(self, found: SolvedPoints, begin: Iterates, side: Array) -> Mask:
@@ -219,8 +236,9 @@ class Solutions:
         return left[good]
 
     def _differ(self, grid: Array, one: SolvedPoints, other: SolvedPoints) -> Mask:
-        """Whether two solutions differ in unknowns, or in the torque of a sliding law."""
-        slides = ~self.laws.next_modes(one.at(grid), one.at_rest(np.ones_like(one.tau))).still
+        """Whether two solutions differ in unknowns, or in the torque of a law that slides in one of them."""
+        rest = np.ones_like(one.tau)
+        slides = ~np.logical_and(*(self.laws.next_modes(p.at(grid), p.at_rest(rest)).still for p in (one, other)))
         y = np.abs(one.y - other.y) > SAME * (1.0 + np.abs(one.y))
         large = 1.0 + np.abs(one.tau).max(axis=1, initial=0.0)
         tau = slides & (np.abs(one.tau - other.tau) > SAME * large[:, None])
