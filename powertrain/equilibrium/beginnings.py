@@ -19,6 +19,8 @@ UNSURE = 10.0
 """Mobilities below this multiple of their round-off are zero."""
 SINGULAR = 1e14
 """Condition number above which equations do not determine their unknowns."""
+DEPENDENT, PART = 1e-12, 1e-6
+"""Singular values of mobilities that count as zero, each law's own scaled to one, and the share of a law that is part of a combination."""
 RISES = 1e-6
 """Mobilities, relative to those of the laws themselves, that are negative but for round-off."""
 
@@ -142,7 +144,8 @@ def beginnings(laws: SteadyLaws, grid: Array, side: Array) -> Beginnings:
     step = euler_step(laws, some, SHORT_STEP)
     given, reach, slope = mobilities(some, step)
     sliding = _sliding(~given & ~laws.contact, reach, slope, step.along)
-    rest = AtRest(taken(given, place), taken(COMPLIANCE * reach, place), side)
+    yields = COMPLIANCE * reach * (given | _held_by_others(~given, reach, slope))
+    rest = AtRest(taken(given, place), taken(yields, place), side)
     return Beginnings(at.y, initial, rest, taken(sliding, place))
 
 
@@ -173,18 +176,31 @@ def rising(laws: SteadyLaws, at: Iterates) -> Mask:
         return np.zeros(len(at.y), bool)
     value = laws.motion(at)
     given, reach, slope = mobilities(value, euler_step(laws, value, LAST_STEP))
-    size = np.sqrt(np.where(given, np.inf, reach))[:, : laws.frictions]
-    even = slope[:, : laws.frictions, : laws.frictions] / (size[:, :, None] * size[:, None, :])
-    even = np.nan_to_num(even + even.transpose(0, 2, 1))
+    even = np.nan_to_num(_even(~given & ~laws.contact, reach, slope))
+    even += even.transpose(0, 2, 1)
     return np.asarray(np.linalg.eigvalsh(even)[:, -1] > RISES)
+
+
+def _even(movable: Mask, reach: Array, slope: Array) -> Array:
+    """The mobilities of laws that move, each scaled by its own; zero for the others."""
+    size = np.where(movable, np.sqrt(reach), np.inf)
+    return np.asarray(slope / (size[:, :, None] * size[:, None, :]))
+
+
+def _held_by_others(movable: Mask, reach: Array, slope: Array) -> Mask:
+    """The laws in a combination of torques that moves nothing. Only these share what they hold, and need a compliance."""
+    even, found = _even(movable, reach, slope), movable.copy()
+    good = np.isfinite(even).all(axis=(1, 2))
+    _, sizes, vectors = np.linalg.svd(even[good])
+    found[good] &= ((sizes <= DEPENDENT)[:, :, None] & (np.abs(vectors) > PART)).any(axis=1)
+    return found
 
 
 def _sliding(movable: Mask, reach: Array, slope: Array, along: Array) -> Array:
     """The leading singular vector of the mobilities, each law scaled by its own mobility."""
     if not movable.any():
         return np.zeros(along.shape[:2])
-    size = np.where(movable, np.sqrt(reach), np.inf)
-    even = slope / (size[:, :, None] * size[:, None, :])
+    even, size = _even(movable, reach, slope), np.where(movable, np.sqrt(reach), np.inf)
     good = np.isfinite(even).all(axis=(1, 2)) & movable.any(axis=1)
     torques = np.zeros(movable.shape)
     if good.any():
