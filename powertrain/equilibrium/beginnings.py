@@ -170,9 +170,10 @@ def _distinct(entries: Array) -> tuple[Index, Index]:
 def rising(laws: SteadyLaws, at: Iterates) -> Mask:
     """Points at which torques of friction that oppose some motion would make it faster, as beside a motor whose torque rises with speed.
 
-    Elsewhere the mobilities are positive semidefinite, so that the speeds of the laws are unique.
+    Elsewhere the mobilities are positive semidefinite, so that the speeds of the laws are unique. Not asked where an input or a parameter is
+    sought: a torque that keeps the speed of another shaft makes any mechanism look so.
     """
-    if not laws.frictions or not len(at.y):
+    if not laws.frictions or laws.sought or not len(at.y):
         return np.zeros(len(at.y), bool)
     value = laws.motion(at)
     given, reach, slope = mobilities(value, euler_step(laws, value, LAST_STEP))
