@@ -134,17 +134,20 @@ def beginnings(laws: SteadyLaws, grid: Array, side: Array) -> Beginnings:
     start, initial = laws.starts(grid)
     at = Iterates(grid, start, np.zeros((laws.balance.modes.numel(), count)).T, np.zeros((laws.count, count)).T)
     some, place = _motions(laws, at)
-    degenerate = _degenerate(euler_matrix(laws, some, SHORT_STEP))
-    if degenerate.any():  # at rest a ratio moves nothing: start where speeds are as prescribed
+    if (
+        degenerate := _degenerate(euler_matrix(laws, some, SHORT_STEP))
+    ).any():  # at rest a ratio moves nothing: start where speeds are as prescribed
         there = np.flatnonzero(degenerate[place])
         move = euler_step(laws, laws.motion(at.some(there)), SHORT_STEP).move
         good = np.isfinite(move).all(axis=1)
         at.y[there[good]] += move[good]
         some, place = _motions(laws, at)
+        degenerate = _degenerate(euler_matrix(laws, some, SHORT_STEP))
     step = euler_step(laws, some, SHORT_STEP)
     given, reach, slope = mobilities(some, step)
     sliding = _sliding(~given & ~laws.contact, reach, slope, step.along)
-    yields = COMPLIANCE * reach * (given | _held_by_others(~given, reach, slope))
+    held = _held_by_others(~given, reach, slope) | degenerate[:, None]
+    yields = COMPLIANCE * reach * (given | held)
     rest = AtRest(taken(given, place), taken(yields, place), side)
     return Beginnings(at.y, initial, rest, taken(sliding, place))
 
@@ -189,7 +192,10 @@ def _even(movable: Mask, reach: Array, slope: Array) -> Array:
 
 
 def _held_by_others(movable: Mask, reach: Array, slope: Array) -> Mask:
-    """The laws in a combination of torques that moves nothing. Only these share what they hold, and need a compliance."""
+    """The laws in a combination of torques that moves nothing. Only these share what they hold, and need a compliance.
+
+    With one, a law on a light shaft would creep where heavier ones leave little of its mobility.
+    """
     even, found = _even(movable, reach, slope), movable.copy()
     good = np.isfinite(even).all(axis=(1, 2))
     _, sizes, vectors = np.linalg.svd(even[good])
