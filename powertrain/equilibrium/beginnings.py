@@ -134,9 +134,8 @@ def beginnings(laws: SteadyLaws, grid: Array, side: Array) -> Beginnings:
     start, initial = laws.starts(grid)
     at = Iterates(grid, start, np.zeros((laws.balance.modes.numel(), count)).T, np.zeros((laws.count, count)).T)
     some, place = _motions(laws, at)
-    if (
-        degenerate := _degenerate(euler_matrix(laws, some, SHORT_STEP))
-    ).any():  # at rest a ratio moves nothing: start where speeds are as prescribed
+    degenerate = _degenerate(euler_matrix(laws, some, SHORT_STEP))
+    if degenerate.any():  # at rest a ratio moves nothing: start where speeds are as prescribed
         there = np.flatnonzero(degenerate[place])
         move = euler_step(laws, laws.motion(at.some(there)), SHORT_STEP).move
         good = np.isfinite(move).all(axis=1)
@@ -173,8 +172,8 @@ def _distinct(entries: Array) -> tuple[Index, Index]:
 def rising(laws: SteadyLaws, at: Iterates) -> Mask:
     """Points at which torques of friction that oppose some motion would make it faster, as beside a motor whose torque rises with speed.
 
-    Elsewhere the mobilities are positive semidefinite, so that the speeds of the laws are unique. Not asked where an input or a parameter is
-    sought: a torque that keeps the speed of another shaft makes any mechanism look so.
+    Elsewhere the mobilities are positive semidefinite, so that the speeds of the laws are unique. Not asked where an input or a parameter
+    is sought: a torque that keeps the speed of another shaft makes any mechanism look so.
     """
     if not laws.frictions or laws.sought or not len(at.y):
         return np.zeros(len(at.y), bool)

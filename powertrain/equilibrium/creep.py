@@ -43,7 +43,8 @@ class Creep:
         self._equations = Columns("steady_creep", varying, problem.common, outputs, compile)
         self._apart = np.array([name in problem.balance.names for name in problem.u_names], bool)
         creep = ca.SX.sym("creep", u.numel())
-        allowed = BALANCED * (1 + ca.fabs(slopes) @ ca.fabs(creep)) + ROUND_OFF * (ca.fabs(slopes) @ ca.fabs(u))
+        terms = ca.fabs(slopes) @ ca.fabs(creep) + column(problem.torques_in)
+        allowed = BALANCED * (1 + terms) + ROUND_OFF * (ca.fabs(slopes) @ ca.fabs(u))
         varying = [*varying, *scalars(creep)]
         self._excess = Columns("steady_excess", varying, problem.common, scalars(ca.fabs(rows) - allowed), compile)
 
@@ -85,5 +86,5 @@ class Creep:
         return lambda right: (np.linalg.pinv(slopes, rcond=STIFF) @ right[:, :, None])[:, :, 0]
 
     def _balanced(self, grid: Rows, u: Rows, modes: Rows, creep: Rows) -> Mask:
-        """Whether the equations are zero, compared with what they owe to a change of the unknowns by ``creep``."""
+        """Whether the equations are zero, compared with what they owe to torques and to a change of the unknowns by ``creep``."""
         return np.asarray((self._excess.of_points([grid.T, u.T, modes.T, creep.T]) <= 0.0).all(axis=0))

@@ -65,7 +65,8 @@ class SteadyLaws:
     """The laws of one steady problem in z = (y, tau). Serves one thread.
 
     ``tied`` laws always transmit torque, which grows with other torques. ``driving`` are those whose limits depend on the side that drives,
-    with the modes of the switches that tell it. ``sought``: some unknowns are inputs or parameters. ``rates`` are the rows that are rates, of the unknowns ``rated``.
+    with the modes of the switches that tell it. ``sought``: some unknowns are inputs or parameters. ``rates`` are the rows that are rates,
+    of the unknowns ``rated``.
     """
 
     def __init__(self, balance: Balance, compile: bool = False) -> None:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from powertrain.compiler.assemble import Compiled
 from powertrain.dae.contact import CLOSED
 from powertrain.dae.friction import STUCK
-from powertrain.dae.hybrid import Friction, Guard, HybridDae, Law, Opened
+from powertrain.dae.hybrid import Contact, Friction, Guard, HybridDae, Law, Opened
 from powertrain.equilibrium.elimination import Condition, Unknown, blocks_of, solved_block
 from powertrain.equilibrium.placed import (
     Placed,
@@ -69,10 +69,10 @@ class Balance:
 class Equilibrium:
     """The steady problem as expressions of grid values, implicit unknowns ``u``, modes and common values.
 
-    ``rows`` are zero at ``u``. ``solved`` are inputs and parameters found symbolically; ``common`` are all parameters, then all inputs.
-    ``turning``: which outputs depend on angles that merely turn. ``together``: some states were left out because they turn together, at
-    ratios that hold for the present parameters, or outputs do not depend on such states for these. ``balance`` is the same problem for
-    given torques of the laws.
+    ``rows`` are zero at ``u``; ``torques_in`` are the sizes of what torques of laws contribute to those that are rates. ``solved`` are
+    inputs and parameters found symbolically; ``common`` are all parameters, then all inputs. ``turning``: which outputs depend on angles
+    that merely turn. ``together``: some states were left out because they turn together, at ratios that hold for the present parameters,
+    or outputs do not depend on such states for these. ``balance`` is the same problem for given torques of the laws.
     """
 
     grid: list[Symbol]
@@ -81,6 +81,7 @@ class Equilibrium:
     modes: list[Symbol]
     common: Symbol
     rows: list[Symbol]
+    torques_in: list[Symbol]
     solved: list[Symbol]
     outputs: list[Symbol]
     rates: list[Symbol]
@@ -122,12 +123,14 @@ def _reduced(
     cyclic = _cyclic(dae, unknowns)
     old, new = [dae.x[i] for i in cyclic], [Symbol(0)] * len(cyclic)
     rows: list[Symbol] = []
+    places: list[int] = []
     implicit: list[int] = []
     for block_rows, block in blocks_of(placed, unknowns, conditions):
         here = _changed([conditions[i].zero for i in block_rows], old, new)
         solution = solved_block(here, [symbols[j] for j in block], modes)
         if solution is None:
             rows += here
+            places += block_rows
             implicit += block
         else:
             old += [symbols[j] for j in block]
@@ -136,6 +139,7 @@ def _reduced(
     def final(expressions: Sequence[Symbol]) -> list[Symbol]:
         return _changed(placed.put(expressions), old, new)
 
+    torques = _torques_in(balance, placed.laws, len(conditions))
     wanted = {key(s) for s in placed.free.values()}
     guards = [*(g for g in dae.guards if g.action == "error"), *placed.compiled.limits.guards(asked.free)]
     lost, cancelled = lost_outputs(placed, cyclic, turning)
@@ -146,6 +150,7 @@ def _reduced(
         modes=modes,
         common=placed.common,
         rows=rows,
+        torques_in=final([torques[i] for i in places]),
         solved=[e for k, e in zip(old, new, strict=True) if key(k) in wanted],
         outputs=final(asked.wanted),
         rates=final([dae.xdot[state_of(placed.compiled, n)] for n in asked.held]),
@@ -155,6 +160,16 @@ def _reduced(
         together=bool(turning) or cancelled,
         balance=balance,
     )
+
+
+def _torques_in(balance: Balance, laws: Sequence[Law], count: int) -> list[Symbol]:
+    """The size of what the torques of the laws contribute to each of the ``count`` conditions, if it is a rate, which come first."""
+    rates = balance.rows[: int((balance.rate_of >= 0).sum())]
+    torques = [law.torque for law in laws if isinstance(law, Friction)]
+    torques += [-law.force for law in laws if isinstance(law, Contact)]
+    slopes = ca.substitute(ca.jacobian(rates, balance.tau), balance.tau, column(torques))
+    found = scalars(ca.densify(ca.fabs(slopes) @ ca.fabs(column(torques))))
+    return found + [Symbol(0)] * (count - len(found))
 
 
 def _cyclic(dae: HybridDae, unknowns: Sequence[Unknown]) -> list[int]:
