@@ -177,11 +177,11 @@ def rising(laws: SteadyLaws, at: Iterates) -> Mask:
     """
     if not laws.frictions or laws.sought or not len(at.y):
         return np.zeros(len(at.y), bool)
-    value = laws.motion(at)
+    value, place = _motions(laws, at)
     given, reach, slope = mobilities(value, euler_step(laws, value, LAST_STEP))
     even = np.nan_to_num(_even(~given & ~laws.contact, reach, slope))
     even += even.transpose(0, 2, 1)
-    return np.asarray(np.linalg.eigvalsh(even)[:, -1] > RISES)
+    return np.asarray((np.linalg.eigvalsh(even)[:, -1] > RISES)[place])
 
 
 def _even(movable: Mask, reach: Array, slope: Array) -> Array:

@@ -33,6 +33,8 @@ MOST_SOURCES = 8
 """Neighbours whose solutions are tried at a point as they become available."""
 MOST_LAWS = 7
 """Laws of which all combinations of modes are tried at a point."""
+MOST_BEGUN = 4096
+"""Combinations, at one or several points, that are tried together."""
 OTHERS = 4
 """Neighbours of a point that are tried besides the nearest one."""
 _OPEN = 2.0
@@ -133,14 +135,15 @@ class Solutions:
     def _in_other_modes(self, found: SolvedPoints, at: Iterates, side: Array) -> Mask:
         """Which points have another solution, where it is not certain that speeds are unique: all modes of the laws are tried."""
         other, free = np.zeros(len(at.y), bool), np.flatnonzero(self.laws.may_free)
-        combinations = np.array(list(product((STUCK, FORWARD, BACKWARD), repeat=min(free.size, MOST_LAWS))))
         if not 0 < free.size <= MOST_LAWS:
             return other
-        for p in np.flatnonzero(rising(self.laws, at)):
-            same = np.full(len(combinations), p)
+        combinations = np.array(list(product((STUCK, FORWARD, BACKWARD), repeat=free.size)))
+        rises = np.flatnonzero(rising(self.laws, at))
+        for some in np.array_split(rises, -(-rises.size * len(combinations) // MOST_BEGUN)) if rises.size else ():
+            same = np.repeat(some, len(combinations))
             begin = at.some(same)
-            begin.modes[:, self.laws.law_modes[free]] = combinations
-            other[p] = self._another(found.some(same), begin, side[same]).any()
+            begin.modes[:, self.laws.law_modes[free]] = np.tile(combinations, (some.size, 1))
+            other[some] = self._another(found.some(same), begin, side[same]).reshape(some.size, -1).any(axis=1)
         return other
 
     def _another(self, found: SolvedPoints, begin: Iterates, side: Array) -> Mask:
