@@ -65,8 +65,7 @@ class SteadyLaws:
     """The laws of one steady problem in z = (y, tau). Serves one thread.
 
     ``tied`` laws always transmit torque, which grows with other torques. ``driving`` are those whose limits depend on the side that drives,
-    with the modes of the switches that tell it. ``sought``: some unknowns are inputs or parameters. ``rates`` are the rows that are rates,
-    of the unknowns ``rated``.
+    with the modes of the switches that tell it. ``rates`` are the rows that are rates, of the unknowns ``rated``.
     """
 
     def __init__(self, balance: Balance, compile: bool = False) -> None:
@@ -84,7 +83,6 @@ class SteadyLaws:
         self.driving = {k: modes for k in np.flatnonzero(self.tied) if (modes := _driving(balance, int(k))).size}
         self.rates = np.flatnonzero(balance.rate_of >= 0)
         self.rated = balance.rate_of[self.rates]
-        self.sought = not {*dae.state_names, *(s.name() for s in scalars(dae.z))}.issuperset(balance.names)
         self.common = np.zeros(balance.common.numel())
         varying, self.pattern, self._outputs = _equations(balance)
         self._equations = Columns("steady_equations", varying, balance.common, self._outputs, compile)
@@ -95,6 +93,12 @@ class SteadyLaws:
         needed, z = self._equations.needed, len(varying) - self.unknowns - self.count
         self._fixed, self._moving = needed[needed < z], needed[needed >= z] - z
         self._arguments = [varying[k] for k in self._fixed], varying[z:]
+
+    @cached_property
+    def sought(self) -> bool:
+        """Whether some unknowns are inputs or parameters."""
+        dae = self.balance.dae
+        return not {*dae.state_names, *(s.name() for s in scalars(dae.z))}.issuperset(self.balance.names)
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
