@@ -61,5 +61,5 @@ def test_a_parameter_that_is_found_is_among_the_results() -> None:
 @pytest.mark.parametrize("argument", ["free", "held"])
 def test_a_name_is_given_once(argument: str) -> None:
     named: Any = {argument: ["third.d"] * 2 if argument == "free" else ["rotor.w"] * 2}
-    with pytest.raises(pt.ParameterError, match=f"{argument}: {named[argument][0]} is named twice"):
+    with pytest.raises(pt.ParameterError, match=f"{argument}: {named[argument][0]} appears twice"):
         pt.steady(Braked(), {"rotor.w": 2.0, "rotor.a": 0.0}, inputs={"torque": 5.0}, **named)

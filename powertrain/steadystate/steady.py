@@ -250,7 +250,7 @@ def _known(problem: str, names: Iterable[str], *known: Iterable[str]) -> None:
 def _once(argument: str, names: Sequence[str]) -> None:
     for n in names:
         if names.count(n) > 1:
-            raise ParameterError(f"{argument}: {n} is named twice")
+            raise ParameterError(f"{argument}: {n} appears twice")
 
 
 def _miscounted(prescribed: list[str], free: list[str], loose: list[str], states: list[str]) -> str:
