@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import powertrain as pt
 from powertrain.components.rotational import Damper, Fixed, Inertia, Torque
@@ -63,3 +64,9 @@ def test_a_name_is_given_once(argument: str) -> None:
     named: Any = {argument: ["third.d"] * 2 if argument == "free" else ["rotor.w"] * 2}
     with pytest.raises(pt.ParameterError, match=f"{argument}: {named[argument][0]} appears twice"):
         pt.steady(Braked(), {"rotor.w": 2.0, "rotor.a": 0.0}, inputs={"torque": 5.0}, **named)
+
+
+def test_derivatives_with_respect_to_a_name_given_twice_are_given_once() -> None:
+    grid: dict[str, Any] = {"torque": [5.0], "whole": 2.0}
+    once, twice = (pt.steady_gradient(Braked(), grid, wrt, outputs="rotor.w") for wrt in ("whole", ["whole", "whole"]))
+    xr.testing.assert_identical(once, twice)
