@@ -15,7 +15,7 @@ from powertrain.components import rotational as rot
 from powertrain.components import translational as tr
 from powertrain.components.belts import BeltSpan
 from powertrain.components.blocks import Constant, TimeTable
-from powertrain.components.differentials import ChurningLoss, Differential, LimitedSlipDifferential
+from powertrain.components.differentials import ChurningLoss, Differential, LimitedSlipDifferential, Mesh
 from powertrain.components.engines import WillansEngine
 from powertrain.components.wheels import MagicFormulaWheel
 from powertrain.presets.catalogue import components
@@ -187,3 +187,53 @@ def test_a_differential_with_spring_preload_alone(preload: float) -> None:
     slip = max(100 - preload, 0)
     assert run["left.w"][-1] == pytest.approx(slip, abs=1e-6)
     assert run["right.w"][-1] == pytest.approx(-slip, abs=1e-6)
+
+
+class ThreeMeshes(Differential):
+    """Side gear, two element gears and side gear on one cage; worms are less efficient where the wheel drives."""
+
+    worm: Mesh = Mesh(ratio=-1.5, eta_ab=0.8, eta_ba=0.6)
+    spur: Mesh = Mesh(ratio=-1.0, eta_ab=0.95, eta_ba=0.95)
+    wheel: Mesh = Mesh(ratio=-1 / 1.5, eta_ab=0.6, eta_ba=0.8)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.crown, self.worm.carrier, self.spur.carrier, self.wheel.carrier)
+        yield pt.connect(self.left, self.worm.a)
+        yield pt.connect(self.worm.b, self.spur.a)
+        yield pt.connect(self.spur.b, self.wheel.a)
+        yield pt.connect(self.wheel.b, self.right)
+
+
+def test_worms_on_a_cage_are_a_torsen_differential() -> None:
+    """The slow side gets 1/(eta_1 eta_2 eta_3) of what the fast side gets."""
+    run = pt.simulate(Sides(differential=ThreeMeshes()), 1.0)
+    fast = 400 / (1 + 1 / (0.8 * 0.95 * 0.6))
+    np.testing.assert_allclose([run["left.w"][-1], run["right.w"][-1]], [fast - 100, 100 - fast], rtol=1e-6)
+
+
+class MovingPulley(pt.Component):
+    """Two ends of a rope around a massless pulley."""
+
+    a: tr.Flange = pt.port(tr.Flange)
+    b: tr.Flange = pt.port(tr.Flange)
+    centre: tr.Flange = pt.port(tr.Flange)
+
+    def equations(self) -> pt.Equations:
+        yield self.a.s + self.b.s == 2 * self.centre.s
+        yield self.a.f == self.b.f
+        yield self.centre.f == -2 * self.a.f
+
+
+def test_a_pulley_that_moves() -> None:
+    """A drum lifts a load on two falls of rope: (J/r^2 + m/4) a = T/r - m g/2 with the rope's acceleration a."""
+    J, r, m, T = 5.0, 0.4, 800.0, 2000.0
+    drum, rope = rot.Inertia(J=J), rot.IdealGearR2T(ratio=1 / r)
+    parts = rot.ConstantTorque(tau_constant=T), drum, rope, MovingPulley(), tr.Fixed(), tr.Mass(m=m)
+    weight = tr.ConstantForce(f_constant=-m * 9.81)
+    joints = (
+        "0.flange=1.flange_a 1.flange_b=2.flangeR 2.flangeT=3.a 3.b=4.flange 3.centre=5.flange_a 5.flange_b=6.flange"
+    )
+    run = pt.simulate(joined(*parts, weight, joints=joints), 1.0)
+    a = (T / r - m * 9.81 / 2) / (J / r**2 + m / 4)
+    assert run["parts[5].v"][-1] == pytest.approx(a / 2)
+    assert run["parts[3].a.f"][-1] == pytest.approx(m * (9.81 + a / 2) / 2)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import powertrain as pt
 from powertrain.components.rotational import Damper, Fixed, Inertia, Torque
@@ -50,3 +51,22 @@ def test_a_parameter_is_found_within_its_range(free: str, torque: float, value: 
     assert [meanings[int(s)] for s in found.status] == ["ok", "outside_range"]
     np.testing.assert_allclose(found[free], [value, np.nan])
     assert named in found.problems
+
+
+def test_a_parameter_that_is_found_is_among_the_results() -> None:
+    found = pt.steady(Braked(), {"rotor.w": 2.0, "torque": [5.0]}, free=["third.d"])
+    np.testing.assert_allclose(found["third.d"], [0.5])
+    assert found["third.d"].attrs["units"] == "N.m.s/rad"
+
+
+@pytest.mark.parametrize("argument", ["free", "held"])
+def test_a_name_is_given_once(argument: str) -> None:
+    named: Any = {argument: ["third.d"] * 2 if argument == "free" else ["rotor.w"] * 2}
+    with pytest.raises(pt.ParameterError, match=f"{argument}: {named[argument][0]} appears twice"):
+        pt.steady(Braked(), {"rotor.w": 2.0, "rotor.a": 0.0}, inputs={"torque": 5.0}, **named)
+
+
+def test_derivatives_with_respect_to_a_name_given_twice_are_given_once() -> None:
+    grid: dict[str, Any] = {"torque": [5.0], "whole": 2.0}
+    once, twice = (pt.steady_gradient(Braked(), grid, wrt, outputs="rotor.w") for wrt in ("whole", ["whole", "whole"]))
+    xr.testing.assert_identical(once, twice)

@@ -22,8 +22,10 @@ from powertrain.components.rotational import (
     ConstantTorque,
     Damper,
     Fixed,
+    Freewheel,
     IdealGear,
     Inertia,
+    Speed,
     SpringDamper,
     Torque,
 )
@@ -806,3 +808,39 @@ def test_extrema_at_corners_of_a_signal(few: int, monkeypatch: pytest.MonkeyPatc
     np.testing.assert_allclose(ridge.array, [-3 / 2.3**2, 0.0, 0.0], atol=1e-6)
     valley = pt.gradient(run, pt.minimum("valley"), ["p", "k", "x"])
     np.testing.assert_allclose(valley.array, 0.0, atol=1e-6)
+
+
+class Rectifier(pt.Component):
+    """A shaft that swings at an exact speed drives a wheel in one direction: by one freewheel, or reversed by another."""
+
+    swing: Sine = Sine(f=1.0, amplitude=10.0)
+    source: Speed = Speed(exact=True)
+    reverse: IdealGear = IdealGear(ratio=-1.0)
+    one: Freewheel = Freewheel()
+    other: Freewheel = Freewheel()
+    wheel: Inertia = Inertia(J=0.5)
+    drag: Damper = Damper(d=1.0)
+    wall: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.swing.y, self.source.w_ref)
+        yield pt.connect(self.source.flange, self.one.flange_a, self.reverse.flange_a)
+        yield pt.connect(self.reverse.flange_b, self.other.flange_a)
+        yield pt.connect(self.one.flange_b, self.other.flange_b, self.wheel.flange_a)
+        yield pt.connect(self.wheel.flange_b, self.drag.flange_a)
+        yield pt.connect(self.drag.flange_b, self.wall.flange)
+
+
+def test_a_freewheel_that_lets_go_loses_its_drift_without_a_jump() -> None:
+    """Only the speed against one freewheel is a state; the zero speed of the other has the errors of the integration.
+
+    The wheel leaves the swing at a time s where both slow down alike: w = A sin(2 pi f s) exp(-d (t - s)/J).
+    """
+    A, d, J, end = 10.0, 1.0, 0.5, 3.3
+    late = math.atan(d / J / (2 * math.pi)) / (2 * math.pi)
+    free = end - 3.25 - late
+    w = A * math.cos(2 * math.pi * late) * math.exp(-d / J * free)
+    run = pt.simulate(Rectifier(), end)
+    found = pt.gradient(run, "wheel.w", ["swing.amplitude", "drag.d"])
+    assert found.value == pytest.approx(w, rel=1e-6)
+    np.testing.assert_allclose([found["swing.amplitude"], found["drag.d"]], [w / A, -w * free / J], rtol=1e-5)

@@ -60,6 +60,12 @@ def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torqu
     laws = [t for t in torques if key(t.symbol) in roots]
     named = [b for b in [*reduced.variables(said), *(key(t.symbol) for t in laws)] if b in reduced.flat.unknowns]
     quoted = quote([*said, *reduced.tied_by(named)])
+    held = _held_open(reduced)
+    if held:
+        return (
+            f"over-determined: {held._path} has a given position but is not connected, so nothing holds it: its torque or force is zero. "
+            f"Connect it to what holds or moves it, such as a Fixed or an exact Speed\n  {quoted}"
+        )
     if laws:
         given = "\n  ".join(str(t.place) for t in laws)
         return (
@@ -71,6 +77,16 @@ def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torqu
     count = f"{n} equation{'s' * (n != 1)} for the {len(names)} unknown{'s' * (len(names) != 1)} {', '.join(names[:8])}"
     what = count if names else "this is already known from the other equations"
     return f"over-determined: {what}; remove one of these\n  {quoted}"
+
+
+def _held_open(reduced: Reduced) -> Connector | None:
+    """An unconnected port that an equation of an enclosing component holds, as ``self.gear.ring.phi == 0``."""
+    for part, end in reduced.flat.open_ports:
+        held = {k for k in _potentials(end) if reduced.affine(k).root is None}
+        others = [e for e in reduced.flat.equations if e.place.path != part._path] if held else []
+        if held.intersection(reduced.variables(others)):
+            return end
+    return None
 
 
 def _too_little(reduced: Reduced, free: list[int]) -> str:

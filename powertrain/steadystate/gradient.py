@@ -71,7 +71,7 @@ def steady_gradient(
     plant = plant_of(plant)
     q = question(plant, grid, outputs, parameters, inputs, free, guesses)
     spanned, asked = q.grid, q.asked
-    names = texts("wrt", wrt)
+    names = list(dict.fromkeys(texts("wrt", wrt)))
     for name in names:
         if name not in asked.axes:
             raise ParameterError(f"wrt: {name} is not on the grid{suggestion(name, asked.axes)}")

@@ -80,7 +80,8 @@ def steady(
         whole name if the last part is that of another result; a number holds at all points; a ``DataArray`` names its own dimensions, and
         its ``units``, if it has any, must be the model's. Discrete variables that are not given keep their start values.
     outputs : str, iterable or mapping, optional
-        Names, patterns or selectors of signals, or a mapping of new names to them; by default all signals with a steady value.
+        Names, patterns or selectors of signals, or a mapping of new names to them; by default all signals with a steady value, and
+        what is ``free``.
     parameters, inputs : mapping of str to float, optional
         Other values for all points.
     free : sequence of str, optional
@@ -160,9 +161,9 @@ def question(
 ) -> Question:
     """The request in the arguments; ParameterError for wrong names and values."""
     given, guessed = numbers_by_name("inputs", inputs), numbers_by_name("guesses", guesses)
-    wanted = wanted_signals(signals_of(plant.compiled), outputs)
-    spanned = make_grid(grid, {w.name for w in wanted})
     found, kept = (None if n is None else names(w, n) for w, n in (("free", free), ("held", held)))
+    wanted = wanted_signals(signals_of(plant.compiled), outputs, found or ())
+    spanned = make_grid(grid, {w.name for w in wanted})
     asked = replace(asked_for(plant, spanned, wanted, given, found, kept), guesses=guessed, time=time)
     _check_names(spanned, wanted)
     for name in given:
@@ -175,10 +176,11 @@ def question(
     return Question(spanned, wanted, asked, common)
 
 
-def wanted_signals(signals: Signals, outputs: Any) -> list[Wanted]:
-    """Every wanted signal."""
+def wanted_signals(signals: Signals, outputs: Any, free: Sequence[str]) -> list[Wanted]:
+    """Every wanted signal; by default all of them, and the parameters that are found."""
     if outputs is None:
-        return [Wanted(n, signals.pick(n), False) for n in signals.names]
+        solved = [n for n in free if n in signals.parameters]
+        return [Wanted(n, signals.pick(n), False) for n in [*signals.names, *solved]]
     if isinstance(outputs, Mapping):
         return [Wanted(text("outputs", n), signals.pick(what), True) for n, what in outputs.items()]
     found: dict[str, Wanted] = {}
@@ -221,10 +223,12 @@ def asked_for(
     for n in free:
         if n in names or n in inputs:
             raise ParameterError(f"free: {n} already has a value, so it cannot be solved for")
+    _once("free", free)
     missing = len(prescribed) - len(free)
     if held is None:
         held = states if len(states) == missing else []
     _known("held: the grid prescribes no state", held, states)
+    _once("held", held)
     if missing != len(held):
         raise ParameterError(_miscounted(prescribed, list(free), loose, states))
     return Request(
@@ -242,6 +246,12 @@ def _known(problem: str, names: Iterable[str], *known: Iterable[str]) -> None:
     for n in names:
         if n not in choices:
             raise ParameterError(f"{problem} {n}{suggestion(n, choices)}")
+
+
+def _once(argument: str, names: Sequence[str]) -> None:
+    for n in names:
+        if names.count(n) > 1:
+            raise ParameterError(f"{argument}: {n} appears twice")
 
 
 def _miscounted(prescribed: list[str], free: list[str], loose: list[str], states: list[str]) -> str:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -21,6 +22,8 @@ from powertrain.dae.tolerances import REST_SPEED
 from powertrain.engine.trajectory import Samples
 from powertrain.language.reals import Array
 from powertrain.language.symbols import column
+from powertrain.modes.projection import at_rest
+from powertrain.numerics.many import Many
 from powertrain.variational.curvature import Curvature, Tangents
 from powertrain.variational.partials import Block, Partials, System
 from powertrain.variational.record import Record
@@ -95,6 +98,15 @@ class Mapping:
         parts = [b.speed for b in dae.barriers] + [b.restitution for b in dae.barriers]
         return Partials(self.system, column([*parts, ca.vec(dae.impact_x), ca.vec(dae.impact_a)]))
 
+    @cached_property
+    def _at_rest(self) -> Many:
+        return Many(self.dae.arguments, ca.densify(at_rest(self.dae)))
+
+    def settled(self, run: Record, k: int) -> Array:
+        """The states before event k, where what is stuck has lost the drift of its speed, as when the simulator resolves the event."""
+        rows = self._at_rest(Samples(*(v[k : k + 1] for v in run.instants.left)), run.p)
+        return np.asarray(rows[0])
+
     def map(self, run: Record, k: int, fired: set[int]) -> Carried | None:
         """R and its derivatives at event k, caused by laws with modes at ``fired``; None if the run took another path.
 
@@ -106,7 +118,7 @@ class Mapping:
     def _map(self, run: Record, k: int, fired: set[int], seen: Array) -> Carried | None:
         events = run.instants
         left_m, right_m = events.left.m[k], events.right.m[k]
-        now = self._begin(events.left.x[k], left_m)
+        now = self._begin(self.settled(run, k), left_m)
         now.m[self.given] = seen[self.given]
         fired = fired | self._combined(run, k, fired)
         rising = [w for w in self.dae.whens if left_m[w.index] < 0.5 and (w.index in fired or right_m[w.index] > 0.5)]

@@ -162,8 +162,9 @@ class Saltation:
         """The laws switched one after the other in some orders; nothing if one leads to another state than the run."""
         left, right, n, size = run.instants.left, run.instants.right, self.system.size, self.flow.size
         steps, discretes = list[Step](), self.system.discretes
+        begun = left.x[k] if self.mapping is None else self.mapping.settled(run, k)
         for order in orders:
-            x, m, fired = left.x[k], left.m[k].copy(), set[int]()
+            x, m, fired = begun, left.m[k].copy(), set[int]()
             for shift in (shifts[i] for i in order):
                 fired.add(shift.index)
                 one = self.mapping.step(run, k, x, m, fired, shift.index) if self.mapping is not None else None

@@ -9,6 +9,7 @@ from refusals import refused
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant, Sine
+from powertrain.components.differentials import PlanetaryGear
 
 
 class OneShaft(pt.Component):
@@ -182,6 +183,47 @@ def test_equation_too_much_quotes_both() -> None:
         "the model: yield pt.der(self.x) == -self.x (test_structure_errors.py:",
         "ca.sin(self.x)",
         do=lambda: pt.compile(TooMany()),
+    )
+
+
+class HeldByAnEquation(pt.Component):
+    """A ring whose angle is given, but to which nothing is connected that could take its torque."""
+
+    J1: rot.Inertia = rot.Inertia(J=1.0)
+    gear: PlanetaryGear = PlanetaryGear(ratio=2.0, eta_ab=0.98, eta_ba=0.98)
+    J2: rot.Inertia = rot.Inertia(J=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.J1.flange_b, self.gear.sun)
+        yield pt.connect(self.gear.carrier, self.J2.flange_a)
+        yield self.gear.ring.phi == 0
+
+
+def test_a_flange_that_an_equation_holds_is_to_be_connected() -> None:
+    refused(
+        pt.ModelError,
+        "over-determined: gear.ring has a given position but is not connected",
+        "such as a Fixed",
+        do=lambda: pt.compile(HeldByAnEquation()),
+    )
+
+
+def test_a_flange_that_a_connected_part_holds_is_not_blamed() -> None:
+    """The open end of the brake is held, rightly; two sources on one shaft are the fault."""
+
+    class Elsewhere(pt.Component):
+        shaft: OneShaft = OneShaft()
+        wall: rot.Fixed = rot.Fixed()
+        disc: rot.Disc = rot.Disc()
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.wall.flange, self.disc.flange_a)
+
+    refused(
+        pt.ModelError,
+        "over-determined: 2 equations for the 1 unknown",
+        "shaft.motor",
+        do=lambda: pt.compile(Elsewhere()),
     )
 
 
