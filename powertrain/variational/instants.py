@@ -169,16 +169,12 @@ def grazing(law: Law | When, t: float, slope: float, fallen: float, h: float) ->
     )
 
 
-def without_effect(shift: Shift, change: Array, rates: Array, lasting: float) -> bool:
-    """Whether a grazing event changes nothing and can be ignored; otherwise raises the reason why there is no derivative.
+def negligible(change: Array, rates: Array, lasting: float) -> bool:
+    """Whether a change of the ``rates`` is nothing to a run.
 
-    ``change`` of the ``rates`` lasts until the law changes again, for ``lasting`` seconds: that is what the run misses without the event.
+    It lasts until the law changes again, for ``lasting`` seconds: that is what the run misses without the event.
     """
-    if shift.flat is None:
-        return False
-    if (np.abs(change) * min(lasting, 1.0) <= _NOTHING * (1.0 + np.abs(rates))).all():
-        return True
-    raise shift.flat
+    return bool((np.abs(change) * min(lasting, 1.0) <= _NOTHING * (1.0 + np.abs(rates))).all())
 
 
 def duration(run: Record, k: int, index: int) -> float:

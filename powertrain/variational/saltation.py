@@ -6,6 +6,9 @@ and s+ = R(t, s-, q),
     d(tau) = -(h_s S + h_q) / (dh/dt along f-)    or    T_s S + T_q,
     S+     = R_s S + R_q + (R_t + R_s f- - f+) d(tau).
 
+Where f- = f+, as at the end of a play, S+ = S, and the run may also touch the surface on which h is zero without crossing it. Where the
+rates jump, it has to cross.
+
 M. A. Aizerman, F. R. Gantmacher: Determination of stability by linear approximation of a periodic solution of a system of differential
 equations with discontinuous right-hand sides, Q. J. Mech. Appl. Math. 11 (1958) 385-398; R. I. Leine, H. Nijmeijer: Dynamics and
 Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
@@ -23,11 +26,11 @@ from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
 from powertrain.dae.hybrid import Switch, When
 from powertrain.engine.trajectory import Samples
 from powertrain.language.reals import Array
-from powertrain.language.symbols import column
+from powertrain.language.symbols import Symbol, column
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.numerics.many import Many
 from powertrain.signals import signals_of
-from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, duration, without_effect
+from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, duration, negligible
 from powertrain.variational.mapping import Mapping, Round, Step, differ
 from powertrain.variational.partials import Block, Partials, Slopes
 from powertrain.variational.record import Record, shifted
@@ -71,6 +74,7 @@ class Saltation:
         times = [law.time for law in self.timed if law.time is not None]
         self.asked = column([*(i.value for i in self.indicators), *times])
         self.before, self.values = Partials(system, self.asked), Many(system.dae.arguments, self.asked)
+        self.known = Many(system.dae.arguments, column([Symbol(i.known) for i in self.indicators]))
         self.instants = EventLaws(system, self.indicators, self.timed, self.sticking)
         self.speeds = Partials(system, column([law.w for law in self.sticking]))
         self.mapping = Mapping(system) if dae.whens or dae.barriers or dae.relative else None
@@ -127,7 +131,11 @@ class Saltation:
             rounds = carried.rounds
         across = s.copy(), q, rate
         change = s @ f_left + rate - f_right
-        moved = [each for each in shifts if not without_effect(each, change, f_left, duration(run, k, each.index))]
+        moved = [
+            replace(each, flat=None)
+            for each in shifts
+            if self._counts(run, k, each, change, f_left, None if rounds else slopes)
+        ]
         mean, farthest = self._parts(run, k, moved, f_left, f_right, change)
         on_s = np.array([shift.s for shift in moved]).reshape(len(moved), n)
         on_q = np.array([shift.q for shift in moved]).reshape(len(moved), q.shape[1])
@@ -141,6 +149,29 @@ class Saltation:
         return SaltationMap(
             t, caught @ s, caught @ q, at_q, tuple(shifts), tuple(moved), apart, across, rounds, tuple(fresh)
         )
+
+    def _counts(self, run: Record, k: int, shift: Shift, change: Array, rates: Array, slopes: Slopes | None) -> bool:
+        """Whether the motion of an instant changes anything. That of an indicator that grazes zero is refused where anything jumps.
+
+        ``slopes``: of the indicators, where the states do not jump.
+        """
+        lasting = duration(run, k, shift.index)
+        if shift.flat is None:
+            return True
+        if negligible(change, rates, lasting):
+            return False
+        if slopes is None or not negligible(self._at_surface(run, k, shift, slopes), rates, lasting):
+            raise shift.flat
+        return True
+
+    def _at_surface(self, run: Record, k: int, shift: Shift, slopes: Slopes) -> Array:
+        """The change of the rates at the surface on which a law switches; its event is located beyond, by the hysteresis."""
+        row, left = slopes.s[shift.row, : self.system.states], row_of(run.instants.left, k)
+        beyond = self.known(left, run.p)[0, shift.row] - slopes.value[shift.row]
+        x = left.x + beyond * row / ((row @ row) or 1.0)
+        sides = (left._replace(x=x, m=m) for m in (left.m, run.instants.right.m[k : k + 1]))
+        f_left, f_right = (self.flow.rates(self.corrected(side, run.p), run.p)[0] for side in sides)
+        return np.asarray(f_left - f_right)
 
     def _parts(
         self, run: Record, k: int, shifts: Sequence[Shift], f_left: Array, f_right: Array, change: Array
