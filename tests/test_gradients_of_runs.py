@@ -703,6 +703,31 @@ def test_a_stop_that_is_barely_touched(stiffness: float) -> None:
     assert pt.gradient(result, "x", "spring")["spring"] == pytest.approx(exact, rel=5e-3)
 
 
+class Counted(pt.Component):
+    """As ``Stop``; something hardly noticeable begins at the same instant."""
+
+    spring: pt.Parameter = pt.parameter("N/m", "Stiffness of the spring", default=0.5)
+    stiffness: pt.Parameter = pt.parameter("N/m", "Stiffness of the stop", default=1e10)
+    limit: pt.Parameter = pt.parameter("m", "Where the stop begins", default=1.0)
+    x: pt.Variable = pt.variable("m", "Deflection", start=0.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=1.0)
+    y: pt.Variable = pt.variable("1", "Integral", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.v
+        deep = self.x - self.limit
+        yield pt.der(self.v) == -self.spring * self.x - pt.switch(deep > 0, self.stiffness * deep, 0.0, continuous=True)
+        yield pt.der(self.y) == pt.switch(deep > 5e-12, 1e-12, 0.0)
+
+
+def test_a_law_that_grazes_together_with_a_kink() -> None:
+    """What jumps changes nothing, and what changes does not jump."""
+    limit = 1.0 / math.sqrt(0.5) - 1e-8
+    result = pt.compile(Counted()).simulate(4.0, parameters={"limit": limit}, **TIGHT)
+    exact = after_a_touch(0.5 + 1e-25j, 1e10, limit, 4.0).imag / 1e-25
+    assert pt.gradient(result, "x", "spring")["spring"] == pytest.approx(exact, rel=2e-3)
+
+
 def test_how_long_an_event_lasts() -> None:
     """Until the same law changes again, or to the end."""
     held = np.array([[1.0, 0.0], [1.0, 2.0], [0.0, 2.0]])

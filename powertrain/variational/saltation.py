@@ -131,11 +131,13 @@ class Saltation:
             rounds = carried.rounds
         across = s.copy(), q, rate
         change = s @ f_left + rate - f_right
-        moved = [
-            replace(each, flat=None)
-            for each in shifts
-            if self._counts(run, k, each, change, f_left, None if rounds else slopes)
-        ]
+        moved = self._moved(run, k, shifts, change, f_left, None if rounds else slopes)
+        if not moved and shifts and not negligible(change, f_left, duration(run, k, shifts[0].index)):
+            # the laws that jump change nothing; what does is a kink that the run passes at the same instant
+            others = self.instants.shifts(run, k, slopes, falls, earlier, {shift.index for shift in shifts})
+            moved = self._moved(run, k, others, change, f_left, None if rounds else slopes)
+            if not moved and shifts[0].flat is not None:
+                raise shifts[0].flat
         mean, farthest = self._parts(run, k, moved, f_left, f_right, change)
         on_s = np.array([shift.s for shift in moved]).reshape(len(moved), n)
         on_q = np.array([shift.q for shift in moved]).reshape(len(moved), q.shape[1])
@@ -150,28 +152,42 @@ class Saltation:
             t, caught @ s, caught @ q, at_q, tuple(shifts), tuple(moved), apart, across, rounds, tuple(fresh)
         )
 
+    def _moved(
+        self, run: Record, k: int, shifts: Sequence[Shift], change: Array, rates: Array, slopes: Slopes | None
+    ) -> list[Shift]:
+        """Those that count."""
+        return [replace(each, flat=None) for each in shifts if self._counts(run, k, each, change, rates, slopes)]
+
     def _counts(self, run: Record, k: int, shift: Shift, change: Array, rates: Array, slopes: Slopes | None) -> bool:
         """Whether the motion of an instant changes anything. That of an indicator that grazes zero is refused where anything jumps.
 
-        ``slopes``: of the indicators, where the states do not jump.
+        ``slopes``: of the indicators, where the states do not jump. A grazing law may change as little as its hysteresis: then it does not
+        count. If it changes nothing at the surface on which it switches, beyond which the hysteresis puts its event, it counts as others.
         """
-        lasting = duration(run, k, shift.index)
         if shift.flat is None:
             return True
-        if negligible(change, rates, lasting):
+        lasting = duration(run, k, shift.index)
+        if slopes is None:
+            here = surface = change
+        else:
+            row, left = slopes.s[shift.row, : self.system.states], row_of(run.instants.left, k)
+            beyond = self.known(left, run.p)[0, shift.row] - slopes.value[shift.row]
+            moved = left._replace(x=left.x + beyond * row / ((row @ row) or 1.0))
+            here, surface = (self._change(run, k, shift, each) for each in (left, moved))
+        if negligible(here, rates, lasting):
             return False
-        if slopes is None or not negligible(self._at_surface(run, k, shift, slopes), rates, lasting):
+        if slopes is None or not negligible(surface, rates, lasting):
             raise shift.flat
         return True
 
-    def _at_surface(self, run: Record, k: int, shift: Shift, slopes: Slopes) -> Array:
-        """The change of the rates at the surface on which a law switches; its event is located beyond, by the hysteresis."""
-        row, left = slopes.s[shift.row, : self.system.states], row_of(run.instants.left, k)
-        beyond = self.known(left, run.p)[0, shift.row] - slopes.value[shift.row]
-        x = left.x + beyond * row / ((row @ row) or 1.0)
-        sides = (left._replace(x=x, m=m) for m in (left.m, run.instants.right.m[k : k + 1]))
-        f_left, f_right = (self.flow.rates(self.corrected(side, run.p), run.p)[0] for side in sides)
-        return np.asarray(f_left - f_right)
+    def _change(self, run: Record, k: int, shift: Shift, at: Samples) -> Array:
+        """The change of the rates at a sample by a law and those that switch with it, except for others whose branches meet."""
+        before, after = at.m.copy(), run.instants.right.m[k : k + 1]
+        meeting = [index for index in self.instants.kinks if index != shift.index]
+        before[:, meeting] = after[:, meeting]
+        sides = (self.corrected(at._replace(m=m), run.p) for m in (before, after))
+        f_before, f_after = (self.flow.rates(side, run.p)[0] for side in sides)
+        return np.asarray(f_before - f_after)
 
     def _parts(
         self, run: Record, k: int, shifts: Sequence[Shift], f_left: Array, f_right: Array, change: Array
