@@ -29,7 +29,7 @@ from powertrain.components.rotational import (
     SpringDamper,
     Torque,
 )
-from powertrain.variational.instants import NotDifferentiable, Shift, duration, without_effect
+from powertrain.variational.instants import duration, negligible
 
 TIGHT: dict[str, Any] = {"rtol": 1e-11, "points": 1}
 Number = Callable[[Any], float]
@@ -668,15 +668,66 @@ def test_grazing_is_refused() -> None:
     [(1e-8, math.inf, True), (1e-3, math.inf, False), (1e-3, 1e-5, True), (1e-3, 1e-3, False), (-1e-3, 1e-3, False)],
 )
 def test_a_grazing_event_counts_by_what_the_run_misses_without_it(change: float, lasting: float, nothing: bool) -> None:
-    """Rates that change by nothing, and those that change for no time; any event that does not graze counts."""
-    changes, rates, none = np.array([0.0, change]), np.array([1.0, 1.0]), np.zeros(1)
-    assert not without_effect(Shift("law", 0, none, none, 0), changes, rates, lasting)
-    grazing = Shift("law", 0, none, none, 0, NotDifferentiable("law only just switches"))
-    if nothing:
-        assert without_effect(grazing, changes, rates, lasting)
-    else:
-        with pytest.raises(NotDifferentiable, match="law only just switches"):
-            without_effect(grazing, changes, rates, lasting)
+    """Rates that change by nothing, and those that change for no time."""
+    assert negligible(np.array([0.0, change]), np.array([1.0, 1.0]), lasting) == nothing
+
+
+class Stop(pt.Component):
+    """A mass on a spring that swings against a stiff stop."""
+
+    spring: pt.Parameter = pt.parameter("N/m", "Stiffness of the spring", default=0.5)
+    stiffness: pt.Parameter = pt.parameter("N/m", "Stiffness of the stop", default=1e9)
+    limit: pt.Parameter = pt.parameter("m", "Where the stop begins", default=1.0)
+    x: pt.Variable = pt.variable("m", "Deflection", start=0.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=1.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.v
+        deep = self.x - self.limit
+        yield pt.der(self.v) == -self.spring * self.x - pt.switch(deep > 0, self.stiffness * deep, 0.0, continuous=True)
+
+
+def after_a_touch(spring: complex, stiffness: float, limit: float, t: float) -> complex:
+    """The deflection after the stop was touched: that of the free swing, by the time that the stop has saved later."""
+    free, both = np.sqrt(spring), np.sqrt(spring + stiffness)
+    speed = np.sqrt(1.0 - spring * limit**2)
+    saved = 2.0 * np.arctan(speed / (free * limit)) / free - 2.0 * np.arctan(speed * both / (spring * limit)) / both
+    return complex(np.sin(free * (t + saved)) / free)
+
+
+@pytest.mark.parametrize("stiffness", [1e6, 1e9, 1e11])
+def test_a_stop_that_is_barely_touched(stiffness: float) -> None:
+    """The force is continuous there, so the run has a derivative, however flat the indicator; compared by a complex step."""
+    limit = 1.0 / math.sqrt(0.5) - 1e-8
+    result = pt.compile(Stop()).simulate(4.0, parameters={"limit": limit, "stiffness": stiffness}, **TIGHT)
+    assert result["x"][-1] == pytest.approx(after_a_touch(0.5, stiffness, limit, 4.0).real, abs=1e-5)
+    exact = after_a_touch(0.5 + 1e-25j, stiffness, limit, 4.0).imag / 1e-25
+    assert pt.gradient(result, "x", "spring")["spring"] == pytest.approx(exact, rel=5e-3)
+
+
+class Counted(pt.Component):
+    """As ``Stop``; something hardly noticeable begins at the same instant."""
+
+    spring: pt.Parameter = pt.parameter("N/m", "Stiffness of the spring", default=0.5)
+    stiffness: pt.Parameter = pt.parameter("N/m", "Stiffness of the stop", default=1e10)
+    limit: pt.Parameter = pt.parameter("m", "Where the stop begins", default=1.0)
+    x: pt.Variable = pt.variable("m", "Deflection", start=0.0)
+    v: pt.Variable = pt.variable("m/s", "Speed", start=1.0)
+    y: pt.Variable = pt.variable("1", "Integral", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.x) == self.v
+        deep = self.x - self.limit
+        yield pt.der(self.v) == -self.spring * self.x - pt.switch(deep > 0, self.stiffness * deep, 0.0, continuous=True)
+        yield pt.der(self.y) == pt.switch(deep > 5e-12, 1e-12, 0.0)
+
+
+def test_a_law_that_grazes_together_with_a_kink() -> None:
+    """What jumps changes nothing, and what changes does not jump."""
+    limit = 1.0 / math.sqrt(0.5) - 1e-8
+    result = pt.compile(Counted()).simulate(4.0, parameters={"limit": limit}, **TIGHT)
+    exact = after_a_touch(0.5 + 1e-25j, 1e10, limit, 4.0).imag / 1e-25
+    assert pt.gradient(result, "x", "spring")["spring"] == pytest.approx(exact, rel=2e-3)
 
 
 def test_how_long_an_event_lasts() -> None:

@@ -185,7 +185,8 @@ class Trajectory:
         """Unknowns and held values at ascending times, one row per time; each column of the unknowns is contiguous."""
         if not len(self.times):
             return np.tile(self.final, (len(times), 1)), np.tile(self.final_held, (len(times), 1))
-        counts = np.diff(times.searchsorted(self.times), append=len(times))
+        first = np.append(times.searchsorted(self.times), len(times))
+        counts = first[1:] - first[:-1]
         asked = counts.nonzero()[0]
         counts = counts[asked]
         q = times - self.times[asked].repeat(counts)

@@ -66,8 +66,9 @@ def euler_step(laws: SteadyLaws, value: Motion, step: float) -> EulerStep:
 def _solutions(matrix: Array, right: Array, degenerate: Index) -> Array:
     """The solution (point, unknown, side) for every right-hand side; the shortest least-squares solution at ``degenerate`` points."""
     found = solved(matrix, right)
-    size = _row_sizes(matrix[degenerate])
-    found[degenerate] = np.linalg.pinv(matrix[degenerate] / size, rcond=1.0 / SINGULAR) @ (right[degenerate] / size)
+    if degenerate.size:
+        size = _row_sizes(matrix[degenerate])
+        found[degenerate] = np.linalg.pinv(matrix[degenerate] / size, rcond=1.0 / SINGULAR) @ (right[degenerate] / size)
     return found
 
 
@@ -91,7 +92,8 @@ def _degenerate(matrix: Array) -> Mask:
     found: Mask = np.logical_not(good)
     level = matrix / _row_sizes(matrix)
     unsure = np.flatnonzero(good & (_condition_bound(level) > SINGULAR))
-    found[unsure] = np.linalg.cond(level[unsure]) > SINGULAR
+    if unsure.size:
+        found[unsure] = np.linalg.cond(level[unsure]) > SINGULAR
     return found
 
 

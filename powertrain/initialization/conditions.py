@@ -79,6 +79,8 @@ class Discretes:
 
     def set(self, t: float, y: Array, m: Array, p: Array, before: Array | None = None) -> Array:
         """Write the values into ``m`` and return them; those as ``before`` are left out, since resets may have changed them there."""
+        if not self.given:
+            return np.zeros(0)
         found = self._evaluated(t, y, m, p)[0].ravel()
         new = np.ones(len(found), bool) if before is None else found != before
         m[np.array(self.given, int)[new]] = found[new]

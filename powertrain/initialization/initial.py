@@ -34,7 +34,7 @@ from powertrain.initialization.start_rows import StartRows
 from powertrain.language.reals import Array
 from powertrain.language.units import with_unit
 from powertrain.modes.guards import first_violation
-from powertrain.numerics.newton import HALVINGS, newton
+from powertrain.numerics.newton import newton
 
 _ROUNDS = 20
 _ITERATIONS = 60
@@ -94,7 +94,8 @@ class _Plan:
         self.guesses.put(guesses, y)
         target = np.concatenate([np.zeros(self.nz), given, self.declared])
         self.discretes.set(t, y, m, p)
-        self.rows.solve_single(t, y, m, p, target)
+        if not self.rows.linear:
+            self.rows.solve_single(t, y, m, p, target)
         discretes = self.discretes.set(t, y, m, p)
         for _ in range(_ROUNDS):
             assumed = m.copy()
@@ -114,33 +115,37 @@ class _Plan:
         """Solve the chosen conditions for the unknowns they own, in place; other unknowns keep their guesses."""
         if not len(target) or not len(y):
             return Choice(self.rows.jacobian, [], [])
-        choice, open_rows = self._choose(self.rows.at(t, y, m, p)[1])
+        r, j = self.rows.at(t, y, m, p)
+        choice, open_rows = self._choose(j)
         if open_rows or choice.displaces:
             y[self.n :] += 1e-3 * (1.0 + np.abs(y[self.n :])) * np.linspace(0.7, 1.3, self.nz)
             choice, open_rows = self._choose(self.rows.at(t, y, m, p)[1])
         if open_rows:
             raise InitializationError(self._singular(open_rows))
         chosen, owned = choice.chosen, choice.owned
-
-        def equations(_: NDArray[np.intp], trial: Array) -> tuple[Array, Array]:
-            y[owned] = trial[0]
-            r, j = self.rows.at(t, y, m, p)
-            return j[None], (r - target)[None, chosen]
-
-        found, fine = newton(
-            equations,
-            y[None, owned],
-            still=STARTED,
-            most=_ITERATIONS,
-            halvings=0 if self.rows.linear else HALVINGS,
-            factors=choice.factors,
-        )
-        y[owned] = found[0]
-        if not fine[0]:
+        if self.rows.linear:
+            y[owned] += choice.factors(j[None])((target - r)[None, chosen])[0]
+            fine = bool(np.isfinite(y[owned]).all())
+        else:
+            fine = self._iterate(t, y, m, p, target, choice)
+        if not fine:
             r, j = self.rows.at(t, y, m, p)
             if not self.rows.are_round_off(r - target, j, y)[chosen].all():
                 raise InitializationError(self._no_solution(r - target, chosen.tolist()))
         return choice
+
+    def _iterate(self, t: float, y: Array, m: Array, p: Array, target: Array, choice: Choice) -> bool:
+        """Newton's method for the chosen conditions, in place; whether it converged."""
+
+        def equations(_: NDArray[np.intp], trial: Array) -> tuple[Array, Array]:
+            y[choice.owned] = trial[0]
+            r, j = self.rows.at(t, y, m, p)
+            return j[None], (r - target)[None, choice.chosen]
+
+        first = y[None, choice.owned]
+        found, fine = newton(equations, first, still=STARTED, most=_ITERATIONS, factors=choice.factors)
+        y[choice.owned] = found[0]
+        return bool(fine[0])
 
     def _no_solution(self, gap: Array, chosen: list[int]) -> str:
         sizes = [(np.inf if np.isnan(gap[i]) else abs(gap[i]), i) for i in chosen]

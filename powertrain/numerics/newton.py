@@ -45,20 +45,24 @@ def solved(matrix: Array, right: Array) -> Array:
     """
     if right.ndim == 2:
         return solved(matrix, right[:, :, None])[:, :, 0]
-    matrix = np.broadcast_to(matrix, (len(right), *matrix.shape[1:]))
-    sound: Mask = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))
-    good = sound[:, None, None] & np.isfinite(right).all(axis=1, keepdims=True)
-    if not good.all():
-        matrix, right = matrix.copy(), np.where(good, right, 0.0)
-        matrix[~sound] = np.eye(matrix.shape[1])
+    if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
+        return _without_missing(matrix, right)
     size = np.abs(matrix).max(axis=2, keepdims=True, initial=0.0)
     size[size == 0.0] = 1.0
     whole, given = matrix / size, right / size
     try:
-        found = np.linalg.solve(whole, given)
+        return np.asarray(np.linalg.solve(whole, given))
     except np.linalg.LinAlgError:
-        found = np.array([_shortest(a, b) for a, b in zip(whole, given, strict=True)]).reshape(given.shape)
-    return np.asarray(found if good.all() else np.where(good, found, np.nan))
+        each = zip(np.broadcast_to(whole, (len(given), *whole.shape[1:])), given, strict=True)
+        return np.array([_shortest(a, b) for a, b in each]).reshape(given.shape)
+
+
+def _without_missing(matrix: Array, right: Array) -> Array:
+    """The same where values are missing: nan for the systems and right-hand sides that have some."""
+    sound: Mask = np.asarray(np.isfinite(matrix).all(axis=(1, 2), keepdims=True))
+    good = sound & np.isfinite(right).all(axis=1, keepdims=True)
+    found = solved(np.where(sound, matrix, np.eye(matrix.shape[1])), np.where(good, right, 0.0))
+    return np.asarray(np.where(good, found, np.nan))
 
 
 def _shortest(matrix: Array, right: Array) -> Array:

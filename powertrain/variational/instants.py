@@ -7,7 +7,7 @@ An event happens where an indicator h(t, s, q) falls through zero, or at a known
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,13 +66,15 @@ class EventLaws:
     ) -> None:
         self.system, self.timed, self.sticking, self._count = system, timed, sticking, len(indicators)
         self._laws = {j: i.law for j, i in enumerate(indicators) if not isinstance(i.law, Guard)}
-        self._kinks = {s.index for s in system.dae.switches if s.continuous}
+        self.kinks = {s.index for s in system.dae.switches if s.continuous}
 
-    def shifts(self, run: Record, k: int, slopes: Slopes, falls: Array, earlier: Array) -> list[Shift]:
-        """The laws whose indicator or instant causes this event."""
+    def shifts(
+        self, run: Record, k: int, slopes: Slopes, falls: Array, earlier: Array, without: Collection[int] = ()
+    ) -> list[Shift]:
+        """The laws whose indicator or instant causes this event, ``without`` those of these indices, which change nothing."""
         t, left, right = float(run.instants.times[k]), run.instants.left.m[k], run.instants.right.m[k]
         found = [*self._timed(t, slopes, left, right), *self._scheduled(slopes, left, right)]
-        for j in self._causes(run, k, slopes, falls, known=bool(found)):
+        for j in self._causes(run, k, slopes, falls, without, known=bool(found or without)):
             law = self._laws[j]
             if any(law.index == shift.index for shift in found):
                 continue
@@ -103,13 +105,16 @@ class EventLaws:
             if (left[schedule.index : schedule.index + 3] != right[schedule.index : schedule.index + 3]).any()
         ]
 
-    def _causes(self, run: Record, k: int, slopes: Slopes, falls: Array, *, known: bool) -> list[int]:
+    def _causes(
+        self, run: Record, k: int, slopes: Slopes, falls: Array, without: Collection[int], *, known: bool
+    ) -> list[int]:
         """The indicators that fell through zero first, those of laws that jump and change before others; at least one unless ``known``."""
         left, right = run.instants.left.m[k], run.instants.right.m[k]
         hit = {name for name, _ in run.instants.extra[k]}
         changed = [j for j, law in self._laws.items() if left[law.index] != right[law.index] or law.name in hit]
         fallen = [j for j in self._laws if slopes.value[j] <= _AT_ZERO and falls[j] < 0.0]
-        jumping = [j for j in fallen if self._laws[j].index not in self._kinks]
+        fallen = [j for j in fallen if self._laws[j].index not in without]
+        jumping = [j for j in fallen if self._laws[j].index not in self.kinks]
         t = float(run.instants.times[k])
         causes = self._first([j for j in jumping if j in changed] or jumping or fallen, slopes.value, falls, t)
         if causes or known:
@@ -169,16 +174,12 @@ def grazing(law: Law | When, t: float, slope: float, fallen: float, h: float) ->
     )
 
 
-def without_effect(shift: Shift, change: Array, rates: Array, lasting: float) -> bool:
-    """Whether a grazing event changes nothing and can be ignored; otherwise raises the reason why there is no derivative.
+def negligible(change: Array, rates: Array, lasting: float) -> bool:
+    """Whether a change of the ``rates`` is nothing to a run.
 
-    ``change`` of the ``rates`` lasts until the law changes again, for ``lasting`` seconds: that is what the run misses without the event.
+    It lasts until the law changes again, for ``lasting`` seconds: that is what the run misses without the event.
     """
-    if shift.flat is None:
-        return False
-    if (np.abs(change) * min(lasting, 1.0) <= _NOTHING * (1.0 + np.abs(rates))).all():
-        return True
-    raise shift.flat
+    return bool((np.abs(change) * min(lasting, 1.0) <= _NOTHING * (1.0 + np.abs(rates))).all())
 
 
 def duration(run: Record, k: int, index: int) -> float:

@@ -6,6 +6,9 @@ and s+ = R(t, s-, q),
     d(tau) = -(h_s S + h_q) / (dh/dt along f-)    or    T_s S + T_q,
     S+     = R_s S + R_q + (R_t + R_s f- - f+) d(tau).
 
+Where f- = f+, as at the end of a play, S+ = S, and the run may also touch the surface on which h is zero without crossing it. Where the
+rates jump, it has to cross.
+
 M. A. Aizerman, F. R. Gantmacher: Determination of stability by linear approximation of a periodic solution of a system of differential
 equations with discontinuous right-hand sides, Q. J. Mech. Appl. Math. 11 (1958) 385-398; R. I. Leine, H. Nijmeijer: Dynamics and
 Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
@@ -23,11 +26,11 @@ from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
 from powertrain.dae.hybrid import Switch, When
 from powertrain.engine.trajectory import Samples
 from powertrain.language.reals import Array
-from powertrain.language.symbols import column
+from powertrain.language.symbols import Symbol, column
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.numerics.many import Many
 from powertrain.signals import signals_of
-from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, duration, without_effect
+from powertrain.variational.instants import EventLaws, NotDifferentiable, Shift, duration, negligible
 from powertrain.variational.mapping import Mapping, Round, Step, differ
 from powertrain.variational.partials import Block, Partials, Slopes
 from powertrain.variational.record import Record, shifted
@@ -71,6 +74,7 @@ class Saltation:
         times = [law.time for law in self.timed if law.time is not None]
         self.asked = column([*(i.value for i in self.indicators), *times])
         self.before, self.values = Partials(system, self.asked), Many(system.dae.arguments, self.asked)
+        self.known = Many(system.dae.arguments, column([Symbol(i.known) for i in self.indicators]))
         self.instants = EventLaws(system, self.indicators, self.timed, self.sticking)
         self.speeds = Partials(system, column([law.w for law in self.sticking]))
         self.mapping = Mapping(system) if dae.whens or dae.barriers or dae.relative else None
@@ -127,7 +131,13 @@ class Saltation:
             rounds = carried.rounds
         across = s.copy(), q, rate
         change = s @ f_left + rate - f_right
-        moved = [each for each in shifts if not without_effect(each, change, f_left, duration(run, k, each.index))]
+        moved = self._moved(run, k, shifts, change, f_left, None if rounds else slopes)
+        if not moved and shifts and not negligible(change, f_left, duration(run, k, shifts[0].index)):
+            # the laws that jump change nothing; what does is a kink that the run passes at the same instant
+            others = self.instants.shifts(run, k, slopes, falls, earlier, {shift.index for shift in shifts})
+            moved = self._moved(run, k, others, change, f_left, None if rounds else slopes)
+            if not moved and shifts[0].flat is not None:
+                raise shifts[0].flat
         mean, farthest = self._parts(run, k, moved, f_left, f_right, change)
         on_s = np.array([shift.s for shift in moved]).reshape(len(moved), n)
         on_q = np.array([shift.q for shift in moved]).reshape(len(moved), q.shape[1])
@@ -141,6 +151,43 @@ class Saltation:
         return SaltationMap(
             t, caught @ s, caught @ q, at_q, tuple(shifts), tuple(moved), apart, across, rounds, tuple(fresh)
         )
+
+    def _moved(
+        self, run: Record, k: int, shifts: Sequence[Shift], change: Array, rates: Array, slopes: Slopes | None
+    ) -> list[Shift]:
+        """Those that count."""
+        return [replace(each, flat=None) for each in shifts if self._counts(run, k, each, change, rates, slopes)]
+
+    def _counts(self, run: Record, k: int, shift: Shift, change: Array, rates: Array, slopes: Slopes | None) -> bool:
+        """Whether the motion of an instant changes anything. That of an indicator that grazes zero is refused where anything jumps.
+
+        ``slopes``: of the indicators, where the states do not jump. A grazing law may change as little as its hysteresis: then it does not
+        count. If it changes nothing at the surface on which it switches, beyond which the hysteresis puts its event, it counts as others.
+        """
+        if shift.flat is None:
+            return True
+        lasting = duration(run, k, shift.index)
+        if slopes is None:
+            here = surface = change
+        else:
+            row, left = slopes.s[shift.row, : self.system.states], row_of(run.instants.left, k)
+            beyond = self.known(left, run.p)[0, shift.row] - slopes.value[shift.row]
+            moved = left._replace(x=left.x + beyond * row / ((row @ row) or 1.0))
+            here, surface = (self._change(run, k, shift, each) for each in (left, moved))
+        if negligible(here, rates, lasting):
+            return False
+        if slopes is None or not negligible(surface, rates, lasting):
+            raise shift.flat
+        return True
+
+    def _change(self, run: Record, k: int, shift: Shift, at: Samples) -> Array:
+        """The change of the rates at a sample by a law and those that switch with it, except for others whose branches meet."""
+        before, after = at.m.copy(), run.instants.right.m[k : k + 1]
+        meeting = [index for index in self.instants.kinks if index != shift.index]
+        before[:, meeting] = after[:, meeting]
+        sides = (self.corrected(at._replace(m=m), run.p) for m in (before, after))
+        f_before, f_after = (self.flow.rates(side, run.p)[0] for side in sides)
+        return np.asarray(f_before - f_after)
 
     def _parts(
         self, run: Record, k: int, shifts: Sequence[Shift], f_left: Array, f_right: Array, change: Array
