@@ -14,6 +14,8 @@ import pytest
 from scipy.optimize import least_squares
 
 import powertrain as pt
+from powertrain.components.engines import BufferedAccessories
+from powertrain.components.transmissions import NeutralIdleConverter
 from powertrain.measured.building import DOWN, RADIUS, _machine, build, progression, ratios
 from powertrain.measured.fitting import NOISE, Sensitivities
 from powertrain.measured.prediction import Prediction, predict, table
@@ -329,6 +331,24 @@ def test_the_ring_of_a_power_split_turns_as_that_of_the_prius() -> None:
     """3.267 times as fast as wheels of 0.317 m, whatever the radius of the model's."""
     vehicle = build(CARS["Toyota Prius power split"], Technology())
     assert float(vehicle.front.final_drive.ratio) / RADIUS == pytest.approx(3.267 / 0.317, rel=1e-3)
+
+
+def test_what_the_engine_drives_at_rest() -> None:
+    """The RAV4 of 2019 has no start-stop; converters do not drag at rest; a battery supplies the accessories of an engine that stops."""
+    assert not stops(CARS["Toyota RAV4 automatic"])
+    for car in CARS.values():
+        if car.transmission in ("automatic", "belt", "dual clutch", "manual"):
+            vehicle = build(car, Technology())
+            assert isinstance(vehicle.accessories, BufferedAccessories) == stops(car)
+            if car.transmission in ("automatic", "belt"):
+                assert isinstance(vehicle.start, NeutralIdleConverter)
+                engine = vehicle.engine
+                stall = vehicle.start.converter.converter.table[0][1] ** -2 * 2 * (2300 * np.pi / 30) ** 2
+                assert (
+                    float(vehicle.start.clutch.capacity)
+                    > stall
+                    > 2 * float(engine.full_load(2300 * np.pi / 30)) * 0.999
+                )
 
 
 @pytest.mark.parametrize("geared", [False, True])
