@@ -134,9 +134,11 @@ from powertrain.components.electric import MachineCooling as MachineCooling
 from powertrain.components.electric import PassivelyCooledBattery as PassivelyCooledBattery
 from powertrain.components.electric import PolarizedBattery as PolarizedBattery
 from powertrain.components.electric import VoltageSource as VoltageSource
+from powertrain.components.engines import Accessories as Accessories
 from powertrain.components.engines import AccessoryDrive as AccessoryDrive
 from powertrain.components.engines import AccessoryPump as AccessoryPump
 from powertrain.components.engines import Alternator as Alternator
+from powertrain.components.engines import BufferedAccessories as BufferedAccessories
 from powertrain.components.engines import CoolantCircuit as CoolantCircuit
 from powertrain.components.engines import Crankshaft as Crankshaft
 from powertrain.components.engines import Cylinder as Cylinder
@@ -257,6 +259,7 @@ from powertrain.components.transmissions import Network as Network
 from powertrain.components.transmissions import NetworkGears as NetworkGears
 from powertrain.components.transmissions import NetworkRatio as NetworkRatio
 from powertrain.components.transmissions import NetworkTransmission as NetworkTransmission
+from powertrain.components.transmissions import NeutralIdleConverter as NeutralIdleConverter
 from powertrain.components.transmissions import OverallRatio as OverallRatio
 from powertrain.components.transmissions import PowerShiftGearbox as PowerShiftGearbox
 from powertrain.components.transmissions import RangeTransmission as RangeTransmission

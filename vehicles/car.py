@@ -46,7 +46,15 @@ from powertrain.components.control import (
 from powertrain.components.control.shift_rule import KickLimits
 from powertrain.components.cycles import CycleSpeed, DriveCycle
 from powertrain.components.electric import ElectricMachine
-from powertrain.components.engines import AccessoryDrive, Engine, EngineCooling, WarmEngine, WillansEngine, pull_speeds
+from powertrain.components.engines import (
+    Accessories,
+    AccessoryDrive,
+    Engine,
+    EngineCooling,
+    WarmEngine,
+    WillansEngine,
+    pull_speeds,
+)
 from powertrain.components.rotational import Flange
 from powertrain.components.transmissions import ManualGearbox, Shiftable
 from powertrain.components.wheels import RigidWheel
@@ -177,7 +185,7 @@ class GearedCar(ShiftedCar):
 
     start_stop: EngineSwitch = AlwaysOn()
     engine: Engine = WillansEngine()
-    accessories: AccessoryDrive = AccessoryDrive()
+    accessories: Accessories = AccessoryDrive()
     cooling: EngineCooling = WarmEngine()
 
     @property

@@ -12,6 +12,7 @@ from powertrain.components.control import AlwaysOn, Driver, EngineSwitch, Operat
 from powertrain.components.cvu import CVU, Actuator, RatioActuator, VariableUnit
 from powertrain.components.differentials import ChurningLoss
 from powertrain.components.engines import (
+    Accessories,
     AccessoryDrive,
     Engine,
     EngineCooling,
@@ -43,7 +44,7 @@ class VariatorCar(Car):
     start_stop: EngineSwitch = AlwaysOn()
     engine: Engine = WillansEngine()
     cooling: EngineCooling = WarmEngine()
-    accessories: AccessoryDrive = AccessoryDrive()
+    accessories: Accessories = AccessoryDrive()
     start: StartingDevice = StartingConverter()
     shaft: Inertia = Inertia(J=0.03)
     churning: ChurningLoss = ChurningLoss(d=0.015)
@@ -79,6 +80,7 @@ class VariatorCar(Car):
         yield self.control.w_best.value == ca.fmax(line(self.control.power.value), self.w_least)
         yield from self._on_its_line(self.engine, self.control)
         yield connect(self.control.clutch, self.start.pressed)
+        yield connect(self.driver.brake, self.start.brake)
         yield connect(self.control.ratio, self.actuator.demand)
         yield connect(self.actuator.ratio, self.unit.ratio)
 

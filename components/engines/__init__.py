@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from powertrain.components.engines.accessories import AccessoryDrive, AccessoryPump, Alternator
+from powertrain.components.engines.accessories import (
+    Accessories,
+    AccessoryDrive,
+    AccessoryPump,
+    Alternator,
+    BufferedAccessories,
+)
 from powertrain.components.engines.cooling import CoolantCircuit, EngineCooling, WarmEngine
 from powertrain.components.engines.cylinder import Cylinder
 from powertrain.components.engines.interfaces import Engine
@@ -21,9 +27,11 @@ from powertrain.components.engines.tablefiles import read_fuel_map, read_torque_
 from powertrain.components.engines.willans import WillansEngine
 
 __all__ = [
+    "Accessories",
     "AccessoryDrive",
     "AccessoryPump",
     "Alternator",
+    "BufferedAccessories",
     "CoolantCircuit",
     "Crankshaft",
     "Cylinder",

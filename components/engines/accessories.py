@@ -12,6 +12,7 @@ from powertrain import (
     Parameter,
     Symbol,
     Variable,
+    der,
     friction,
     parameter,
     port,
@@ -23,7 +24,19 @@ from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import Dragged
 
 
-class AccessoryDrive(Dragged):
+class Accessories(Dragged):
+    """Partial: what the crankshaft drives by a belt. Below w_0 the torque falls to zero at rest, so the starter can overcome it."""
+
+    P: Parameter = parameter("W", "Power", default=0.0, min=0)
+    w_0: Parameter = parameter("rad/s", "Speed from which the full power is taken", default=50.0, above=0)
+
+    def _take(self, power: Symbol) -> Equations:
+        """``power`` from the crankshaft, less below w_0."""
+        yield from self._turn()
+        yield self.flange.tau == power * self.w / ca.fmax(ca.fabs(self.w), self.w_0) ** 2
+
+
+class AccessoryDrive(Accessories):
     """A belt drive that takes constant power from the crankshaft.
 
     Below w_0 the torque falls to zero at rest, so the starter can overcome it.
@@ -31,13 +44,34 @@ class AccessoryDrive(Dragged):
     tau = P w/max(|w|, w_0)^2,  w = der(flange.phi - support.phi)
     """
 
-    P: Parameter = parameter("W", "Power", default=0.0, min=0)
-    w_0: Parameter = parameter("rad/s", "Speed from which the full power is taken", default=50.0, above=0)
-
     def equations(self) -> Equations:
         """A constant power."""
-        yield from self._turn()
-        yield self.flange.tau == self.P * self.w / ca.fmax(ca.fabs(self.w), self.w_0) ** 2
+        yield from self._take(self.P)
+
+
+class BufferedAccessories(Accessories):
+    """Accessories with a battery, which supplies them while the engine is stopped and is charged afterwards.
+
+    tau = (P + owed/T_charge) w/max(|w|, w_0)^2,  der(owed) = P - tau w,  w = der(flange.phi - support.phi)
+
+    ``owed`` is the energy that the battery has supplied and not received back; losses of its own are not included.
+    """
+
+    T_charge: Parameter = parameter("s", "Time constant with which the battery is charged", default=60.0, above=0)
+    owed: Variable = variable("J", "Energy that the battery has yet to receive", start=0.0, nominal=1e4)
+
+    def equations(self) -> Equations:
+        """A constant power, and what the battery has lent."""
+        yield from self._take(self.P + self.owed / self.T_charge)
+        yield der(self.owed) == self.P - self.flange.tau * self.w
+
+    def energy(self) -> Symbol:
+        """That of the battery, zero when it is charged."""
+        return -self.owed
+
+    def loss(self) -> Symbol:
+        """The power of the accessories."""
+        return self.P
 
 
 class Alternator(Dragged):

@@ -38,6 +38,7 @@ from powertrain.components.transmissions.network_flow import Flow, UnitLoss, flo
 from powertrain.components.transmissions.network_transmission import NetworkGears, NetworkTransmission
 from powertrain.components.transmissions.planetary_levers import double_planetary, planetary, ravigneaux
 from powertrain.components.transmissions.power_shift import (
+    NeutralIdleConverter,
     PowerShiftGearbox,
     ShiftedGears,
     StartingClutch,
@@ -82,6 +83,7 @@ __all__ = [
     "NetworkGears",
     "NetworkRatio",
     "NetworkTransmission",
+    "NeutralIdleConverter",
     "OverallRatio",
     "PowerShiftGearbox",
     "RangeTransmission",

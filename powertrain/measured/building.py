@@ -22,10 +22,11 @@ from powertrain.components.control import (
 from powertrain.components.cvu import CVU, RatioActuator
 from powertrain.components.differentials import ChurningLoss, CrownGear
 from powertrain.components.electric import AccessoryLoad, ElectricMachine, PolarizedBattery, cells_in_series
-from powertrain.components.engines import AccessoryDrive, WillansEngine
+from powertrain.components.engines import AccessoryDrive, BufferedAccessories, WillansEngine
 from powertrain.components.rotational import Clutch, IdealGear, Inertia, TwoFlanges
 from powertrain.components.transmissions import (
     ManualGearbox,
+    NeutralIdleConverter,
     PowerShiftGearbox,
     ShiftedGears,
     SingleGear,
@@ -92,7 +93,7 @@ def build(car: TestCar, technology: Technology, *, cool: bool = False) -> Any:
 def _common(car: TestCar, technology: Technology, cool: bool) -> dict[str, Any]:
     return {
         "engine": technology.engine(car, cool=cool),
-        "accessories": AccessoryDrive(P=technology.accessories),
+        "accessories": (BufferedAccessories if stops(car) else AccessoryDrive)(P=technology.accessories),
         "driver": Driver(k_a=car.mass / _force(car), hold=0.3),
         "body": _body(car),
         **_axles(car, IdealGear(ratio=car.axle_ratio)),
@@ -157,9 +158,10 @@ def _most(engine: WillansEngine) -> float:
 
 
 def _converter(engine: WillansEngine) -> StartingDevice:
-    """The default converter, whose K factor is scaled so that full load stalls it at ``W_STALL``."""
-    at_stall = float(engine.full_load(W_STALL))
-    return StartingConverter(converter=TorqueConverter.of_stall(W_STALL, at_stall, tau_max=1.5 * _most(engine)))
+    """The default converter, whose K factor is scaled so that full load stalls it at ``W_STALL``, with a clutch that opens at rest."""
+    at_stall, most = float(engine.full_load(W_STALL)), _most(engine)
+    converter = StartingConverter(converter=TorqueConverter.of_stall(W_STALL, at_stall, tau_max=1.5 * most))
+    return NeutralIdleConverter(converter=converter, clutch=Clutch(fn_max=3 * most, mue_pos=((0.0, 1.0),)))
 
 
 def _manual(car: TestCar, technology: Technology, cool: bool) -> ManualCar:

@@ -16,6 +16,7 @@ from powertrain.components.rotational import Clutch
 from powertrain.components.transmissions import (
     DualClutchGearbox,
     ManualGearbox,
+    NeutralIdleConverter,
     PowerShiftGearbox,
     StartingConverter,
     StartingGearbox,
@@ -281,13 +282,17 @@ def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
     if len(parts.engines) != 1:
         return
     torque = _most(vehicle, parts.engines[0])[0]
-    gearboxes = [(f"{name}.", part) for name, part in children(vehicle) if isinstance(part, StartingGearbox)]
-    for prefix, whole in [("", vehicle), *gearboxes]:
+    inside = [
+        (f"{name}.", part)
+        for name, part in children(vehicle)
+        if isinstance(part, StartingGearbox | NeutralIdleConverter)
+    ]
+    for prefix, whole in [("", vehicle), *inside]:
         for name, part in children(whole):
             if isinstance(part, StartingConverter) and (lock := _number(part.converter, "tau_max")) and lock < torque:
                 yield (
-                    f"the lock-up clutch of {name}.converter slips at full load: it holds {lock:.4g} N.m, {parts.engines[0]} gives up to "
-                    f"{torque:.4g} N.m; TorqueConverter.of_stall(w, tau) makes a converter for an engine"
+                    f"the lock-up clutch of {prefix}{name}.converter slips at full load: it holds {lock:.4g} N.m, "
+                    f"{parts.engines[0]} gives up to {torque:.4g} N.m; TorqueConverter.of_stall(w, tau) makes a converter for an engine"
                 )
             if type(part) is not Clutch:
                 continue
@@ -301,7 +306,8 @@ def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
 
 def _standing(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
     """A clutch that the control presses while the engine idles, so that it drags while the vehicle stands."""
-    if len(parts.engines) != 1 or any(isinstance(part, StartingConverter) for _, part in children(vehicle)):
+    converters = StartingConverter | NeutralIdleConverter
+    if len(parts.engines) != 1 or any(isinstance(part, converters) for _, part in children(vehicle)):
         return
     idle = _number(value_at(vehicle, parts.engines[0]), "w_idle")
     for name, part in children(vehicle):

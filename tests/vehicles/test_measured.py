@@ -14,6 +14,8 @@ import pytest
 from scipy.optimize import least_squares
 
 import powertrain as pt
+from powertrain.components.engines import BufferedAccessories
+from powertrain.components.transmissions import NeutralIdleConverter
 from powertrain.measured.building import DOWN, RADIUS, _machine, build, progression, ratios
 from powertrain.measured.fitting import NOISE, Sensitivities
 from powertrain.measured.prediction import Prediction, predict, table
@@ -331,6 +333,24 @@ def test_the_ring_of_a_power_split_turns_as_that_of_the_prius() -> None:
     assert float(vehicle.front.final_drive.ratio) / RADIUS == pytest.approx(3.267 / 0.317, rel=1e-3)
 
 
+def test_what_the_engine_drives_at_rest() -> None:
+    """The RAV4 of 2019 has no start-stop; converters do not drag at rest; a battery supplies the accessories of an engine that stops."""
+    assert not stops(CARS["Toyota RAV4 automatic"])
+    for car in CARS.values():
+        if car.transmission in ("automatic", "belt", "dual clutch", "manual"):
+            vehicle = build(car, Technology())
+            assert isinstance(vehicle.accessories, BufferedAccessories) == stops(car)
+            if car.transmission in ("automatic", "belt"):
+                assert isinstance(vehicle.start, NeutralIdleConverter)
+                engine = vehicle.engine
+                stall = vehicle.start.converter.converter.table[0][1] ** -2 * 2 * (2300 * np.pi / 30) ** 2
+                assert (
+                    float(vehicle.start.clutch.capacity)
+                    > stall
+                    > 2 * float(engine.full_load(2300 * np.pi / 30)) * 0.999
+                )
+
+
 @pytest.mark.parametrize("geared", [False, True])
 def test_losses_of_a_machine_are_shares_of_its_power(geared: bool) -> None:
     """0.07 % for the inverter and 100 W, 6 % at the largest torque, and at top speed 1.5 % unless the road load has them."""
@@ -417,16 +437,19 @@ def test_published_errors_of_cars_that_had_no_part_in_the_numbers() -> None:
         assert getattr(OTHERS[name], cycle) == pytest.approx(measured, abs=0.01)
     np.testing.assert_allclose(found.error, 100 * (found.predicted / found.measured - 1), atol=0.06)
     size = found.error.abs()
-    assert size.mean() == pytest.approx(5.1, abs=0.05)
-    assert size.median() == pytest.approx(3.7, abs=0.05)
+    assert size.mean() == pytest.approx(5.0, abs=0.05)
+    assert size.median() == pytest.approx(3.5, abs=0.05)
     assert (size < 8).mean() > 5 / 6 - 0.01
     assert abs(found.error[found.cycle == "hwfet"].mean()) < 1
-    assert found.error[found.cycle == "udds"].mean() == pytest.approx(3, abs=0.5)
+    assert found.error[found.cycle == "udds"].mean() == pytest.approx(5, abs=0.5)
+    assert found.error[found.cycle == "udds"].median() == pytest.approx(2, abs=0.5)
+    converters = found[(found.cycle == "udds") & found.transmission.isin(["automatic", "belt"])]
+    assert converters.error.abs().median() == pytest.approx(2, abs=0.05)
     assert (size > 10).groupby(found.cycle).sum().to_dict() == {"udds": 8, "hwfet": 2}
 
 
 def test_rests_of_cars_with_and_without_start_stop() -> None:
-    """Beside the HWFET, which hardly has rests, the UDDS is better where the engine stops or has a clutch; the page says how much."""
+    """Beside the HWFET, which hardly has rests, converters and clutches have the same error on the UDDS if the engine runs at rest."""
     found = published_others().pivot(index="test_vehicle", columns="cycle", values="error")
     beside = found.udds - found.hwfet
 
@@ -435,8 +458,8 @@ def test_rests_of_cars_with_and_without_start_stop() -> None:
         return float(beside[cars].mean())
 
     runs = mean(False, "automatic")
-    assert mean(True, "automatic") - runs == pytest.approx(5, abs=0.5)
-    assert mean(False, "manual", "dual clutch") - runs == pytest.approx(3, abs=0.5)
+    assert mean(True, "automatic") - runs == pytest.approx(2.5, abs=0.5)
+    assert mean(False, "manual", "dual clutch") - runs == pytest.approx(0, abs=0.5)
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from joined import joined, run
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant, TimeTable
-from powertrain.components.transmissions import FluidCoupling, StartingConverter, TorqueConverter
+from powertrain.components.transmissions import FluidCoupling, NeutralIdleConverter, StartingConverter, TorqueConverter
 
 ROWS = ((0.0, 17.0, 2.0), (0.4, 18.0, 1.5), (0.8, 20.0, 1.1), (0.86, 22.0, 1.0), (0.97, 40.0, 1.0))
 CONVERTER = TorqueConverter(table=ROWS)
@@ -124,6 +124,28 @@ def test_the_lockup_fills_slowly_and_empties_at_once() -> None:
     result = run(joined(*parts, joints="1.flange=0.flange_a 0.flange_b=2.flange 3.y=2.w_ref"), 4)
     found = result.at([0.5, 1.5, 2.0, 3.1], "parts[0].converter.lockup")
     np.testing.assert_allclose(found, [0, 1 - math.exp(-1), 1 - math.exp(-2), 0], atol=3e-3)
+
+
+def idling(brake: tuple[tuple[float, float], ...], w_b: float) -> Any:
+    """A pump at 75 rad/s before a shaft at a given speed, with a brake pedal over time."""
+    device = NeutralIdleConverter(converter=StartingConverter(converter=CONVERTER), T_fill=0.2)
+    parts = device, rot.ConstantSpeed(w_fixed=75), rot.ConstantSpeed(w_fixed=w_b), TimeTable(table=brake)
+    return run(joined(*parts, joints="1.flange=0.flange_a 0.flange_b=2.flange 3.y=0.brake"), 4)
+
+
+def test_a_converter_does_not_drag_at_rest_with_the_brake_pressed() -> None:
+    """Released, the pump takes (w/K)^2 as at stall; pressed, the turbine turns with it."""
+    result = idling(((0.0, 0.0), (1.0, 0.0), (1.001, 0.3), (3.0, 0.3), (3.001, 0.0)), 0.0)
+    pump = result.at([0.9, 2.9, 3.9], "parts[0].flange_a.tau")
+    np.testing.assert_allclose(pump, [(75 / 17) ** 2, 0, (75 / 17) ** 2], atol=0.1)
+    assert result.at([2.9], "parts[0].turbine.w")[0] == pytest.approx(75, rel=0.01)
+    assert pt.energy_audit(result).closure < 1e-6
+
+
+def test_a_brake_opens_no_clutch_while_the_car_moves() -> None:
+    result = idling(((0.0, 0.0), (1.0, 0.0), (1.001, 0.3), (4.0, 0.3)), 20.0)
+    early, late = result.at([0.9, 3.9], "parts[0].flange_a.tau")
+    assert late == pytest.approx(early, rel=1e-6)
 
 
 @pytest.mark.parametrize(
