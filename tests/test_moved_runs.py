@@ -57,7 +57,7 @@ CUTS = (0.11, 0.27, 0.43, 0.61, 0.83)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(80))
+@pytest.mark.parametrize("seed", range(40))
 def test_a_machine_cut_in_two_moves_as_the_whole_one(seed: int) -> None:
     """The second half starts with the states and discrete variables at the end of the first."""
     options: dict[str, Any] = {"rtol": 1e-8}

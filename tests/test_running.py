@@ -271,7 +271,7 @@ def test_a_model_without_laws_in_steps() -> None:
     assert run.result([0.75])["wheel.w"] == pytest.approx([np.exp(-0.75)], rel=1e-8)
 
 
-@pytest.mark.parametrize("seed", few(range(100), 3))
+@pytest.mark.parametrize("seed", few(range(50), 3))
 def test_machines_in_random_steps(seed: int) -> None:
     """At the end of each step the states are those of the whole run, also from a stored state."""
     draws = random.Random(seed)

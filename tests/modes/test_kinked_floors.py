@@ -54,9 +54,10 @@ class Stack:
         """The mass above, and that below or -1 for a floor."""
         return [(i, -1) for i in self.floors] + [(i, i - 1) for i in range(1, self.mass.size)]
 
-    def below(self, t: float) -> Array:
-        """The heights of the floors, and 0 where another mass is below."""
-        return np.array([np.interp(t, self.times, self.floors[i]) if j < 0 else 0.0 for i, j in self.contacts])
+    def below(self, t: Array) -> Array:
+        """The heights of the floors, and 0 where another mass is below: a row for each time."""
+        rows = [np.interp(t, self.times, self.floors[i]) if j < 0 else np.zeros_like(t) for i, j in self.contacts]
+        return np.column_stack(rows)
 
 
 def stepped(stack: Stack, h: float) -> Array:
@@ -69,11 +70,13 @@ def stepped(stack: Stack, h: float) -> Array:
     x, v, impulse = stack.start, np.zeros_like(stack.mass), np.zeros(len(J))
     inertia = stack.mass + h * stack.damping
     G = (J / inertia) @ J.T
-    for k in range(round(STOP / h)):
+    n = round(STOP / h)
+    floors = stack.below(np.linspace(0.0, STOP, 2 * n + 1))
+    for start, half, end in zip(floors[:-2:2], floors[1::2], floors[2::2], strict=True):
         middle = x + h / 2 * v
         free = (stack.mass * v + h * (stack.pull - stack.stiffness * middle)) / inertia
-        closed = J @ middle <= stack.below((k + 0.5) * h)
-        goal = J @ free - (stack.below((k + 1) * h) - stack.below(k * h)) / h
+        closed = J @ middle <= half
+        goal = J @ free - (end - start) / h
         project(impulse, -goal, G, np.zeros(len(J)), np.full(len(J), math.inf), closed)
         v = free + J.T @ impulse / inertia
         x = middle + h / 2 * v
@@ -101,11 +104,11 @@ def model(stack: Stack) -> pt.Component:
     return masses(stack.start.tolist(), len(stack.contacts), equations)
 
 
-@pytest.mark.parametrize("seed", few(range(36)))
+@pytest.mark.parametrize("seed", few(range(18)))
 def test_a_stack_on_floors_with_kinks(seed: int) -> None:
     """Where a floor turns upward it strikes the masses on it, where it turns downward they fly. Time stepping converges to that."""
     stack = Stack.random(np.random.default_rng(seed))
     result = pt.simulate(model(stack), STOP)
     found = [result[f"x{i}"][-1] for i in range(stack.mass.size)]
-    coarse, fine = (float(np.abs(stepped(stack, h) - found).max()) for h in (1e-3, 2e-4))
-    assert fine < max(2e-3, 0.5 * coarse)
+    fine = float(np.abs(stepped(stack, 2e-4) - found).max())
+    assert fine < 2e-3 or fine < 0.5 * float(np.abs(stepped(stack, 1e-3) - found).max())

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import runpy
-import sys
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -168,17 +165,6 @@ def test_slot_takes_a_differential_only() -> None:
         pt.replace(RearDriveCar(), {"rear.differential": RigidWheel()})
     with pytest.raises(pt.ParameterError, match=r"rear\.left\.nu"):
         plant("bevel").simulate(1.0, parameters={"rear.left.nu": 0.1})
-
-
-@pytest.mark.slow
-def test_comparison(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """The example's table and picture."""
-    example = Path(__file__).parents[2] / "examples" / "06_differentials_compared.py"
-    monkeypatch.setattr(sys, "argv", [str(example), str(tmp_path / "figure.png")])
-    names = runpy.run_path(str(example), run_name="__main__")
-    assert (tmp_path / "figure.png").stat().st_size > 50_000
-    printed = capsys.readouterr().out
-    assert all(name in printed for name in names["DIFFERENTIALS"])
 
 
 @pytest.mark.slow

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-import runpy
-import sys
 from contextlib import suppress
 from functools import partial
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -319,13 +316,3 @@ def test_nothing_to_refine(paper: SplitPathDesigns) -> None:
         pt.ParameterError, match=r"no basic ratio between -2 and -1\.5 meets this duty within its limits"
     ):
         refine(-1.7, (-2.0, -1.5), Demands((0.9, 1.1), {}))
-
-
-@pytest.mark.slow
-def test_example_draws_its_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
-    example = Path(__file__).parents[2] / "examples" / "07_split_path_cvt.py"
-    monkeypatch.setenv("MPLBACKEND", "Agg")
-    monkeypatch.setattr(sys, "argv", [str(example), str(tmp_path / "figures.png")])
-    runpy.run_path(str(example), run_name="__main__")
-    assert (tmp_path / "figures.png").stat().st_size > 50_000
-    assert "has a mean efficiency of" in capsys.readouterr().out
