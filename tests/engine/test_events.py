@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import sys
-import time
 
 import casadi as ca
 import numpy as np
@@ -149,11 +148,10 @@ def test_chattering_is_named() -> None:
     t, x, m, p = symbols(1, 1)
     switch = Switch("thermostat", "hand", 0, x[0])
     model = dae(t, x, m, p, ca.if_else(m[0] > 0.5, -1.0, 1.0), ["a"], switches=(switch,))
-    began = time.perf_counter()
     with pytest.raises(SimulationError, match=r"thermostat \(hand\) switches without end") as caught:
         Simulator(model).run([0.5], [], stop=1.0)
-    assert time.perf_counter() - began < 1.0
     assert caught.value.result.end == pytest.approx(0.5, abs=1e-3)
+    assert len(caught.value.result.events) < 2000
 
 
 def test_a_derivative_that_is_not_finite_is_named() -> None:
