@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from powertrain.compiler.alias import Reduced, quote
 from powertrain.compiler.index import Differentiated
 from powertrain.compiler.law_torques import LawTorque
@@ -59,8 +61,8 @@ def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torqu
     roots = set(reduced.variables([reduced.equations[e] for e in equations]))
     laws = [t for t in torques if key(t.symbol) in roots]
     named = [b for b in [*reduced.variables(said), *(key(t.symbol) for t in laws)] if b in reduced.flat.unknowns]
-    quoted = quote([*said, *reduced.tied_by(named)])
-    held = _held_open(reduced)
+    behind = [*said, *reduced.tied_by(named)]
+    quoted, held = quote(behind), _held_open(reduced, {e.place.path for e in behind})
     if held:
         return (
             f"over-determined: {held._path} has a given position but is not connected, so nothing holds it: its torque or force is zero. "
@@ -79,9 +81,11 @@ def _too_much(reduced: Reduced, equations: list[int], variables: set[int], torqu
     return f"over-determined: {what}; remove one of these\n  {quoted}"
 
 
-def _held_open(reduced: Reduced) -> Connector | None:
-    """An unconnected port that an equation of an enclosing component holds, as ``self.gear.ring.phi == 0``."""
+def _held_open(reduced: Reduced, paths: Collection[str]) -> Connector | None:
+    """An unconnected port of a component of these paths that an equation of another one holds, as ``self.gear.ring.phi == 0``."""
     for part, end in reduced.flat.open_ports:
+        if not any(f"{path}.".startswith(f"{part._path}.") for path in paths):
+            continue
         held = {k for k in _potentials(end) if reduced.affine(k).root is None}
         others = [e for e in reduced.flat.equations if e.place.path != part._path] if held else []
         if held.intersection(reduced.variables(others)):

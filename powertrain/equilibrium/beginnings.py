@@ -19,8 +19,10 @@ UNSURE = 10.0
 """Mobilities below this multiple of their round-off are zero."""
 SINGULAR = 1e14
 """Condition number above which equations do not determine their unknowns."""
-DEPENDENT, PART = 1e-12, 1e-6
-"""Singular values of mobilities that count as zero, each law's own scaled to one, and the share of a law that is part of a combination."""
+DEPENDENT = 1e-12
+"""Singular values of mobilities that are zero but for round-off, each law's own mobility scaled to one."""
+PART = 1e-6
+"""Components of their singular vectors that are not zero; a law with less has no noticeable share in what the others hold."""
 RISES = 1e-6
 """Mobilities, relative to those of the laws themselves, that are negative but for round-off."""
 

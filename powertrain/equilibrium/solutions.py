@@ -32,7 +32,7 @@ SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
 MOST_SOURCES = 8
 """Neighbours whose solutions are tried at a point as they become available."""
 MOST_LAWS = 7
-"""Laws of which all combinations of modes are tried at a point."""
+"""Laws of which all combinations of modes are tried at a point; with more of them none is."""
 MOST_BEGUN = 4096
 """Combinations, at one or several points, that are tried together."""
 OTHERS = 4
@@ -112,7 +112,9 @@ class Solutions:
             held = loose & ~several[known]
             several[known[held]] = self._another(best.some(known[held]), moved.some(held), side[known[held]])
         several[known[self._beside_saddles(best, known, at, rest, change)]] = True
-        several[known[self._in_other_modes(best.some(known), at, side[known])]] = True
+        single = np.flatnonzero(~several[known])
+        elsewhere = self._in_other_modes(best.some(known[single]), at.some(single), side[known[single]])
+        several[known[single[elsewhere]]] = True
         resting = np.zeros_like(best.given)
         if rest.given.any():
             after = laws.next_modes(at, rest)

@@ -94,7 +94,7 @@ class _Plan:
         self.guesses.put(guesses, y)
         target = np.concatenate([np.zeros(self.nz), given, self.declared])
         self.discretes.set(t, y, m, p)
-        if not self.rows.linear:
+        if not self.rows.linear or self.discretes.given:
             self.rows.solve_single(t, y, m, p, target)
         discretes = self.discretes.set(t, y, m, p)
         for _ in range(_ROUNDS):
@@ -124,11 +124,14 @@ class _Plan:
             raise InitializationError(self._singular(open_rows))
         chosen, owned = choice.chosen, choice.owned
         if self.rows.linear:
-            y[owned] += choice.factors(j[None])((target - r)[None, chosen])[0]
-            fine = bool(np.isfinite(y[owned]).all())
-        else:
-            fine = self._iterate(t, y, m, p, target, choice)
-        if not fine:
+            for _ in range(2):  # the second step takes away the round-off of the first
+                y[owned] += choice.factors(j[None])((target - r)[None, chosen])[0]
+                r, j = self.rows.at(t, y, m, p)
+            if self.rows.are_round_off(r - target, j, y)[
+                chosen
+            ].all():  # not where a condition has steps between constant values
+                return choice
+        if not self._iterate(t, y, m, p, target, choice):
             r, j = self.rows.at(t, y, m, p)
             if not self.rows.are_round_off(r - target, j, y)[chosen].all():
                 raise InitializationError(self._no_solution(r - target, chosen.tolist()))

@@ -38,6 +38,8 @@ from powertrain.variational.simultaneous import Leg, Order, Parts, over_orders
 from powertrain.variational.transitions import VariationalRates
 
 _EQUAL = 1e-7
+_LATE = 0.01
+"""Largest relative change of an indicator's slope on the way from its surface to a grazing event: about the error of the derivative."""
 
 
 @dataclass(frozen=True)
@@ -155,30 +157,45 @@ class Saltation:
     def _moved(
         self, run: Record, k: int, shifts: Sequence[Shift], change: Array, rates: Array, slopes: Slopes | None
     ) -> list[Shift]:
-        """Those that count."""
+        """The laws whose motion of the instant changes something."""
         return [replace(each, flat=None) for each in shifts if self._counts(run, k, each, change, rates, slopes)]
 
     def _counts(self, run: Record, k: int, shift: Shift, change: Array, rates: Array, slopes: Slopes | None) -> bool:
         """Whether the motion of an instant changes anything. That of an indicator that grazes zero is refused where anything jumps.
 
         ``slopes``: of the indicators, where the states do not jump. A grazing law may change as little as its hysteresis: then it does not
-        count. If it changes nothing at the surface on which it switches, beyond which the hysteresis puts its event, it counts as others.
+        count. If it changes nothing at the surface on which it switches, it counts as others, as long as the hysteresis, which puts its
+        event beyond the surface, does not matter.
         """
         if shift.flat is None:
             return True
         lasting = duration(run, k, shift.index)
         if slopes is None:
-            here = surface = change
-        else:
-            row, left = slopes.s[shift.row, : self.system.states], row_of(run.instants.left, k)
-            beyond = self.known(left, run.p)[0, shift.row] - slopes.value[shift.row]
-            moved = left._replace(x=left.x + beyond * row / ((row @ row) or 1.0))
-            here, surface = (self._change(run, k, shift, each) for each in (left, moved))
+            if negligible(change, rates, lasting):
+                return False
+            raise shift.flat
+        row, left = slopes.s[shift.row, : self.system.states], row_of(run.instants.left, k)
+        beyond = self.known(left, run.p)[0, shift.row] - slopes.value[shift.row]
+        moved = left._replace(x=left.x + beyond * row / ((row @ row) or 1.0))
+        here, surface = (self._change(run, k, shift, each) for each in (left, moved))
         if negligible(here, rates, lasting):
             return False
-        if slopes is None or not negligible(surface, rates, lasting):
+        if not negligible(surface, rates, lasting) or self._late(run, left, shift, here, beyond) > _LATE:
             raise shift.flat
         return True
+
+    def _late(self, run: Record, left: Samples, shift: Shift, change: Array, beyond: float) -> float:
+        """How much the slope of an indicator changes, relative to it, between its surface and an event ``beyond`` it.
+
+        The motion itself changes the slope before the event; the law would have changed it as well, had it switched at the surface.
+        """
+        n, rates = self.system.size, self.flow.rates(self.corrected(left, run.p), run.p)[0]
+        fall = self.before(left, run.p).along(rates[None, :n])[0, shift.row]
+        steps = np.array([np.zeros(n), rates[:n], change[:n]]) * (beyond / abs(fall))
+        there = Samples(*(v.repeat(3, 0) for v in left))._replace(x=left.x + steps[:, : self.system.states])
+        there_rates = self.flow.rates(self.corrected(there, run.p), run.p)
+        falls = self.before(there, run.p).along(there_rates[:, :n])[:, shift.row]
+        return float(np.abs(falls - fall).sum() / abs(fall))
 
     def _change(self, run: Record, k: int, shift: Shift, at: Samples) -> Array:
         """The change of the rates at a sample by a law and those that switch with it, except for others whose branches meet."""

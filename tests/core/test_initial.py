@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
@@ -344,3 +345,76 @@ def test_an_equation_that_jumps_with_a_discrete_variable_does_not_give_its_start
 
     with pytest.raises(pt.InitializationError, match="cannot hold"):
         pt.simulate(Gear(), 1)
+
+
+class Constant(pt.Component):
+    """Two constant values."""
+
+    v: pt.Variable = pt.variable("1", "Value")
+    x: pt.Variable = pt.variable("1", "Value that follows from the other")
+
+    def equations(self) -> pt.Equations:
+        yield pt.der(self.v) == 0
+        yield pt.der(self.x) == 0
+
+
+CONSTANT_BUT_FOR_STEPS: dict[str, tuple[Callable[[pt.Symbol], pt.Symbol], float, float]] = {
+    "sign": (ca.sign, -3.0, -1.0),
+    "floor": (ca.floor, 7.3, 7.0),
+    "choice": (lambda v: ca.if_else(v < -1, 5.0, 2.0), -3.0, 5.0),
+}
+
+
+@pytest.mark.parametrize("name", CONSTANT_BUT_FOR_STEPS)
+def test_conditions_that_are_constant_but_for_steps(name: str) -> None:
+    """Their slope is zero, but they are not affine."""
+    step, v, x = CONSTANT_BUT_FOR_STEPS[name]
+
+    class Stepped(pt.Component):
+        pair: Constant = Constant()
+
+        def equations(self) -> pt.Equations:
+            yield from ()
+
+        def initial(self) -> pt.Equations:
+            yield self.pair.v == v
+            yield self.pair.x == step(self.pair.v)
+
+    result = pt.simulate(Stepped(), 1.0)
+    assert (result["pair.v"][0], result["pair.x"][0]) == (v, x)
+
+
+def test_a_far_guess_is_not_a_value() -> None:
+    class Small(pt.Component):
+        pair: Constant = Constant()
+
+        def equations(self) -> pt.Equations:
+            yield from ()
+
+        def initial(self) -> pt.Equations:
+            yield self.pair.v == 1e-6
+            yield self.pair.x == 2 * self.pair.v
+
+    result = pt.compile(Small()).simulate(1.0, guesses={"pair.v": 1e8, "pair.x": 1e8})
+    assert result["pair.v"][0] == pytest.approx(1e-6, rel=1e-12)
+    assert result["pair.x"][0] == pytest.approx(2e-6, rel=1e-12)
+
+
+def test_nothing_fires_at_a_start_that_is_not_that_of_the_run() -> None:
+    """In the second gear x is 20; in the first, where the gear begins, it would be 10."""
+
+    class Geared(pt.Component):
+        pair: Constant = Constant()
+        gear: pt.Discrete = pt.discrete("1", "Gear", start=1.0)
+        seen: pt.Discrete = pt.discrete("1", "Whether x was low", start=0.0)
+
+        def equations(self) -> pt.Equations:
+            yield pt.when(self.pair.x < 15, pt.reinit(self.seen, 1.0), initially=True)
+
+        def initial(self) -> pt.Equations:
+            yield self.pair.v == 10
+            yield self.gear == ca.if_else(self.pair.v > 5, 2.0, 1.0)
+            yield self.pair.x == self.gear * self.pair.v
+
+    result = pt.simulate(Geared(), 1.0)
+    assert (result["pair.x"][0], result["seen"][0]) == (20.0, 0.0)

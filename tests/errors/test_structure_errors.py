@@ -227,6 +227,28 @@ def test_a_flange_that_a_connected_part_holds_is_not_blamed() -> None:
     )
 
 
+def test_a_motion_that_is_given_at_an_open_flange_is_not_blamed() -> None:
+    """The torque that gives this motion is unknown, rightly."""
+
+    class Inverse(pt.Component):
+        tau: pt.Variable = pt.variable("N.m", "Torque of the motor")
+        motor: rot.Torque = rot.Torque()
+        load: rot.Inertia = rot.Inertia(J=1.0)
+        shaft: OneShaft = OneShaft()
+
+        def equations(self) -> pt.Equations:
+            yield pt.connect(self.motor.flange, self.load.flange_a)
+            yield self.motor.tau.value == self.tau
+            yield self.load.flange_b.phi == 0
+
+    refused(
+        pt.ModelError,
+        "over-determined: 2 equations for the 1 unknown",
+        "shaft.motor",
+        do=lambda: pt.compile(Inverse()),
+    )
+
+
 class OpenClutch(pt.Component):
     """A clutch whose second side is not connected."""
 
