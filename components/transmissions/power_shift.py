@@ -126,6 +126,10 @@ class StartingDevice(TwoFlanges):
     pressed: Input = signal_input("1", "Demanded pressure of the clutch, 0 open to 1 closed", default=0.0)
     brake: Input = signal_input("1", "Brake pedal, 0 to 1", default=0.0)
 
+    def lumped(self) -> StartingDevice:
+        """The device with the brake released, as at operating points."""
+        return self
+
 
 class StartingClutch(StartingDevice):
     """A start clutch, dry or wet, that the control presses."""
@@ -184,6 +188,10 @@ class NeutralIdleConverter(StartingDevice):
     turbine: Inertia = Inertia(J=0.02)
     clutch: Clutch = Clutch(fn_max=600, mue_pos=((0.0, 1.0),))
     filled: Variable = variable("1", "Oil in the clutch, 0 empty to 1 full", start=0.0)
+
+    def lumped(self) -> StartingConverter:
+        """The converter: with the brake released the clutch is closed."""
+        return self.converter
 
     def equations(self) -> Equations:
         """Converter, turbine shaft and clutch in series."""
