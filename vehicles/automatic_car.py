@@ -75,4 +75,5 @@ class AutomaticCar(GearedCar):
         yield connect(self.start.flange_b, self.gearbox.flange_a)
         yield from self._to_the_road(self.gearbox.flange_b, self.driver.brake)
         yield connect(self.driver.brake, self.start.brake)
+        yield connect(self.driver.accelerator, self.start.accelerator)
         yield from self._by_schedule(self.start.pressed)

@@ -81,6 +81,7 @@ class VariatorCar(Car):
         yield from self._on_its_line(self.engine, self.control)
         yield connect(self.control.clutch, self.start.pressed)
         yield connect(self.driver.brake, self.start.brake)
+        yield connect(self.driver.accelerator, self.start.accelerator)
         yield connect(self.control.ratio, self.actuator.demand)
         yield connect(self.actuator.ratio, self.unit.ratio)
 

@@ -25,7 +25,7 @@ from powertrain.components.rotational.interfaces import Dragged
 
 
 class Accessories(Dragged):
-    """Partial: what the crankshaft drives by a belt. Below w_0 the torque falls to zero at rest, so the starter can overcome it."""
+    """Partial: alternator, pumps and fan on the belt drive. Below w_0 the torque falls to zero at rest, so the starter can overcome it."""
 
     P: Parameter = parameter("W", "Power", default=0.0, min=0)
     w_0: Parameter = parameter("rad/s", "Speed from which the full power is taken", default=50.0, above=0)
@@ -39,8 +39,6 @@ class Accessories(Dragged):
 class AccessoryDrive(Accessories):
     """A belt drive that takes constant power from the crankshaft.
 
-    Below w_0 the torque falls to zero at rest, so the starter can overcome it.
-
     tau = P w/max(|w|, w_0)^2,  w = der(flange.phi - support.phi)
     """
 
@@ -52,17 +50,19 @@ class AccessoryDrive(Accessories):
 class BufferedAccessories(Accessories):
     """Accessories with a battery, which supplies them while the engine is stopped and is charged afterwards.
 
-    tau = (P + owed/T_charge) w/max(|w|, w_0)^2,  der(owed) = P - tau w,  w = der(flange.phi - support.phi)
+    tau = (P + min(owed/T_charge, P_charge)) w/max(|w|, w_0)^2,  der(owed) = P - tau w,  w = der(flange.phi - support.phi)
 
-    ``owed`` is the energy that the battery has supplied and not received back; losses of its own are not included.
+    ``owed`` is the energy deficit of the battery, which has no losses of its own and no limit of its energy. ``charge_corrected`` leaves
+    the deficit at the end of a run out unless the component is named: ``charge_corrected(run, "accessories")``.
     """
 
     T_charge: Parameter = parameter("s", "Time constant with which the battery is charged", default=60.0, above=0)
+    P_charge: Parameter = parameter("W", "Greatest power with which the battery is charged", default=1000.0, above=0)
     owed: Variable = variable("J", "Energy that the battery has yet to receive", start=0.0, nominal=1e4)
 
     def equations(self) -> Equations:
-        """A constant power, and what the battery has lent."""
-        yield from self._take(self.P + self.owed / self.T_charge)
+        """A constant power, and the power that charges the battery."""
+        yield from self._take(self.P + ca.fmin(self.owed / self.T_charge, self.P_charge))
         yield der(self.owed) == self.P - self.flange.tau * self.w
 
     def energy(self) -> Symbol:

@@ -31,7 +31,7 @@ from powertrain.components.transmissions.hydrodynamic import TorqueConverter
 HANDOVER = 4
 """How steeply the torque passes from one clutch to the other: 1 - 0.75^4 = 0.68 of it in a quarter of the lever's way."""
 PRESSED = 0.02
-"""Position of the brake pedal from which a clutch opens at rest."""
+"""Position from which a pedal counts as pressed."""
 LEAST = 1e-4
 """Smallest share of the power that a slipping clutch may pass on; at zero no torque could turn the output."""
 
@@ -121,10 +121,19 @@ class PowerShiftGearbox(Shiftable):
 
 
 class StartingDevice(TwoFlanges):
-    """Partial: lets the engine turn while the vehicle stands; ``pressed`` is the demanded clutch pressure."""
+    """Partial: lets the engine turn while the vehicle stands.
+
+    A start clutch obeys the control by ``pressed``; the control of a converter with neutral idle reads the pedals ``brake`` and
+    ``accelerator``. Each device ignores the inputs that it does not need.
+    """
 
     pressed: Input = signal_input("1", "Demanded pressure of the clutch, 0 open to 1 closed", default=0.0)
     brake: Input = signal_input("1", "Brake pedal, 0 to 1", default=0.0)
+    accelerator: Input = signal_input("1", "Accelerator pedal, 0 to 1", default=0.0)
+
+    def lumped(self) -> StartingDevice:
+        """The device with the brake released, as at operating points."""
+        return self
 
 
 class StartingClutch(StartingDevice):
@@ -137,6 +146,12 @@ class StartingClutch(StartingDevice):
         yield connect(self.flange_a, self.clutch.flange_a)
         yield connect(self.clutch.flange_b, self.flange_b)
         yield connect(self.pressed, self.clutch.f_normalized)
+
+
+def _filling(pressure: Input, filled: Symbol, demand: Symbol, T_fill: Symbol) -> Equations:
+    """Oil fills a clutch with a time constant and leaves it at once."""
+    yield T_fill * der(filled) == demand - filled
+    yield pressure.value == ca.if_else(filled < demand, filled, demand)
 
 
 class StartingConverter(StartingDevice):
@@ -161,29 +176,33 @@ class StartingConverter(StartingDevice):
         yield connect(self.flange_a, self.converter.flange_a)
         yield connect(self.converter.flange_b, self.flange_b)
         demand = limited((self.converter.w_b - self.w_lock) / self.band)
-        yield self.T_fill * der(self.filled) == demand - self.filled
-        yield self.converter.lockup.value == ca.if_else(self.filled < demand, self.filled, demand)
+        yield from _filling(self.converter.lockup, self.filled, demand, self.T_fill)
 
 
 class NeutralIdleConverter(StartingDevice):
     """A ``StartingConverter`` behind which a clutch of the gearbox opens at rest: neutral idle control.
 
-    demand = 1 - braked rests,  braked = brake/0.02 within 0..1,  rests = 1 - |w|/w_rest within 0..1,  w = der(flange_b.phi)
+    demand = 1 - braked released rests,  braked = brake/0.02 within 0..1,  released = 1 - accelerator/0.02 within 0..1
+    rests = 1 - |w|/w_rest within 0..1,  w = der(flange_b.phi)
     clutch.f_normalized = min(filled, demand),  T_fill der(filled) = demand - filled
 
     With the selector in drive, a converter drags an engine that idles against the brakes; here the ``turbine`` turns with the pump instead.
-    As the driver releases the brake, oil fills the clutch with the time constant ``T_fill``; it leaves it at once. The clutch needs no
-    control: ``pressed`` is ignored. The default values are invented, for the default converter.
+    As the driver releases the brake or presses the accelerator, oil fills the clutch with the time constant ``T_fill``; it leaves it at
+    once. The clutch needs no control: ``pressed`` is ignored. The default values are invented, for the default converter.
     """
 
     w_rest: Parameter = parameter(
-        "rad/s", "Speed of flange_b below which the clutch opens while the brake is pressed", default=5.0, above=0
+        "rad/s", "Speed of flange_b below which the clutch opens while only the brake is pressed", default=5.0, above=0
     )
     T_fill: Parameter = parameter("s", "Time constant of filling the clutch", default=0.2, above=0)
     converter: StartingConverter = StartingConverter()
     turbine: Inertia = Inertia(J=0.02)
     clutch: Clutch = Clutch(fn_max=600, mue_pos=((0.0, 1.0),))
     filled: Variable = variable("1", "Oil in the clutch, 0 empty to 1 full", start=0.0)
+
+    def lumped(self) -> StartingConverter:
+        """The converter: with the brake released the clutch is closed."""
+        return self.converter
 
     def equations(self) -> Equations:
         """Converter, turbine shaft and clutch in series."""
@@ -192,6 +211,5 @@ class NeutralIdleConverter(StartingDevice):
         yield connect(self.turbine.flange_b, self.clutch.flange_a)
         yield connect(self.clutch.flange_b, self.flange_b)
         rests = limited(1 - ca.fabs(der(self.flange_b.phi)) / self.w_rest)
-        demand = 1 - limited(self.brake.value / PRESSED) * rests
-        yield self.T_fill * der(self.filled) == demand - self.filled
-        yield self.clutch.f_normalized.value == ca.if_else(self.filled < demand, self.filled, demand)
+        braked, released = limited(self.brake.value / PRESSED), limited(1 - self.accelerator.value / PRESSED)
+        yield from _filling(self.clutch.f_normalized, self.filled, 1 - braked * released * rests, self.T_fill)

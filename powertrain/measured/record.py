@@ -105,7 +105,7 @@ class TestCar:
         """The 14 cars of model year 2022 that come with the library.
 
         Source: EPA, Data on Cars used for Testing Fuel Economy, model year 2022, a work of the US government in the public domain. The
-        test vehicle of the RAV4 is of 2019; that it has no start-stop is what the EPA's fuel economy guide says of that year.
+        test vehicle of the RAV4 is of 2019; according to the EPA's fuel economy guide for 2019 it has no start-stop.
         """
         return cls._from_data("epa_2022_test_cars.csv")
 

@@ -59,8 +59,8 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     The resistance is the force that pulls the body of the vehicle along a level road at constant speed. sin(alpha) is the mean over a row
     of the cycle, so rows longer than the hills of the road level them. The brakes hold the vehicle at rest. The map is that of
     ``driveline_map`` (computed here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel there are
-    those of the lowest speed. Without a demand the engine idles, against the drag of a converter if there is one; with ``StartStop`` it is
-    off while the vehicle stands. The engine is warm, and its inertia is neglected.
+    those of the lowest speed. Without a demand the engine idles, against the drag of a converter if there is one, also of a
+    ``NeutralIdleConverter``; with ``StartStop`` it is off while the vehicle stands. The engine is warm, and its inertia is neglected.
     A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has one map per gear, computed here. The schedule chooses the gears for the
     speeds of the cycle, the pedal positions for the forces and the mean slope of the row; shifts take no time and no fuel.
     Errors: ParameterError if points of the map have no operating point, for a map of a vehicle with gears, and those of

@@ -16,7 +16,7 @@ from powertrain.components.control import AlwaysOn, EngineSwitch, SetPedals
 from powertrain.components.cvu import Actuator, IdealActuator
 from powertrain.components.electric import Cooling
 from powertrain.components.engines import EngineCooling, WarmEngine
-from powertrain.components.transmissions import Shiftable
+from powertrain.components.transmissions import Shiftable, StartingDevice
 from powertrain.language.component import children
 from powertrain.language.reals import Array
 from powertrain.trials.anatomy import Anatomy, anatomy, charge_at_start, value_at
@@ -34,7 +34,8 @@ def on_rolling_road(vehicle: pt.Component, held: Container[str] = ()) -> pt.Comp
     """The vehicle with its body on a level rolling road, fixed pedals, a warm running engine, and actuators at their targets.
 
     ``WarmEngine`` replaces a ``CoolantCircuit``, which may settle above 120 degC at full load and low speed. Wheels do not slip, and those
-    of an axle turn together, so losses of tyres and differentials are not included.
+    of an axle turn together, so losses of tyres and differentials are not included. The brakes are released, so the clutch of a
+    ``NeutralIdleConverter`` is closed.
     Errors: ParameterError for a vehicle with discrete variables that are not ``held``, such as the engaged gear, and for a body that moves
     like another mass than its parameter ``m``.
     """
@@ -76,7 +77,7 @@ def _steady(part: Any) -> Any:
     """The replacement of a part at constant speed on a level road."""
     if isinstance(part, Actuator):
         return IdealActuator(ratio_min=float(part.ratio_min), ratio_max=float(part.ratio_max))
-    if isinstance(part, Axle | TransferCase | Shiftable):
+    if isinstance(part, Axle | TransferCase | Shiftable | StartingDevice):
         return part.lumped()
     if isinstance(part, RoadProfile):
         return RoadProfile()

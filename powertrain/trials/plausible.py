@@ -288,6 +288,8 @@ def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
         if isinstance(part, StartingGearbox | NeutralIdleConverter)
     ]
     for prefix, whole in [("", vehicle), *inside]:
+        raised = whole.converter.converter.table[0][2] if isinstance(whole, NeutralIdleConverter) else 1.0
+        times = f", which the converter multiplies by {raised:g} at stall" if raised != 1 else ""
         for name, part in children(whole):
             if isinstance(part, StartingConverter) and (lock := _number(part.converter, "tau_max")) and lock < torque:
                 yield (
@@ -297,10 +299,10 @@ def _clutches(vehicle: pt.Component, parts: Anatomy) -> Iterator[str]:
             if type(part) is not Clutch:
                 continue
             fn_max, cgeo, peak = (_number(part, field) for field in ("fn_max", "cgeo", "peak"))
-            if fn_max and cgeo and peak and (holds := peak * fn_max * cgeo * part.mue_pos[0][1]) < torque:
+            if fn_max and cgeo and peak and (holds := peak * fn_max * cgeo * part.mue_pos[0][1]) < raised * torque:
                 yield (
-                    f"{prefix}{name} slips at full load: it holds {holds:.4g} N.m, {parts.engines[0]} gives up to {torque:.4g} N.m; "
-                    f"{prefix}{name}.fn_max = {fn_max * torque / holds:.4g} N would hold them"
+                    f"{prefix}{name} slips at full load: it holds {holds:.4g} N.m, {parts.engines[0]} gives up to {torque:.4g} N.m{times}; "
+                    f"{prefix}{name}.fn_max = {fn_max * raised * torque / holds:.4g} N would hold them"
                 )
 
 

@@ -22,14 +22,14 @@ from powertrain.components.body.coast_down import CoastDownBody as MeasuredBody
 from powertrain.components.control import FixedGear, PowerShiftSchedule, Shifting, StartStop
 from powertrain.components.cycles import DriveCycle
 from powertrain.components.engines import CoolantCircuit, WarmEngine
-from powertrain.components.transmissions import Automatic
+from powertrain.components.transmissions import Automatic, NeutralIdleConverter, StartingConverter
 from powertrain.trials import drive_cycle, gears
 from powertrain.trials.anatomy import value_at
 from powertrain.trials.backward import backward, demand
 from powertrain.trials.driveline import driveline_map
 from powertrain.trials.driveline_figure import plot_driveline_map
 from powertrain.trials.gears import gear_maps, in_gear, per_speed
-from powertrain.trials.operating import mapped_model, on_rolling_road, operating_map
+from powertrain.trials.operating import at_constant_speed, mapped_model, on_rolling_road, operating_map
 from powertrain.trials.tractive_effort import tractive_effort
 from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.dual_clutch_car import DualClutchCar
@@ -404,6 +404,14 @@ def test_a_centre_differential_shares_equally_on_a_rolling_road() -> None:
 def test_an_engine_is_warm_on_a_rolling_road() -> None:
     """At full load and low speed a cooling circuit of its own would settle far above the temperature of any drive."""
     assert isinstance(value_at(on_rolling_road(SplitPathCar(cooling=CoolantCircuit())), "cooling"), WarmEngine)
+
+
+@pytest.mark.parametrize("kind", [AutomaticCar, VariatorCar])
+def test_the_clutch_of_neutral_idle_is_closed_on_a_rolling_road(kind: Any) -> None:
+    """The brakes are released there: the converter alone is left, which has no operating points of an open clutch to look for."""
+    converter = StartingConverter(w_lock=95.0)
+    car = kind(start=NeutralIdleConverter(converter=converter))
+    assert at_constant_speed(car) == at_constant_speed(kind(start=converter))
 
 
 def test_the_rolling_road_weighs_the_vehicle_like_its_body() -> None:

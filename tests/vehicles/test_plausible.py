@@ -13,6 +13,7 @@ from powertrain.cli.app import main
 from powertrain.components.body import Axle, CoastDownBody, RollingAxle
 from powertrain.components.engines import MappedEngine
 from powertrain.components.rotational import Clutch
+from powertrain.components.transmissions import NeutralIdleConverter
 from powertrain.components.wheels import WheelBrake
 from powertrain.trials import notes
 from powertrain.vehicles import AutomaticCar, DualClutchCar, ElectricCar, ManualCar, ParallelHybrid, RearDriveCar
@@ -109,6 +110,14 @@ def test_nothing_is_said_of_the_vehicles_of_the_library(name: str) -> None:
             AutomaticCar(),
             {"start.converter.tau_max": 140},
             ["the lock-up clutch of start.converter slips at full load: it holds 140 N.m, engine gives up to 150 N.m"],
+        ),
+        (
+            AutomaticCar(start=NeutralIdleConverter()),
+            {"start.clutch.fn_max": 200},
+            [
+                "start.clutch slips at full load: it holds 200 N.m, engine gives up to 150 N.m, which the converter multiplies by 2 at "
+                "stall; start.clutch.fn_max = 300 N"
+            ],
         ),
         (
             ManualCar(),
