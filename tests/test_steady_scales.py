@@ -136,3 +136,14 @@ def test_torques_that_rise_with_speed_balance_at_several_speeds(
     falling = [Shaft(s.J, s.torque, -abs(s.slope), s.brakes) for s in shafts]
     model, speeds = line(falling, clutches)
     assert pt.steady(model, {}, outputs=speeds).status == OK
+
+
+@pytest.mark.parametrize("J", [1.0, 1e-6])
+@pytest.mark.parametrize(("brakes", "shares"), [((1.0, 5.0), (1.0, 3.0)), ((3.0, 5.0), (2.0, 2.0))])
+def test_brakes_share_a_load_at_a_given_rest(J: float, brakes: tuple[float, ...], shares: tuple[float, ...]) -> None:
+    """Equal shares, as far as the limits allow; 4 N.m are held."""
+    model, speeds = line([Shaft(J, 4.0, -0.1, brakes)], [])
+    torques = [f"parts[{k}].tau" for k, part in enumerate(model.parts) if isinstance(part, rot.Brake)]
+    found = pt.steady(model, {speeds[0]: 0.0}, outputs=torques)
+    assert found.status == OK
+    np.testing.assert_allclose([found[n] for n in torques], shares, rtol=1e-6)
