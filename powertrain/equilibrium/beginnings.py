@@ -8,7 +8,7 @@ import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
 from powertrain.dae.tolerances import GIVEN
-from powertrain.equilibrium.laws import LAST_STEP, Motion, SteadyLaws
+from powertrain.equilibrium.laws import Motion, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, taken
 from powertrain.language.reals import Array
 from powertrain.numerics.newton import solved
@@ -23,8 +23,6 @@ DEPENDENT = 1e-12
 """Singular values of mobilities that are zero but for round-off, each law's own mobility scaled to one."""
 PART = 1e-6
 """Components of their singular vectors that are not zero; a law with less has no noticeable share in what the others hold."""
-RISES = 1e-6
-"""Mobilities, relative to those of the laws themselves, that are negative but for round-off."""
 
 
 @dataclass(frozen=True)
@@ -171,21 +169,6 @@ def _distinct(entries: Array) -> tuple[Index, Index]:
         return first, place
     every = np.arange(len(mark))
     return every, every
-
-
-def rising(laws: SteadyLaws, at: Iterates) -> Mask:
-    """Points at which torques of friction that oppose some motion would make it faster, as beside a motor whose torque rises with speed.
-
-    Elsewhere the mobilities are positive semidefinite, so that the speeds of the laws are unique. Not asked where an input or a parameter
-    is sought: a torque that keeps the speed of another shaft makes any mechanism look so.
-    """
-    if not laws.frictions or laws.sought or not len(at.y):
-        return np.zeros(len(at.y), bool)
-    value, place = _motions(laws, at)
-    given, reach, slope = mobilities(value, euler_step(laws, value, LAST_STEP))
-    even = np.nan_to_num(_even(~given & ~laws.contact, reach, slope))
-    even += even.transpose(0, 2, 1)
-    return np.asarray((np.linalg.eigvalsh(even)[:, -1] > RISES)[place])
 
 
 def _even(movable: Mask, reach: Array, slope: Array) -> Array:

@@ -94,12 +94,6 @@ class SteadyLaws:
         self._fixed, self._moving = needed[needed < z], needed[needed >= z] - z
         self._arguments = [varying[k] for k in self._fixed], varying[z:]
 
-    @cached_property
-    def sought(self) -> bool:
-        """Whether some unknowns are inputs or parameters."""
-        dae = self.balance.dae
-        return not {*dae.state_names, *(s.name() for s in scalars(dae.z))}.issuperset(self.balance.names)
-
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
         self.common = values.copy()

@@ -10,16 +10,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from itertools import product
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
+from powertrain.dae.friction import BACKWARD, STUCK
 from powertrain.dae.tolerances import SAME
-from powertrain.equilibrium.beginnings import beginnings, rising
+from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation, relaxed
 from powertrain.equilibrium.corrector import Responses, adrift, corrected, folded, responses, saddles, undetermined
 from powertrain.equilibrium.laws import SteadyLaws
@@ -31,10 +30,6 @@ SPEEDS = (0.0, 10.0, -10.0, 100.0, -100.0)
 """Sliding speeds of laws at the starts, in rad/s or m/s."""
 MOST_SOURCES = 8
 """Neighbours whose solutions are tried at a point as they become available."""
-MOST_LAWS = 7
-"""Laws of which all combinations of modes are tried at a point; with more of them none is."""
-MOST_BEGUN = 4096
-"""Combinations, at one or several points, that are tried together."""
 OTHERS = 4
 """Neighbours of a point that are tried besides the nearest one."""
 _OPEN = 2.0
@@ -112,9 +107,6 @@ class Solutions:
             held = loose & ~several[known]
             several[known[held]] = self._another(best.some(known[held]), moved.some(held), side[known[held]])
         several[known[self._beside_saddles(best, known, at, rest, change)]] = True
-        single = np.flatnonzero(~several[known])
-        elsewhere = self._in_other_modes(best.some(known[single]), at.some(single), side[known[single]])
-        several[known[single[elsewhere]]] = True
         resting = np.zeros_like(best.given)
         if rest.given.any():
             after = laws.next_modes(at, rest)
@@ -132,20 +124,6 @@ class Solutions:
         for sign in (1.0, -1.0) if some.size else ():
             begin = relaxed(self.laws, replace(one, y=one.y + sign * direction[some]), resting)
             other[some] |= self._another(found, begin, resting.side)
-        return other
-
-    def _in_other_modes(self, found: SolvedPoints, at: Iterates, side: Array) -> Mask:
-        """Which points have another solution, where it is not certain that speeds are unique: all modes of the laws are tried."""
-        other, free = np.zeros(len(at.y), bool), np.flatnonzero(self.laws.may_free)
-        if not 0 < free.size <= MOST_LAWS:
-            return other
-        combinations = np.array(list(product((STUCK, FORWARD, BACKWARD), repeat=free.size)))
-        rises = np.flatnonzero(rising(self.laws, at))
-        for some in np.array_split(rises, -(-rises.size * len(combinations) // MOST_BEGUN)) if rises.size else ():
-            same = np.repeat(some, len(combinations))
-            begin = at.some(same)
-            begin.modes[:, self.laws.law_modes[free]] = np.tile(combinations, (some.size, 1))
-            other[some] = self._another(found.some(same), begin, side[same]).reshape(some.size, -1).any(axis=1)
         return other
 
     def _another(self, found: SolvedPoints, begin: Iterates, side: Array) -> Mask:

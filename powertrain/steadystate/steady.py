@@ -60,8 +60,7 @@ def steady(
 
     If only modes are unknown, all combinations consistent with the known signs are tried. If speeds, inputs or parameters
     are implicit, modes and unknowns are solved together, starting from the values of the model and with the laws sliding forward and
-    backward, and beside a solution with torques that rise with speed in all modes, if there are at most seven clutches and brakes; a
-    solution that none of these starts reaches is missed. The size of the grid changes nothing but the time a point takes.
+    backward; a solution that none of these starts reaches is missed. The size of the grid changes nothing but the time a point takes.
     An operating point may be unstable: a motion that begins near it need not end there.
 
     The result has ``units`` and ``long_name`` on all variables, and a ``status`` at every point. If the status is ``stuck``, friction
