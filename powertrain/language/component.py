@@ -100,6 +100,10 @@ class Component(metaclass=_Kind):
                 raise ModelError(
                     f"{cls.__name__}.{name}: the name of a quantity or port must not begin with an underscore"
                 )
+            if isinstance(spec, Port) and not isinstance(spec.kind, _Kind):
+                raise ModelError(
+                    f"{cls.__name__}.{name}: port({spec.kind!r}) names no class of ports; write  {name}: Flange = port(Flange)"
+                )
             if name not in hints and isinstance(spec, Quantity | Port | Component):
                 raise ModelError(
                     f"{cls.__name__}.{name} has no annotation, so it is not a field of the component; "

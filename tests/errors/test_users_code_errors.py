@@ -14,7 +14,7 @@ from refusals import refused
 
 import powertrain as pt
 from powertrain.components.blocks import TimeTable
-from powertrain.components.rotational import IdealPlanetary, Inertia, LossyGear, Torque
+from powertrain.components.rotational import Flange, IdealPlanetary, Inertia, LossyGear, Torque
 
 
 class Part(pt.Component):
@@ -88,6 +88,15 @@ def test_fields_of_quantities_have_plain_names() -> None:
             _x: pt.Variable = pt.variable("1", "Hidden")
 
     refused(pt.ModelError, "Hidden._x", "must not begin with an underscore", do=define)
+
+
+@pytest.mark.parametrize("kind", ["Hub", None, Flange()])
+def test_a_port_has_a_class(kind: Any) -> None:
+    def define() -> None:
+        class Rotor(pt.Component):
+            hub: Flange = pt.port(kind)
+
+    refused(pt.ModelError, "Rotor.hub", "write  hub: Flange = port(Flange)", do=define)
 
 
 class Listed(pt.Component):
