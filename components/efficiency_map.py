@@ -17,7 +17,7 @@ def mapped_efficiency(
     given: Map | None = getattr(part, name)
     if given is None:
         return constant
-    checked_efficiency(given, f"{part._path}.{name}", axes)
+    checked_efficiency(given, f"{part._label}.{name}", axes)
     return given(*(Symbol(values[axis.name]) for axis in given.axes))
 
 

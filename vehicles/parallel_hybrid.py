@@ -117,7 +117,7 @@ class ParallelHybrid(ShiftedCar, HybridCar):
     def equations(self) -> Equations:
         """Engine to road, and the machine at its position."""
         if self.position not in get_args(Position):
-            raise ParameterError(f"{self._path or 'ParallelHybrid'}.position = {self.position!r}; choose from P0 to P4")
+            raise ParameterError(f"{self._label}.position = {self.position!r}; choose from P0 to P4")
         yield connect(self.engine.crank, self.clutch.flange_a)
         yield connect(self.clutch.flange_b, self.gearbox.flange_a)
         yield connect(self.machine.shaft, self.coupling.flange_a)

@@ -75,7 +75,7 @@ class _Battery(Lossy):
 
     def check(self) -> Equations:
         """The limits of the state of charge must be in order, and ``ocv`` be that of a battery."""
-        _checked_voltage(self.ocv, self._path or type(self).__name__)
+        _checked_voltage(self.ocv, self._label)
         yield self.soc_min < self.soc_max
 
     def _cold(self) -> Symbol:

@@ -154,7 +154,7 @@ class ElectricMachine(Lossy):
     def equations(self) -> Equations:
         """A limited torque, and a power balance."""
         if self.loss_map is not None:
-            _checked_loss(self.loss_map, self._path)
+            _checked_loss(self.loss_map, self._label)
         yield self.tau_limit == self._limit(self.w, self.bus.v, self.heat_port.T)
         yield self.w == der(self.shaft.phi)
         yield self.speed.value == self.w

@@ -119,7 +119,7 @@ class WillansEngine(Engine):
     def equations(self) -> Equations:
         """The equations of every engine, with these laws."""
         if self.curve is not None:
-            _checked_curve(self.curve, f"{self._path}.curve", self._values["w_idle"])
+            _checked_curve(self.curve, f"{self._label}.curve", self._values["w_idle"])
         yield from self._run()
 
     def _motoring(self, w: Symbol) -> Symbol:

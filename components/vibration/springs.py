@@ -40,7 +40,7 @@ class StagedSpring(Compliant):
         for play, c in self.stages:
             if play < 0 or c < 0:
                 raise ParameterError(
-                    f"{self._path}.stages: {c:g} N.m/rad from {play:g} rad; neither can be negative".lstrip(".")
+                    f"{self._label}.stages: {c:g} N.m/rad from {play:g} rad; neither can be negative"
                 )
         yield self.tau == sum(c * self._behind(play) for play, c in self.stages)
 

@@ -249,6 +249,7 @@ def test_freewheel_cannot_start_the_wrong_way(kind: str) -> None:
         (((-1.0, 2.0), (0.0, 1.0)), "begins at -1 rad/s"),
         (((0.0, 1.0), (5.0, 2.0), (5.0, 3.0)), "5 follows 5"),
         (((0.0, 1.0), (5.0,)), "not a table of rows"),
+        (((0.0, 1.0, 2.0),), "not a table of rows of numbers: .* is not 2 finite numbers"),
         ((), r"tau_pos: \(\) is not"),
         (((5.0, 2.0), (10.0, 1.0)), "begins at 5 rad/s; the first row must be at 0 rad/s"),
     ],
