@@ -136,8 +136,8 @@ class RoadProfile(Component):
         steepest = float(self.profile.values.flat[np.abs(self.profile.values).argmax()])
         if abs(steepest) > STEEPEST:
             raise ParameterError(
-                f"{self._label}.profile has a grade of {steepest:g}, {steepest:.0%}; no road is steeper than {STEEPEST:.0%}. Grades are the "
-                "tangent of the slope, 0.06 for 6 %"
+                f"{self._label}.profile has a grade of {steepest:g}, {steepest:.0%}; no road is steeper than {STEEPEST:.0%}. Grades are "
+                "the tangent of the slope, 0.06 for 6 %"
             )
         yield self.grade.value == self.profile(self.s.value)
         yield self.bend.value == self.bends(self.s.value) + self.curvature.value

@@ -65,13 +65,17 @@ class WetClutch(Pressed, FrictionCoupling):
         for axis in self.mue.axes:
             if AXES.get(axis.name) != axis.unit:
                 known = ", ".join(f"{name} [{unit}]" for name, unit in AXES.items())
-                raise ParameterError(f"{self._label}.mue depends on {axis.name} [{axis.unit}]; it may depend on {known}")
+                raise ParameterError(
+                    f"{self._label}.mue depends on {axis.name} [{axis.unit}]; it may depend on {known}"
+                )
         if self.mue.unit != "1":
             raise ParameterError(
                 f"{self._label}.mue gives {self.mue.name} [{self.mue.unit}]; it must give a coefficient of friction [1]"
             )
         if (least := float(self.mue.values.min())) < 0:
-            raise ParameterError(f"{self._label}.mue falls to {least:g}; a coefficient of friction must not be negative")
+            raise ParameterError(
+                f"{self._label}.mue falls to {least:g}; a coefficient of friction must not be negative"
+            )
         values = {"w_rel": ca.fabs(self.w_rel), "T": self.heat_port.T}
         return self.mue(*(values[axis.name] for axis in self.mue.axes))
 

@@ -20,7 +20,7 @@ from powertrain import (
     switch,
     within,
 )
-from powertrain.components.transmissions.layout import Coupling, Layout, checked, relative_ratio
+from powertrain.components.transmissions.layout import Coupling, Layout, relative_ratio
 from powertrain.components.transmissions.network import Network
 
 STANDSTILL = 1e-6
@@ -61,7 +61,7 @@ class UnitRatio(RatioOfUnit):
         """Speeds on a straight line."""
         R = relative_ratio(self.layout, self.basic_ratio)
         r = self.r.value
-        if checked(self.coupling) == "input":
+        if self.coupling == "input":
             yield self.V.value == (r - R) / (1 - R)
         else:
             turning(r, "size of the overall ratio, output-coupled")

@@ -39,9 +39,7 @@ class StagedSpring(Compliant):
         yield from self._transmit()
         for play, c in self.stages:
             if play < 0 or c < 0:
-                raise ParameterError(
-                    f"{self._label}.stages: {c:g} N.m/rad from {play:g} rad; neither can be negative"
-                )
+                raise ParameterError(f"{self._label}.stages: {c:g} N.m/rad from {play:g} rad; neither can be negative")
         yield self.tau == sum(c * self._behind(play) for play, c in self.stages)
 
     def _behind(self, play: float) -> Symbol:

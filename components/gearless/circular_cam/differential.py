@@ -22,14 +22,13 @@ from powertrain import (
 )
 from powertrain.components.differentials.interfaces import SymmetricDifferential
 from powertrain.components.gearless.circular_cam.design import LEAST_WIDTH, CircularCams
-from powertrain.components.gearless.circular_cam.disk import Wear, check_wear, friction_diameter
+from powertrain.components.gearless.circular_cam.disk import Wear, friction_diameter
 from powertrain.components.gearless.circular_cam.locking_law import (
     Sharing,
-    check_sharing,
     disk_coefficient,
     groove_coefficient,
 )
-from powertrain.components.gearless.circular_cam.track import check_number
+from powertrain.components.gearless.circular_cam.track import check_arcs
 from powertrain.components.rotational.interfaces import Lossy
 
 FLOOR = 1e-3
@@ -136,10 +135,8 @@ class CircularCamDifferential(SymmetricDifferential, Lossy):
     kappa: Variable = variable("1", "Locking coefficient")
 
     def check(self) -> Equations:
-        """The tracks and the hole of the disk must be nested, and the names of the rules known."""
-        check_number(self.n)
-        check_sharing(self.sharing)
-        check_wear(self.uniform)
+        """The arcs close around the circle; the tracks and the hole of the disk are nested."""
+        check_arcs(self.n, type(self).__name__)
         yield self.D_in < self.D_out  # the inner track lies inside
         yield self.d_in < self.d_out  # the hole of the friction disk lies inside
         room, masses = self.D_out - self.D_in, self.masses
