@@ -8,7 +8,7 @@ from typing import ClassVar
 import casadi as ca
 
 from powertrain import Equations, Input, Parameter, Symbol, Variable, der, parameter, signal_input, variable
-from powertrain.components.limited import limited
+from powertrain.components.limited import limited, smooth_step
 from powertrain.components.rotational.interfaces import OneFlangeAndSupport
 
 WIEBE_A, WIEBE_M = 5.0, 2.0
@@ -124,14 +124,8 @@ class Cylinder(OneFlangeAndSupport):
         heat = load * (1 - self.walls) * self.mixture * self.displacement()
         theta = 2 * ca.atan(sine / ca.fmax(cosine, LEAST))
         burnt = 1 - ca.exp(-WIEBE_A * ca.fmax((theta - self.ignition) / self.duration, 0) ** (WIEBE_M + 1))
-        shut = _step(above / ca.cos(self.opening / 2))
-        out = _step(-cosine / OVERLAP) * _step((1 + sine / OVERLAP) / 2)
+        shut = smooth_step(above / ca.cos(self.opening / 2))
+        out = smooth_step(-cosine / OVERLAP) * smooth_step((1 + sine / OVERLAP) / 2)
         motored = p_in * (full / V) ** self.n
         added = (self.n - 1) * heat / self._clearance() * (self._clearance() / V) ** self.n
         return (1 - out) * motored + out * p_out + shut * burnt * added
-
-
-def _step(x: Symbol) -> Symbol:
-    """0 below 0 and 1 above 1, with zero slope at either end."""
-    y = limited(x)
-    return y**2 * (3 - 2 * y)

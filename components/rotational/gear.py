@@ -61,7 +61,7 @@ class Gear(LossyPair):
     At rest the mesh holds while its torques are between the two: to start, one side must exceed the other by 1/efficiency.
     """
 
-    efficiency: Parameter = parameter("1", "Output power over input power", default=1.0, min=1e-6, max=1)
+    efficiency: Parameter = parameter("1", "Output power over input power", default=1.0, above=0, max=1)
 
     def equations(self) -> Equations:
         """The loss opposes the motion and grows with the driving torque."""
