@@ -33,6 +33,7 @@ from powertrain.components.electric.efficiency import losses_of_efficiency
 from powertrain.components.electric.interfaces import DCTerminal
 from powertrain.components.evaluation import numbers
 from powertrain.components.limited import limited
+from powertrain.components.map_checks import check_units
 from powertrain.components.rotational.interfaces import Flange
 from powertrain.components.thermal import HeatPort, Lossy
 
@@ -245,12 +246,8 @@ def _loss_at_rest(table: Map, w: Symbol, tau: Symbol) -> Symbol:
 
 
 def _checked_loss(table: Map, path: str) -> None:
-    if table.unit != "W" or [a.unit for a in table.axes] != ["rad/s", "N.m"]:
-        said = ", ".join(f"{a.name} [{a.unit}]" for a in table.axes)
-        other = "; ElectricMachine.from_efficiency takes efficiencies" if table.unit == "1" else ""
-        raise ParameterError(
-            f"{path}.loss_map gives {table.name} [{table.unit}] over {said}; it must give a loss [W] over speed [rad/s] and torque "
-            f"[N.m]{other}"
-        )
+    other = "; ElectricMachine.from_efficiency takes efficiencies" if table.unit == "1" else ""
+    wanted = f"a loss [W] over speed [rad/s] and torque [N.m]{other}"
+    check_units(table, f"{path}.loss_map", "W", ("rad/s", "N.m"), wanted)
     if table.values.min() < 0:
         raise ParameterError(f"{path}.loss_map falls to {table.values.min():g} W; a loss must not be negative")
