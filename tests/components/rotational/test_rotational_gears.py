@@ -157,6 +157,11 @@ def test_impossible_loss_tables_are_refused(table: Any) -> None:
         run(driven(rot.LossyGear(ratio=2, lossTable=table), 1.0, 0.0), 0.1)
 
 
+def test_a_wheel_without_radius_is_refused() -> None:
+    with pytest.raises(pt.ParameterError, match=r"IdealRollingWheel.radius = 0 m is outside its range"):
+        rot.IdealRollingWheel(radius=0)
+
+
 def test_rows_of_a_loss_table_have_five_numbers() -> None:
     with pytest.raises(pt.ParameterError, match=r"LossyGear.lossTable .* the row .* is not 5 finite numbers"):
         rot.LossyGear(ratio=2, lossTable=((0, 0.5, 0.5, 0),))  # type: ignore[arg-type]
