@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from powertrain import ParameterError
 from powertrain.components.friction_table import Table
-from powertrain.errors import ParameterError
 
 
 def stribeck_table(

@@ -448,7 +448,7 @@ def test_a_clutch_that_closes_below_the_speed_at_which_it_opens_is_refused(contr
 
 
 def test_an_engine_that_stops_where_it_starts_is_refused() -> None:
-    with pytest.raises(pt.ParameterError, match="u_stop = 0.5, u_start = 0.02"):
+    with pytest.raises(pt.ParameterError, match=r"u_stop = 0.5, u_start = 0.02"):
         StartStop(u_stop=0.5)
 
 
