@@ -18,6 +18,11 @@ def limited_at(value: Symbol, low: Symbol | float, high: Symbol | float) -> Symb
     return switch(value > high, high, raised, continuous=True)
 
 
+def magnitude(value: Symbol) -> Symbol:
+    """|value|, with an event where it changes its sign, so that runs meet the corner."""
+    return switch(value >= 0, value, -value, continuous=True)
+
+
 def smooth_step(x: Symbol) -> Symbol:
     """x^2 (3 - 2 x) with x within 0 to 1: a step whose slope is zero at both ends."""
     within = limited(x)

@@ -17,9 +17,9 @@ from powertrain import (
     parameter,
     signal_input,
     signal_output,
-    switch,
     within,
 )
+from powertrain.components.limited import magnitude
 from powertrain.components.transmissions.layout import Coupling, Layout, relative_ratio
 from powertrain.components.transmissions.network import Network
 
@@ -29,7 +29,7 @@ STANDSTILL = 1e-6
 
 def turning(w: Symbol, name: str) -> None:
     """End a simulation where a speed over that of the input, by its ``name``, is zero."""
-    within(switch(w >= 0, w, -w, continuous=True), STANDSTILL, math.inf, name=name, unit="1")
+    within(magnitude(w), STANDSTILL, math.inf, name=name, unit="1")
 
 
 def exact_ratio(w_a: Symbol, w_b: Symbol) -> Symbol:

@@ -17,7 +17,6 @@ from powertrain import (
     der,
     friction,
     parameter,
-    switch,
     variable,
 )
 from powertrain.components.differentials.interfaces import SymmetricDifferential
@@ -29,6 +28,7 @@ from powertrain.components.gearless.circular_cam.locking_law import (
     groove_coefficient,
 )
 from powertrain.components.gearless.circular_cam.track import check_arcs
+from powertrain.components.limited import magnitude
 from powertrain.components.rotational.interfaces import Lossy
 
 FLOOR = 1e-3
@@ -161,7 +161,7 @@ class CircularCamDifferential(SymmetricDifferential, Lossy):
         yield self.right.tau == -tau - self.crown.tau / 2
         yield self.kappa == self._coefficient()
         load = self.crown.tau
-        limit = self.kappa / 2 * switch(load >= 0, load, -load, continuous=True)
+        limit = self.kappa / 2 * magnitude(load)
         yield friction(self.w_rel, self.tau, -limit, limit)
         yield from self._dissipate()
 
@@ -182,7 +182,7 @@ class CircularCamDifferential(SymmetricDifferential, Lossy):
     def _sines(self) -> tuple[Symbol, Symbol]:
         """A triangular wave of theta; each flank continues beyond its end."""
         sine = ca.sin(self.n * self.theta)
-        rise = switch(sine >= 0, sine, -sine, continuous=True)
+        rise = magnitude(sine)
         p = 0.5 + ca.atan2(-ca.cos(self.n * self.theta), rise) / math.pi
         return p * ca.sin(self.alpha_out), (1 - p) * ca.sin(self.alpha_in)
 

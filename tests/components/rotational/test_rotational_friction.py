@@ -15,7 +15,7 @@ from powertrain.components.blocks import Constant, Ramp, Step
 from powertrain.components.thermal import FixedTemperature, HeatCapacitor
 
 
-def bearing(tau_pos: tuple[tuple[float, ...], ...], peak: float = 1.0, J: float = 2.0) -> Line:
+def bearing(tau_pos: tuple[tuple[float, float], ...], peak: float = 1.0, J: float = 2.0) -> Line:
     return Line(
         parts=(rot.Torque(), rot.Inertia(J=J), rot.BearingFriction(tau_pos=tau_pos, peak=peak)),
         signals=(Ramp(height=10, duration=1, startTime=2),),
