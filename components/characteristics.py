@@ -8,6 +8,7 @@ from typing import Literal, TypeAlias
 import casadi as ca
 
 from powertrain import Symbol, switch, time, within
+from powertrain.components.limited import magnitude
 
 COLDEST = 1e-3
 """Resistance relative to that at the reference temperature below which the linear law is meaningless."""
@@ -22,7 +23,7 @@ def step(height: Symbol, offset: Symbol, start: Symbol) -> Symbol:
 
 def linear(x: Symbol, *, one_direction: bool) -> Symbol:
     """x, or |x| where the torque or force has the same direction whichever way the flange moves."""
-    return switch(x >= 0, x, -x, continuous=True) if one_direction else x
+    return magnitude(x) if one_direction else x
 
 
 def quadratic(x: Symbol, *, one_direction: bool) -> Symbol:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from powertrain import Component, Map, ParameterError, Symbol
+from powertrain.components.map_checks import check_coefficient
 
 
 def mapped_efficiency(
@@ -17,18 +18,13 @@ def mapped_efficiency(
     given: Map | None = getattr(part, name)
     if given is None:
         return constant
-    checked_efficiency(given, f"{part._path}.{name}", axes)
+    checked_efficiency(given, f"{part._label}.{name}", axes)
     return given(*(Symbol(values[axis.name]) for axis in given.axes))
 
 
 def checked_efficiency(given: Map, where: str, axes: Mapping[str, str]) -> None:
     """Reject a map whose values are not numbers in (0, 1] or whose axes are not among ``axes`` (name: unit)."""
-    for axis in given.axes:
-        if axes.get(axis.name) != axis.unit:
-            known = ", ".join(f"{name} [{unit}]" for name, unit in axes.items())
-            raise ParameterError(f"{where}: an efficiency cannot depend on {axis.name} [{axis.unit}], only on {known}")
-    if given.unit != "1":
-        raise ParameterError(f"{where}: {given.name} [{given.unit}] is not an efficiency [1]")
+    check_coefficient(given, where, "an efficiency", axes)
     low, high = float(given.values.min()), float(given.values.max())
     if not (low > 0 and high <= 1):
         raise ParameterError(

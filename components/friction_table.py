@@ -9,9 +9,8 @@ import casadi as ca
 
 from powertrain import Component, Map, ParameterError, Symbol, within
 
-Table: TypeAlias = tuple[tuple[float, ...], ...]
-"""Rows (speed from 0 up, value, ...)."""
-
+Table: TypeAlias = tuple[tuple[float, float], ...]
+"""Rows (speed from 0 up, value)."""
 
 NOT_NEGATIVE = (0.0, math.inf)
 
@@ -26,23 +25,24 @@ def at_speed(
 ) -> Symbol:
     """A column of the table ``name`` of ``part`` at |w|: linear between rows, extrapolated by the last two; a single row is a constant.
 
-    ``units``: of speed and value. Errors: ParameterError if the rows are not a table of ``allowed`` values that begins at rest; a
-    simulation ends if the extrapolated value is not allowed.
+    ``units``: of speed and value. Errors: ParameterError without rows, and if they do not begin at rest or have a value that is not
+    ``allowed``; a simulation ends if the extrapolated value is not allowed.
     """
-    said, (speeds, values) = _said(part, name), _columns(part, name, column)
+    where, rows = f"{part._label}.{name}", _rows(part, name)
+    speeds, values = [row[0] for row in rows], [row[column] for row in rows]
     try:
         curve = Map.curve(speeds, values, x="speed", x_unit=units[0], unit=units[1], name=name, outside="linear")
     except ParameterError as error:
-        raise ParameterError(f"{said}: {error}") from None
+        raise ParameterError(f"{where}: {error}") from None
     if speeds[0] != 0:
         raise ParameterError(
-            f"{said} begins at {speeds[0]:g} {units[0]}; the first row must be at 0 {units[0]}, its value holds at rest"
+            f"{where} begins at {speeds[0]:g} {units[0]}; the first row must be at 0 {units[0]}, its value holds at rest"
         )
-    low, high = allowed
+    (low, high), unit = allowed, f" {units[1]}" if units[1] != "1" else ""
     for speed, value in zip(speeds, values, strict=True):
         if not low <= value <= high:
-            limits = "not be negative" if allowed == NOT_NEGATIVE else f"be between {low:g} and {high:g} {units[1]}"
-            raise ParameterError(f"{said}: {value:g} {units[1]} at {speed:g} {units[0]}; values must {limits}")
+            limits = "not be negative" if allowed == NOT_NEGATIVE else f"be between {low:g} and {high:g}{unit}"
+            raise ParameterError(f"{where}: {value:g}{unit} at {speed:g} {units[0]}; values must {limits}")
     found = curve(ca.fabs(w))
     slope = (values[-1] - values[-2]) / (speeds[-1] - speeds[-2]) if len(speeds) > 1 else 0.0
     if (slope < 0 and low > -math.inf) or (slope > 0 and high < math.inf):
@@ -51,20 +51,12 @@ def at_speed(
 
 
 def at_rest(part: Component, name: str) -> float:
-    """The first value of the table ``name`` of ``part``. Errors: ParameterError if it has no rows of two values."""
-    return _columns(part, name, 1)[1][0]
+    """The first value of the table ``name`` of ``part``. Errors: ParameterError if it has no rows."""
+    return _rows(part, name)[0][1]
 
 
-def _columns(part: Component, name: str, column: int) -> tuple[list[float], list[float]]:
-    table = getattr(part, name)
-    try:
-        speeds, values = [float(row[0]) for row in table], [float(row[column]) for row in table]
-    except (TypeError, ValueError, IndexError):
-        speeds, values = [], []
-    if not speeds:
-        raise ParameterError(f"{_said(part, name)}: {table!r} is not a table of rows (speed, value, ...)")
-    return speeds, values
-
-
-def _said(part: Component, name: str) -> str:
-    return f"{part._path or type(part).__name__}.{name}"
+def _rows(part: Component, name: str) -> tuple[tuple[float, ...], ...]:
+    rows: tuple[tuple[float, ...], ...] = getattr(part, name)
+    if not rows:
+        raise ParameterError(f"{part._label}.{name}: {rows!r} is not a table of rows; give at least one")
+    return rows

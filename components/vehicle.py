@@ -64,14 +64,14 @@ class Vehicle(Component):
 
     m: Parameter = parameter("kg", "Total mass of the vehicle", min=0)
     J: Parameter = parameter("kg.m2", "Total inertia of the drive train at the wheels", min=0)
-    R: Parameter = parameter("m", "Wheel radius", min=1e-15)
+    R: Parameter = parameter("m", "Wheel radius", above=0)
     A: Parameter = parameter("m2", "Cross section", min=0)
     Cd: Parameter = parameter("1", "Drag coefficient", min=0)
     rho: Parameter = parameter("kg/m3", "Density of the air", default=1.2, min=0)
     g: Parameter = parameter("m/s2", "Gravity", default=G_N, min=0)
     vWindConstant: Parameter = parameter("m/s", "Wind speed, positive in the direction of the vehicle", default=0.0)
     CrConstant: Parameter = parameter("1", "Rolling resistance coefficient", default=0.015, min=0)
-    vReg: Parameter = parameter("m/s", "Speed below which rolling resistance is smoothed", default=1e-3, min=1e-15)
+    vReg: Parameter = parameter("m/s", "Speed below which rolling resistance is smoothed", default=1e-3, above=0)
     inclinationConstant: Parameter = parameter("1", "Inclination of the road, tan(alpha)", default=0.0)
     useWindInput: bool = False
     useCrInput: bool = False

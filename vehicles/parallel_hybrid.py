@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self, get_args
+from typing import Any, Literal, Self
 
-from powertrain import Equations, ParameterError, Symbol, connect
+from powertrain import Equations, Symbol, connect
 from powertrain.components.body import Axle, Body, LumpedAxle, VehicleBody
 from powertrain.components.control import (
     Driver,
@@ -116,8 +116,6 @@ class ParallelHybrid(ShiftedCar, HybridCar):
 
     def equations(self) -> Equations:
         """Engine to road, and the machine at its position."""
-        if self.position not in get_args(Position):
-            raise ParameterError(f"{self._path or 'ParallelHybrid'}.position = {self.position!r}; choose from P0 to P4")
         yield connect(self.engine.crank, self.clutch.flange_a)
         yield connect(self.clutch.flange_b, self.gearbox.flange_a)
         yield connect(self.machine.shaft, self.coupling.flange_a)

@@ -47,7 +47,7 @@ class ChainDrive(TwoFlanges, Lossy):
         """Two strands between two polygonal rims."""
         for name, z in (("teeth_a", self.teeth_a), ("teeth_b", self.teeth_b)):
             if z < LEAST:
-                raise ParameterError(f"{self._path}.{name} = {z}: a sprocket has at least {LEAST} teeth".lstrip("."))
+                raise ParameterError(f"{self._label}.{name} = {z}: a sprocket has at least {LEAST} teeth")
         a, b = self.flange_a.phi, self.flange_b.phi
         path_a, path_b = self._path_of(a, self.teeth_a), self._path_of(b, self.teeth_b)
         yield self.x == path_a - path_b

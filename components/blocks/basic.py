@@ -33,6 +33,8 @@ INSTANT = 1e-300
 """Shortest ramp in s, which avoids a division by zero for a duration of zero (a step)."""
 NEVER = 1e300
 """A time in s that is never reached."""
+ROUNDED = 1e-12
+"""Share of a period by which its parts, rounded, may exceed it."""
 
 
 class _Source(Component):
@@ -132,7 +134,7 @@ class ExpSine(_Wave):
 class _Periodic(_StartingSource):
     """Partial: a signal that repeats with every period, nperiod times (endlessly if nperiod < 0)."""
 
-    period: Parameter = parameter("s", "Time for one period", min=1e-60)
+    period: Parameter = parameter("s", "Time for one period", above=0)
     nperiod: Parameter = parameter("1", "Number of periods, or -1 for no end", default=-1.0)
     count: Discrete = discrete("1", "Number of completed periods")
 
@@ -160,7 +162,7 @@ class Pulse(_Periodic):
     """A rectangular wave: y = offset + amplitude in the first ``width`` percent of every period, else offset."""
 
     amplitude: Parameter = parameter("1", "Height of the pulse", default=1.0)
-    width: Parameter = parameter("1", "Width of the pulse in percent of the period", default=50.0, min=1e-60, max=100)
+    width: Parameter = parameter("1", "Width of the pulse in percent of the period", default=50.0, above=0, max=100)
 
     def equations(self) -> Equations:
         """A rectangular wave."""
@@ -176,6 +178,10 @@ class Trapezoid(_Periodic):
     rising: Parameter = parameter("s", "Duration of the rise", default=0.0, min=0)
     width: Parameter = parameter("s", "Duration at the top", default=0.5, min=0)
     falling: Parameter = parameter("s", "Duration of the fall", default=0.0, min=0)
+
+    def check(self) -> Equations:
+        """The trapezoid must fit into its period."""
+        yield self.rising + self.width + self.falling <= self.period * (1 + ROUNDED)  # it fits into its period
 
     def equations(self) -> Equations:
         """Four pieces."""
@@ -197,8 +203,8 @@ class Exponentials(_StartingSource):
 
     outMax: Parameter = parameter("1", "Value towards which y rises", default=1.0)
     riseTime: Parameter = parameter("s", "Duration of the rise", min=0)
-    riseTimeConst: Parameter = parameter("s", "Time constant of the rise", min=1e-60)
-    fallTimeConst: Parameter = parameter("s", "Time constant of the fall", min=1e-60)
+    riseTimeConst: Parameter = parameter("s", "Time constant of the rise", above=0)
+    fallTimeConst: Parameter = parameter("s", "Time constant of the fall", above=0)
 
     def equations(self) -> Equations:
         """Two exponentials."""
@@ -294,7 +300,7 @@ class FirstOrder(_Source):
     """A first-order lag that starts at y_start: T der(y) + y = k u."""
 
     k: Parameter = parameter("1", "Gain", default=1.0)
-    T: Parameter = parameter("s", "Time constant", min=1e-60)
+    T: Parameter = parameter("s", "Time constant", above=0)
     y_start: Parameter = parameter("1", "y at the start", default=0.0)
     u: Input = signal_input("1", "Signal")
 

@@ -21,13 +21,12 @@ from powertrain import (
     reinit,
     signal_input,
     signal_output,
-    switch,
     time,
     variable,
     when,
 )
 from powertrain.components.blocks.sampled import EARLY
-from powertrain.components.limited import limited
+from powertrain.components.limited import limited, limited_at
 
 
 class _Controller(Component):
@@ -95,8 +94,7 @@ class LimPID(_Controller):
         set_point, measured = self.u_s.value, self.u_m.value
         parts = self.wp * set_point - measured + self.integral + self.derivative
         yield self.v == self.k * parts + self.kFF * self.u_ff.value
-        low = switch(self.v < self.yMin, self.yMin, self.v, continuous=True)
-        yield self.y.value == switch(self.v > self.yMax, self.yMax, low, continuous=True)
+        yield self.y.value == limited_at(self.v, self.yMin, self.yMax)
         integrates, derives = "I" in self.controllerType, "D" in self.controllerType
         back = (self.y.value - self.v) / (self.k * self.Ni)
         yield self.Ti * der(self.integral) == (set_point - measured + back if integrates else 0)

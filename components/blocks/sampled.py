@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
 from powertrain import Component, Discrete, Equations, Parameter, Symbol, discrete, parameter, reinit, time, when
 from powertrain.components.blocks.basic import Filter
+from powertrain.components.blocks.linear import InitType, _size
 
 EARLY = 1e-6
 """Share of a period by which a start may come before an instant of sampling through round-off."""
@@ -71,16 +72,14 @@ class DiscreteTransferFunction(_Sampled):
 
     b: tuple[float, ...]
     a: tuple[float, ...] = (1.0,)
-    initType: Literal["SteadyState", "InitialState"] = "SteadyState"
+    initType: InitType = "SteadyState"
     registers: tuple[_Register, ...] = ()
     begun: Discrete = discrete("1", "0 before the first sample, then 1")
 
     if not TYPE_CHECKING:
 
         def __init__(self, *unnamed: Any, **given: Any) -> None:
-            a = given.get("a", ())
-            size = len(a) - 1 if hasattr(a, "__len__") else 0
-            super().__init__(*unnamed, **(given | {"registers": (_Register(),) * size}))
+            super().__init__(*unnamed, **(given | {"registers": (_Register(),) * (_size(given.get("a"), 0) - 1)}))
 
     def check(self) -> Equations:
         """It is proper, and a steady start is determined."""

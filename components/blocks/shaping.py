@@ -21,6 +21,7 @@ from powertrain import (
     when,
 )
 from powertrain.components.blocks.basic import Filter
+from powertrain.components.limited import limited_at
 
 
 class Limiter(Filter):
@@ -35,9 +36,7 @@ class Limiter(Filter):
 
     def equations(self) -> Equations:
         """Three pieces."""
-        u = self.u.value
-        low = switch(u < self.uMin, self.uMin, u, continuous=True)
-        yield self.y.value == switch(u > self.uMax, self.uMax, low, continuous=True)
+        yield self.y.value == limited_at(self.u.value, self.uMin, self.uMax)
 
 
 class DeadZone(Filter):
@@ -53,8 +52,7 @@ class DeadZone(Filter):
     def equations(self) -> Equations:
         """Three pieces."""
         u = self.u.value
-        low = switch(u < self.uMin, u - self.uMin, 0.0, continuous=True)
-        yield self.y.value == switch(u > self.uMax, u - self.uMax, low, continuous=True)
+        yield self.y.value == u - limited_at(u, self.uMin, self.uMax)
 
 
 class Quantizer(Filter):
@@ -110,8 +108,7 @@ class SlewRateLimiter(Filter):
     def equations(self) -> Equations:
         """Three pieces."""
         rate = (self.u.value - self.y.value) / self.Td
-        low = switch(rate < self.Falling, self.Falling, rate, continuous=True)
-        yield der(self.y.value) == switch(rate > self.Rising, self.Rising, low, continuous=True)
+        yield der(self.y.value) == limited_at(rate, self.Falling, self.Rising)
 
     def initial(self) -> Equations:
         """At rest."""

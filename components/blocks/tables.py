@@ -42,7 +42,7 @@ class CombiTable2D(Component):
 def _check(part: Component, table: Map, arguments: int) -> None:
     if len(table.axes) != arguments:
         names = ", ".join(f"{axis.name} [{axis.unit}]" for axis in table.axes)
-        where = f"{part._path}.table".lstrip(".")
+        where = f"{part._label}.table"
         raise ParameterError(
             f"{where}: {type(part).__name__} requires a map with {arguments} arguments; this one has {names}"
         )

@@ -120,24 +120,21 @@ class RoadProfile(Component):
 
     def equations(self) -> Equations:
         """The maps."""
-        for name, given in ("profile", self.profile), ("bends", self.bends):
+        for name, unit, wanted in (
+            ("profile", "1", "the slope tan(alpha) [1]; RoadProfile.from_heights takes heights"),
+            ("bends", "1/m", "the curvature in 1/m, one over the radius"),
+        ):
+            given: Map = getattr(self, name)
             if len(given.axes) != 1:
                 names = ", ".join(axis.name for axis in given.axes)
-                raise ParameterError(f"{self._path}.{name} takes one argument, the path s; this map takes {names}")
-        if self.bends.unit != "1/m":
-            raise ParameterError(
-                f"{self._path}.bends gives {self.bends.name} [{self.bends.unit}]; it must give the curvature in 1/m, one over the radius"
-            )
-        if self.profile.unit != "1":
-            raise ParameterError(
-                f"{self._path}.profile gives {self.profile.name} [{self.profile.unit}]; it must give the slope tan(alpha) [1]; "
-                "RoadProfile.from_heights takes heights"
-            )
+                raise ParameterError(f"{self._label}.{name} takes one argument, the path s; this map takes {names}")
+            if given.unit != unit:
+                raise ParameterError(f"{self._label}.{name} gives {given.name} [{given.unit}]; it must give {wanted}")
         steepest = float(self.profile.values.flat[np.abs(self.profile.values).argmax()])
         if abs(steepest) > STEEPEST:
             raise ParameterError(
-                f"{self._path}.profile has a grade of {steepest:g}, {steepest:.0%}; no road is steeper than {STEEPEST:.0%}. Grades are the "
-                "tangent of the slope, 0.06 for 6 %"
+                f"{self._label}.profile has a grade of {steepest:g}, {steepest:.0%}; no road is steeper than {STEEPEST:.0%}. Grades are "
+                "the tangent of the slope, 0.06 for 6 %"
             )
         yield self.grade.value == self.profile(self.s.value)
         yield self.bend.value == self.bends(self.s.value) + self.curvature.value

@@ -6,7 +6,7 @@ import casadi as ca
 
 from powertrain import Equations, Input, Parameter, Symbol, Variable, der, parameter, signal_input, switch, variable
 from powertrain.components.control.interfaces import Pedals
-from powertrain.components.limited import limited
+from powertrain.components.limited import limited, limited_at
 
 STILL = 0.05
 """A cycle counts as standing still below this demand, in m/s and in m/s2."""
@@ -45,8 +45,7 @@ class SpeedFollower(Pedals):
         yield der(self.x) == self.k_i * (slow * room[0] + fast * room[1])
 
     def _press(self, foot: Symbol) -> Equations:
-        low = switch(foot < -1, -1.0, foot, continuous=True)
-        held = switch(foot > 1, 1.0, low, continuous=True)
+        held = limited_at(foot, -1.0, 1.0)
         standing = ca.logic_and(self.v_ref.value < STILL, self.a_ref.value < STILL)
         pedal = switch(standing, ca.fmin(-ca.fabs(held), -self.hold), held)
         driving = pedal > 0

@@ -76,8 +76,9 @@ class FlywheelDrive(Component):
     friction: Output = signal_output("1", "Demand on the friction brakes")
 
     def check(self) -> Equations:
-        """The range must not be empty."""
+        """The ranges must not be empty."""
         yield self.ratio_min < self.ratio_max
+        yield self.w_empty < self.w_full
 
     def equations(self) -> Equations:
         """Ratio, clutch, brakes."""

@@ -243,7 +243,7 @@ class SpeedSchedule(Shifting, Switching):
         yield when(ca.logic_and(self.accelerator.value > RESUMED, self.slowing > 0), reinit(self.slowing, 0))
 
     def _check(self) -> None:
-        where = f"{self._path or type(self).__name__}.speeds"
+        where = f"{self._label}.speeds"
         for k, (up, down) in enumerate(self.speeds, 1):
             if not 0 < down < up:
                 raise ParameterError(

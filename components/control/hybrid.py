@@ -112,7 +112,8 @@ class ParallelControl(HybridControl, BlendedBraking):
 
     asked = accelerator F_max (max(v, 0) + v_0),  electric = min(limit w_machine, battery_power),  w_machine at least w_low
     power = demand, at least P_min, at most asked + charge_power
-    torque = running pressed power/w, at most tau_open,  pressed = accelerator/0.05 within 0..1
+    torque = running pressed (w/w_fire within 0..1) min(power/w, tau_open),  w in power/w at least w_fire
+    pressed = accelerator/0.05 within 0..1
     tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  w_machine at least w_low, 0.1 rad/s for the brakes
     rest = max(asked pressed - arriving w, 0) - turning min(max(arriving w_shaft - asked pressed, 0), left),  w_shaft within 0..w
     arriving = matched torque,  matched = 1 once w > w_fire and slip < 0 after a start of the engine, 0 from its stop
@@ -176,8 +177,9 @@ class GensetControl(HybridControl):
     """Rules for an engine that drives a generator, without a shaft to the wheels.
 
     electric = battery_power,  power = demand within P_min..P_most, at most max(load, 0) + charge_power
-    torque = power/w, at most tau_open,  tau = held - torque
+    torque = running (w/w_fire within 0..1) min(power/w, tau_open),  tau = running held - torque
     held = k_w (w_best - w) within -slowing..tau_held,  slowing = (charge_power + load)/w - torque within 0..tau_held
+    w in denominators at least w_fire
 
     ``load`` is the power of the machine that drives the vehicle, ``asked`` what the driver asks of it. The generator keeps the engine at
     the speed of lowest fuel consumption for its power, and starts it with the same speed control. It slows the engine down only as fast as

@@ -13,9 +13,8 @@ from powertrain import (
     parameter,
     signal_input,
     signal_output,
-    switch,
 )
-from powertrain.components.limited import limited
+from powertrain.components.limited import limited, limited_at
 
 SMALL = 1e-3
 """Smallest torque that an engine counts as having, as a share of that for the power at standstill: beyond its speed limit it has none, and
@@ -73,6 +72,5 @@ class OperatingLineControl(Component):
         least = SMALL * self.F_max * self.v_0 / self.w_open
         yield self.throttle.value == (torque + drag * pressed) / (ca.fmax(self.tau_open.value, least) + drag)
         wanted = self.w_out.value / self.w_best.value
-        low = switch(wanted < self.ratio_min, self.ratio_min, wanted, continuous=True)
-        yield self.ratio.value == switch(wanted > self.ratio_max, self.ratio_max, low, continuous=True)
+        yield self.ratio.value == limited_at(wanted, self.ratio_min, self.ratio_max)
         yield self.clutch.value == (self.w.value - self.w_open) / (self.w_closed - self.w_open)

@@ -59,6 +59,10 @@ class StartStop(EngineSwitch):
     resting: Discrete = discrete("1", "1: at rest with the accelerator released, 0: not", start=0.0)
     rested: Discrete = discrete("s", "Time at which the vehicle came to rest", start=0.0)
 
+    def check(self) -> Equations:
+        """A started engine must not stop at the same accelerator."""
+        yield self.u_stop <= self.u_start
+
     def initial(self) -> Equations:
         """A running engine has just been started."""
         yield self.since == time

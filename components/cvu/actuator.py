@@ -13,10 +13,9 @@ from powertrain import (
     parameter,
     signal_input,
     signal_output,
-    switch,
     variable,
 )
-from powertrain.components.limited import limited
+from powertrain.components.limited import limited, limited_at
 
 
 class Actuator(Component):
@@ -65,12 +64,8 @@ class RatioActuator(Actuator):
     def equations(self) -> Equations:
         """A lag within limits."""
         yield self.ratio.value == self.V
-        demand = self.demand.value
-        high = switch(demand > self.ratio_max, self.ratio_max, demand, continuous=True)
-        target = switch(demand < self.ratio_min, self.ratio_min, high, continuous=True)
-        wanted = (target - self.V) / self.T
-        slow = switch(wanted > self.rate, self.rate, wanted, continuous=True)
-        yield der(self.V) == switch(wanted < -self.rate, -self.rate, slow, continuous=True)
+        target = limited_at(self.demand.value, self.ratio_min, self.ratio_max)
+        yield der(self.V) == limited_at((target - self.V) / self.T, -self.rate, self.rate)
 
     def initial(self) -> Equations:
         """The start."""

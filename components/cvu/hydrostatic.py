@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import casadi as ca
 
-from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, switch, variable
+from powertrain import Equations, Parameter, Symbol, Variable, der, friction, parameter, variable
 from powertrain.components.cvu.interfaces import VariableUnit
-from powertrain.components.limited import limited
+from powertrain.components.limited import limited, magnitude
 
 NEVER = 1e12
 """A pressure [Pa] that nothing reaches."""
@@ -57,7 +57,7 @@ class HydrostaticUnit(VariableUnit):
         yield self.C * der(self.p) == self.D_b * (V * self.w_a - self.w_b) - self.leakage * self.p - self._relieved()
         yield self.flange_a.tau == V * self.D_b * self.p + self.d_a * self.w_a + self.tau_a
         yield self.flange_b.tau == -self.D_b * self.p + self.d_b * self.w_b + self.tau_b
-        motor = self.mue * self.D_b * switch(self.p >= 0, self.p, -self.p, continuous=True)
+        motor = self.mue * self.D_b * magnitude(self.p)
         pump = motor * ca.fmax(self.V_full, ca.fabs(V))
         yield friction(self.w_a, self.tau_a, -pump, pump, name="mode_a")
         yield friction(self.w_b, self.tau_b, -motor, motor, name="mode_b")

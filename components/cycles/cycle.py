@@ -305,7 +305,7 @@ class DriveCycle:
         """
         if self.heights and self.distance > 0:
             return RoadProfile.from_heights(*self._points()).profile
-        places = self._places
+        places = self.places
         moved = np.diff(places) > 0
         if not self.grades or not moved.any():
             return Map.constant(self.grades[0] if self.grades else 0.0, x="s", x_unit="m", name="grade")
@@ -319,15 +319,15 @@ class DriveCycle:
         return bool(self.grades or self.heights)
 
     @property
-    def _places(self) -> NDArray[np.float64]:
-        """Distances [m] at the rows."""
+    def places(self) -> NDArray[np.float64]:
+        """Distances [m] from the first row."""
         v = self.speeds
         return np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2 * np.diff(self.times))])
 
     def _points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Places [m] that differ, and the heights there [m]."""
-        moved = np.diff(self._places, prepend=-1.0) > 0
-        return self._places[moved], np.array(self.heights)[moved]
+        moved = np.diff(self.places, prepend=-1.0) > 0
+        return self.places[moved], np.array(self.heights)[moved]
 
     def part(self, start: float | str, stop: float | str) -> DriveCycle:
         """The part between two times [s], starting at zero again. Errors: ParameterError for times outside the cycle."""
@@ -343,7 +343,7 @@ class DriveCycle:
         times = np.array([begin, *(t for t, _ in self.table if begin < t < end), end])
         speeds = np.interp(times, self.times, self.speeds)
         row = np.searchsorted(self.times, times, side="right") - 1
-        places = self._places[row] + (self.speeds[row] + speeds) / 2 * (times - self.times[row])
+        places = self.places[row] + (self.speeds[row] + speeds) / 2 * (times - self.times[row])
         grades = np.interp(times, self.times, self.grades) if self.grades else np.zeros(0)
         if self.grades:
             between = ~np.isin(times, self.times)

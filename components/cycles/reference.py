@@ -26,7 +26,7 @@ class CycleSpeed(Component):
     def equations(self) -> Equations:
         """The cycle at two times: now and later."""
         if not self.preview > 0:
-            raise ParameterError(f"{self._path or 'CycleSpeed'}: the preview of {self.preview:g} s must be > 0 s")
+            raise ParameterError(f"{self._label}: the preview of {self.preview:g} s must be > 0 s")
         times, speeds = self.cycle.times, self.cycle.speeds
         now, later = schedule(times, speeds), schedule(times - self.preview, speeds)
         yield self.v_ref.value == now

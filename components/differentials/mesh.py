@@ -79,7 +79,7 @@ class MeshLaw(ThreeMembers, Lossy):
                 values["angle"] = axis.low + turned - period * ca.floor(turned / period)
         found = mapped_efficiency(self, name, constant, AXES, values)
         if given:
-            _check_period(given, f"{self._path}.{name}")
+            _check_period(given, f"{self._label}.{name}")
         return found
 
     def loss(self) -> Symbol:

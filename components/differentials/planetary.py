@@ -59,7 +59,7 @@ class PlanetaryGear(_SunAndRing):
         n : int
             Number of planets.
         eta_ab, eta_ba : float
-            Efficiencies with the carrier at rest if member a drives, and if b drives [1].
+            Efficiencies from sun to ring and from ring to sun, carrier fixed [1].
 
         Raises
         ------
@@ -95,7 +95,7 @@ class SteppedPlanetaryGear(_SunAndRing):
         n : int
             Number of planets.
         eta_ab, eta_ba : float
-            Efficiencies with the carrier at rest if member a drives, and if b drives [1].
+            Efficiencies from sun to ring and from ring to sun, carrier fixed [1].
 
         Raises
         ------
@@ -135,7 +135,7 @@ class DoublePinionPlanetaryGear(_SunAndRing):
         n : int
             Number of pairs.
         eta_ab, eta_ba : float
-            Efficiencies with the carrier at rest if member a drives, and if b drives [1].
+            Efficiencies from sun to ring and from ring to sun, carrier fixed [1].
 
         Raises
         ------

@@ -26,6 +26,7 @@ from powertrain import (
 from powertrain.components.electric.interfaces import DCTerminal
 from powertrain.components.evaluation import numbers
 from powertrain.components.limited import limited
+from powertrain.components.map_checks import check_units
 from powertrain.components.thermal import HeatPort, Lossy
 
 CELL = ((0.0, 3.0), (0.05, 3.35), (0.1, 3.47), (0.2, 3.56), (0.4, 3.64), (0.6, 3.78), (0.8, 3.95), (1.0, 4.15))
@@ -75,7 +76,7 @@ class _Battery(Lossy):
 
     def check(self) -> Equations:
         """The limits of the state of charge must be in order, and ``ocv`` be that of a battery."""
-        _checked_voltage(self.ocv, self._path or type(self).__name__)
+        _checked_voltage(self.ocv, self._label)
         yield self.soc_min < self.soc_max
 
     def _cold(self) -> Symbol:
@@ -185,12 +186,9 @@ class PolarizedBattery(_Battery):
 
 
 def _checked_voltage(ocv: Map, path: str) -> None:
-    if ocv.unit != "V" or [a.unit for a in ocv.axes] != ["1"] or ocv.method != "linear":
-        said = ", ".join(f"{a.name} [{a.unit}]" for a in ocv.axes)
-        raise ParameterError(
-            f"{path}.ocv gives {ocv.name} [{ocv.unit}] over {said}, {ocv.method}; "
-            "it must give a voltage [V] over the state of charge [1], linear"
-        )
+    check_units(ocv, f"{path}.ocv", "V", ("1",), "a voltage [V] over the state of charge [1]")
+    if ocv.method != "linear":
+        raise ParameterError(f"{path}.ocv is {ocv.method}; it must be linear, as its integral is the stored energy")
     axis = ocv.axes[0]
     if axis.low < -axis.slack or axis.high > 1 + axis.slack:
         raise ParameterError(

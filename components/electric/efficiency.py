@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from powertrain import Axis, Map, ParameterError, parameter
 from powertrain.components.common_units import RPM
+from powertrain.components.map_checks import check_units
 
 Array = NDArray[np.float64]
 Loss: TypeAlias = "float | str | Map"
@@ -20,12 +21,8 @@ LOSS = parameter("W", "loss", default=0.0, min=0)
 
 def losses_of_efficiency(table: Map, no_load: Loss | None, standstill: Loss | None, where: str) -> Map:
     """The losses [W] at the points of a table of efficiencies; see ``ElectricMachine.from_efficiency``."""
-    if table.unit != "1" or [axis.unit for axis in table.axes] != ["rad/s", "N.m"]:
-        said = ", ".join(f"{axis.name} [{axis.unit}]" for axis in table.axes)
-        raise ParameterError(
-            f"{where}: the table gives {table.name} [{table.unit}] over {said}; it must give an efficiency [1] over speed [rad/s] "
-            "and torque [N.m]"
-        )
+    wanted = "an efficiency [1] over speed [rad/s] and torque [N.m]"
+    check_units(table, f"{where}: the table", "1", ("rad/s", "N.m"), wanted)
     speed, torque = table.axes
     w, tau = np.array(speed.points), np.array(torque.points)
     if w[0] < 0:
@@ -74,9 +71,5 @@ def _along(loss: Loss, points: Array, unit: str, where: str) -> Array:
     """A loss [W] at points of an axis in ``unit``."""
     if not isinstance(loss, Map):
         return np.full(points.size, LOSS.check(loss, where))
-    if loss.unit != "W" or [axis.unit for axis in loss.axes] != [unit]:
-        said = ", ".join(f"{axis.name} [{axis.unit}]" for axis in loss.axes)
-        raise ParameterError(
-            f"{where} gives {loss.name} [{loss.unit}] over {said}; it must give a loss [W] over [{unit}]"
-        )
+    check_units(loss, where, "W", (unit,), f"a loss [W] over [{unit}]")
     return np.asarray(loss(points), float)

@@ -33,6 +33,7 @@ from powertrain.components.electric.efficiency import losses_of_efficiency
 from powertrain.components.electric.interfaces import DCTerminal
 from powertrain.components.evaluation import numbers
 from powertrain.components.limited import limited
+from powertrain.components.map_checks import check_units
 from powertrain.components.rotational.interfaces import Flange
 from powertrain.components.thermal import HeatPort, Lossy
 
@@ -43,7 +44,7 @@ LEVELS = (70.0, 75.0, 80.0, 85.0, 90.0, 95.0, 100.0)
 """Efficiencies [%] of the contour lines."""
 
 LEAST = 1e-3
-"""Voltage [V] below which the supply counts as zero."""
+"""Voltage [V] that stands for V_full = 0, with which the voltage limits nothing."""
 
 STILL = 1e-12
 """Smallest speed [rad/s] in the torque limit, which avoids a division by zero."""
@@ -147,14 +148,15 @@ class ElectricMachine(Lossy):
         return cls(loss_map=losses_of_efficiency(table, no_load, standstill, where), **parameters)
 
     def check(self) -> Equations:
-        """A loss map holds for one temperature of the winding."""
+        """At rest there is torque, and a loss map holds for one temperature of the winding."""
+        yield self.band < self.w_max  # the torque does not fade at rest
         if self.loss_map is not None:
             yield self.alpha <= 0  # a loss map holds for one temperature
 
     def equations(self) -> Equations:
         """A limited torque, and a power balance."""
         if self.loss_map is not None:
-            _checked_loss(self.loss_map, self._path)
+            _checked_loss(self.loss_map, self._label)
         yield self.tau_limit == self._limit(self.w, self.bus.v, self.heat_port.T)
         yield self.w == der(self.shaft.phi)
         yield self.speed.value == self.w
@@ -245,12 +247,8 @@ def _loss_at_rest(table: Map, w: Symbol, tau: Symbol) -> Symbol:
 
 
 def _checked_loss(table: Map, path: str) -> None:
-    if table.unit != "W" or [a.unit for a in table.axes] != ["rad/s", "N.m"]:
-        said = ", ".join(f"{a.name} [{a.unit}]" for a in table.axes)
-        other = "; ElectricMachine.from_efficiency takes efficiencies" if table.unit == "1" else ""
-        raise ParameterError(
-            f"{path}.loss_map gives {table.name} [{table.unit}] over {said}; it must give a loss [W] over speed [rad/s] and torque "
-            f"[N.m]{other}"
-        )
+    other = "; ElectricMachine.from_efficiency takes efficiencies" if table.unit == "1" else ""
+    wanted = f"a loss [W] over speed [rad/s] and torque [N.m]{other}"
+    check_units(table, f"{path}.loss_map", "W", ("rad/s", "N.m"), wanted)
     if table.values.min() < 0:
         raise ParameterError(f"{path}.loss_map falls to {table.values.min():g} W; a loss must not be negative")

@@ -8,7 +8,7 @@ from typing import ClassVar
 import casadi as ca
 
 from powertrain import Equations, Input, Parameter, Symbol, Variable, der, parameter, signal_input, variable
-from powertrain.components.limited import limited
+from powertrain.components.limited import limited, smooth_step
 from powertrain.components.rotational.interfaces import OneFlangeAndSupport
 
 WIEBE_A, WIEBE_M = 5.0, 2.0
@@ -25,7 +25,8 @@ class Cylinder(OneFlangeAndSupport):
     theta = phi - phase,  w = der(phi),  r = stroke/2,  l = rod,  A = pi bore^2/4
     x = r (1 - cos(theta)) + l - root(l^2 - r^2 sin(theta)^2),  v = der(x) = k w,  V = V_c + A x,  V_c = A stroke/(eps - 1)
     flange.tau = k (m der(v) - (p - p_0) A) = -support.tau
-    closed: p V^n = p_in V_1^n + burnt(theta) (n - 1) Q V_c^(n - 1),  Q = load (1 - walls) mixture A stroke
+    closed: p V^n = p_in V_1^n + burnt(theta) (n - 1) Q V_c^(n - 1),  V_1 = V_c + A stroke
+    Q = load (1 - walls) mixture A stroke
     intake stroke: p = p_in = p_0 + manifold (p_closed + load (p_open - p_closed) - p_0)
     exhaust stroke: p = p_out = p_0 + manifold (p_exhaust - p_0)
     burnt = 1 - exp(-5 y^3),  y = (theta - ignition)/duration
@@ -72,7 +73,8 @@ class Cylinder(OneFlangeAndSupport):
     gas: Variable = variable("N.m", "Torque of the gas")
 
     def check(self) -> Equations:
-        """The rod must be longer than the throw."""
+        """The rod must be longer than the throw, and the intake pressure not fall with the load."""
+        yield self.p_closed <= self.p_open
         yield self.rod > self.stroke / 2  # the connecting rod is longer than the throw
 
     def equations(self) -> Equations:
@@ -124,14 +126,8 @@ class Cylinder(OneFlangeAndSupport):
         heat = load * (1 - self.walls) * self.mixture * self.displacement()
         theta = 2 * ca.atan(sine / ca.fmax(cosine, LEAST))
         burnt = 1 - ca.exp(-WIEBE_A * ca.fmax((theta - self.ignition) / self.duration, 0) ** (WIEBE_M + 1))
-        shut = _step(above / ca.cos(self.opening / 2))
-        out = _step(-cosine / OVERLAP) * _step((1 + sine / OVERLAP) / 2)
+        shut = smooth_step(above / ca.cos(self.opening / 2))
+        out = smooth_step(-cosine / OVERLAP) * smooth_step((1 + sine / OVERLAP) / 2)
         motored = p_in * (full / V) ** self.n
         added = (self.n - 1) * heat / self._clearance() * (self._clearance() / V) ** self.n
         return (1 - out) * motored + out * p_out + shut * burnt * added
-
-
-def _step(x: Symbol) -> Symbol:
-    """0 below 0 and 1 above 1, with zero slope at either end."""
-    y = limited(x)
-    return y**2 * (3 - 2 * y)

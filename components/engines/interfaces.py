@@ -121,7 +121,7 @@ class Engine(Component):
         raise self._lacks("_fuel_power(w, firing)")
 
     def _lacks(self, law: str) -> ModelError:
-        return ModelError(f"{self._path or 'an engine'}: {type(self).__name__} does not define its law {law}")
+        return ModelError(f"{self._label}: {type(self).__name__} does not define its law {law}")
 
     def check(self) -> Equations:
         """The engine idles without its starter, and below the rev limiter."""

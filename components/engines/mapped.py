@@ -126,7 +126,7 @@ class MappedEngine(Engine):
             if isinstance(heating_value := self._values["heating_value"], float):
                 check_efficiency(self.fuel_map, heating_value)
         except ParameterError as error:
-            raise ParameterError(f"{self._path or type(self).__name__}: {error}") from None
+            raise ParameterError(f"{self._label}: {error}") from None
         yield from self._run()
         self._count_below(self.fuel_map.axes[1])
 

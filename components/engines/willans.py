@@ -10,6 +10,7 @@ import casadi as ca
 from powertrain import Equations, Map, Parameter, ParameterError, Symbol, parameter
 from powertrain.components.engines.interfaces import VOLUME, Engine
 from powertrain.components.limited import limited
+from powertrain.components.map_checks import check_units
 
 DISPLACEMENT = 1.6e-3
 """Displacement [m3] of the default engine."""
@@ -119,7 +120,7 @@ class WillansEngine(Engine):
     def equations(self) -> Equations:
         """The equations of every engine, with these laws."""
         if self.curve is not None:
-            _checked_curve(self.curve, f"{self._path}.curve", self._values["w_idle"])
+            _checked_curve(self.curve, f"{self._label}.curve", self._values["w_idle"])
         yield from self._run()
 
     def _motoring(self, w: Symbol) -> Symbol:
@@ -145,11 +146,7 @@ class WillansEngine(Engine):
 
 
 def _checked_curve(curve: Map, where: str, w_idle: Any) -> None:
-    said = ", ".join(f"{a.name} [{a.unit}]" for a in curve.axes)
-    if [a.unit for a in curve.axes] != ["rad/s"]:
-        raise ParameterError(f"{where} is over {said}; it must be over one speed in rad/s")
-    if curve.unit != "N.m":
-        raise ParameterError(f"{where} gives {curve.name} [{curve.unit}] over {said}; it must give a torque [N.m]")
+    check_units(curve, where, "N.m", ("rad/s",), "a torque [N.m] over one speed [rad/s]")
     if curve.values.min() < 0:
         raise ParameterError(
             f"{where} falls to {curve.values.min():g} N.m; the torque at full load must not be negative"

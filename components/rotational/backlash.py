@@ -5,6 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from powertrain import Equations, Parameter, Symbol, Variable, parameter, switch, variable
+from powertrain.components.limited import limited_at
 from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
 
 NO_PLAY = 1e-10
@@ -14,7 +15,7 @@ NO_PLAY = 1e-10
 class _Play(CompliantWithRelativeStates, Lossy):
     """Partial: a spring behind a gap of width b around phi_rel0."""
 
-    c: Parameter = parameter("N.m/rad", "Stiffness of the contact", min=1e-60)
+    c: Parameter = parameter("N.m/rad", "Stiffness of the contact", above=0)
     d: Parameter = parameter("N.m.s/rad", "Damping of the contact", min=0)
     b: Parameter = parameter("rad", "Backlash from contact to contact", default=0.0, min=0)
     phi_rel0: Parameter = parameter("rad", "Relative angle in the middle of the gap", default=0.0)
@@ -33,9 +34,8 @@ class _Play(CompliantWithRelativeStates, Lossy):
 
     def _limited_damping(self, beyond: Symbol, before: Symbol) -> Symbol:
         """Damper torque, limited to the spring torque: in the gap also its slope is zero."""
-        damping, limit = self.d * self.w_rel, ca.fabs(self.tau_c)
-        above = switch(damping > limit, limit, damping, continuous=True)
-        limited = switch(damping < -limit, -limit, above, continuous=True)
+        limit = ca.fabs(self.tau_c)
+        limited = limited_at(self.d * self.w_rel, -limit, limit)
         return switch(beyond, limited, switch(before, limited, 0.0, continuous=True), continuous=True)
 
     def energy(self) -> Symbol:

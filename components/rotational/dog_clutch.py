@@ -76,7 +76,8 @@ class ElasticDogClutch(_Play):
     gap: Discrete = discrete("1", "Number k of the gap that holds the dogs", start=0.0)
 
     def check(self) -> Equations:
-        """There must be dogs between the gaps."""
+        """There must be whole dogs, between the gaps."""
+        yield ca.floor(self.n) == self.n  # a whole number of dogs
         yield self.n * self.b < 2 * math.pi  # there are dogs between the gaps
 
     def equations(self) -> Equations:

@@ -17,7 +17,7 @@ class EddyCurrentTorque(Dragged):
     """
 
     tau_nominal: Parameter = parameter("N.m", "Maximum torque; it brakes in both directions", min=0)
-    w_nominal: Parameter = parameter("rad/s", "Speed of the maximum torque at TRef", min=1e-15)
+    w_nominal: Parameter = parameter("rad/s", "Speed of the maximum torque at TRef", above=0)
     TRef: Parameter = parameter("K", "Reference temperature of w_nominal", default=293.15, min=0)
     alpha20: Parameter = parameter("1/K", "Temperature coefficient of the disc's resistance at 293.15 K", default=0.0)
     tau: Variable = variable("N.m", "Braking torque, flange.tau")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import casadi as ca
 
@@ -18,9 +19,11 @@ from powertrain import (
     variable,
 )
 from powertrain.components.driving_side import mesh_losses
-from powertrain.components.friction_table import Table, at_speed
+from powertrain.components.friction_table import at_speed
 from powertrain.components.rotational.interfaces import Lossy, TwoShaftsAndSupport
 
+LossTable: TypeAlias = tuple[tuple[float, float, float, float, float], ...]
+"""Rows (speed from 0 up, efficiencies if flange_a and if flange_b drives, bearing frictions in either case)."""
 EFFICIENCIES, ANY = (1e-6, 1.0), (-math.inf, math.inf)
 ROUNDING = 1e-12
 """Relative difference up to which bearing frictions are equal."""
@@ -58,7 +61,7 @@ class Gear(LossyPair):
     At rest the mesh holds while its torques are between the two: to start, one side must exceed the other by 1/efficiency.
     """
 
-    efficiency: Parameter = parameter("1", "Output power over input power", default=1.0, min=1e-6, max=1)
+    efficiency: Parameter = parameter("1", "Output power over input power", default=1.0, above=0, max=1)
 
     def equations(self) -> Equations:
         """The loss opposes the motion and grows with the driving torque."""
@@ -79,10 +82,11 @@ class LossyGear(LossyPair):
     flange_a.tau = sign(w_a) (tau_bf1 - tau_bf2)/(eta_mf1 - 1/eta_mf2).
     Source: Pelchen, Schweiger and Otter: Modeling and Simulating the Efficiency of Gearboxes and of Planetary Gearboxes, Modelica
     Conference 2002, with the driving side found from the mesh torque (Bertsch 2009).
-    Errors: ParameterError if a row has no mesh loss but two different bearing torques, which is impossible.
+    Errors: ParameterError for efficiencies outside (0, 1], and if a row has no mesh loss but two different bearing torques, which is
+    impossible.
     """
 
-    lossTable: Table = ((0.0, 1.0, 1.0, 0.0, 0.0),)
+    lossTable: LossTable = ((0.0, 1.0, 1.0, 0.0, 0.0),)
 
     def equations(self) -> Equations:
         """The four quadrants of speed and torque."""
@@ -93,23 +97,14 @@ class LossyGear(LossyPair):
     def _losses(self) -> tuple[Symbol, Symbol, Symbol, Symbol]:
         """The columns of the table at |w_a|."""
         for row in self.lossTable:
-            if not _is_row(row) or not (0 < row[1] <= 1 and 0 < row[2] <= 1):
-                raise ParameterError(
-                    f"{self._path}.lossTable: the row {row} is not (|w_a|, eta_mf1, eta_mf2, |tau_bf1|, |tau_bf2|) "
-                    "with efficiencies in (0, 1]"
-                )
             if row[1] == row[2] == 1 and not math.isclose(abs(row[3]), abs(row[4]), rel_tol=ROUNDING):
                 raise ParameterError(
-                    f"{self._path}.lossTable: the row {row} has no mesh loss, so its bearing friction cannot "
+                    f"{self._label}.lossTable: the row {row} has no mesh loss, so its bearing friction cannot "
                     f"depend on the side that drives ({row[3]:g} N.m and {row[4]:g} N.m)"
                 )
         eta1, eta2 = (at_speed(self, "lossTable", self.w_a, ("rad/s", "1"), i, EFFICIENCIES) for i in (1, 2))
         b1, b2 = (at_speed(self, "lossTable", self.w_a, ("rad/s", "N.m"), i, ANY) for i in (3, 4))
         return eta1, eta2, ca.fabs(b1), ca.fabs(b2)
-
-
-def _is_row(row: object) -> bool:
-    return isinstance(row, tuple | list) and len(row) == 5 and all(isinstance(value, int | float) for value in row)
 
 
 def _bearing_at_a(eta1: Symbol, eta2: Symbol, bearing1: Symbol, bearing2: Symbol) -> Symbol:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Self
 
 from powertrain import Equations, Variable, connect, support, variable
-from powertrain.components.friction_table import Table
 from powertrain.components.rotational.backlash import ElastoBacklash
-from powertrain.components.rotational.gear import LossyGear
+from powertrain.components.rotational.gear import LossTable, LossyGear
 from powertrain.components.rotational.interfaces import TwoFlangesAndSupport
 from powertrain.components.thermal import HeatPort
 
@@ -34,7 +33,7 @@ class Gearbox(TwoFlangesAndSupport):
         c: float,
         d: float,
         b: float = 0.0,
-        lossTable: Table = ((0.0, 1.0, 1.0, 0.0, 0.0),),
+        lossTable: LossTable = ((0.0, 1.0, 1.0, 0.0, 0.0),),
     ) -> Self:
         """A gearbox from its data.
 

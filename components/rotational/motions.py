@@ -20,7 +20,7 @@ class Position(OneFlangeAndSupport):
 
     boundary: ClassVar[bool] = True
     exact: bool = False
-    f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, min=1e-15)
+    f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, above=0)
     phi_ref: Input = signal_input("rad", "Angle of the flange against the support")
     w: Variable = variable("rad/s", "Speed of the flange against the support")
 
@@ -46,7 +46,7 @@ class Speed(OneFlangeAndSupport):
 
     boundary: ClassVar[bool] = True
     exact: bool = False
-    f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, min=1e-15)
+    f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, above=0)
     w_ref: Input = signal_input("rad/s", "Speed of the flange against the support")
     w: Variable = variable("rad/s", "Speed of the flange against the support")
 

@@ -6,10 +6,9 @@ import math
 from typing import Self
 
 from powertrain import Equations, ParameterError, arguments_checked, connect, support
-from powertrain.components.friction_table import Table
 from powertrain.components.rotational.gear import LossyGear
 from powertrain.components.rotational.interfaces import TwoFlangesAndSupport
-from powertrain.components.rotational.stiffening_spring import StiffeningSpring
+from powertrain.components.rotational.stiffening_spring import Segments, StiffeningSpring
 from powertrain.components.thermal import HeatPort
 
 ROUNDING = 1e-9
@@ -91,7 +90,7 @@ class HarmonicDrive(_Reducer):
         back: float = 0.70,
         starting: float = 0.10,
         backdriving: float | None = None,
-        stiffness: Table = ((0.0, 6.7e4), (29.0, 1.1e5), (108.0, 1.2e5)),
+        stiffness: Segments = ((0.0, 6.7e4), (29.0, 1.1e5), (108.0, 1.2e5)),
         d: float = 50.0,
     ) -> Self:
         """From teeth and catalogue values.
@@ -119,7 +118,8 @@ class HarmonicDrive(_Reducer):
         """
         if not 0 < flexspline < circular:
             raise ParameterError(
-                f"a circular spline of {circular} teeth does not fit round a flexspline of {flexspline}; it needs more teeth, usually two"
+                f"{cls.__name__}.of: a circular spline of {circular} teeth does not fit round a flexspline of {flexspline}; it needs more "
+                "teeth, usually two"
             )
         spring = StiffeningSpring(stiffness=stiffness, d=d)
         return cls._of(flexspline / (circular - flexspline), (efficiency, back), (starting, backdriving), spring)
@@ -151,7 +151,7 @@ class CycloidalDrive(_Reducer):
         back: float = 0.90,
         starting: float = 0.15,
         backdriving: float | None = None,
-        stiffness: Table = ((0.0, 5e4), (15.0, 2e5)),
+        stiffness: Segments = ((0.0, 5e4), (15.0, 2e5)),
         d: float = 50.0,
     ) -> Self:
         """From lobes, pins and catalogue values.
@@ -177,6 +177,8 @@ class CycloidalDrive(_Reducer):
             Unless there are more pins than lobes, and for efficiencies and no-load torques as ``HarmonicDrive.of``.
         """
         if not 0 < lobes < pins:
-            raise ParameterError(f"a disc of {lobes} lobes does not turn in {pins} pins; it needs more pins than lobes")
+            raise ParameterError(
+                f"{cls.__name__}.of: a disc of {lobes} lobes does not turn in {pins} pins; it needs more pins than lobes"
+            )
         spring = StiffeningSpring(stiffness=stiffness, d=d)
         return cls._of(lobes / (pins - lobes), (efficiency, back), (starting, backdriving), spring)

@@ -26,7 +26,7 @@ class IdealRollingWheel(RotationToTranslation):
     radius (flangeR.phi - supportR.phi) = flangeT.s - supportT.s,  radius flangeT.f + flangeR.tau = 0
     """
 
-    radius: Parameter = parameter("m", "Rolling radius", default=0.3)
+    radius: Parameter = parameter("m", "Rolling radius", default=0.3, exclude=(0.0,))
 
     def equations(self) -> Equations:
         """Path = radius times angle."""

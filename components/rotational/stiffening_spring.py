@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import TypeAlias
 
 import casadi as ca
 
 from powertrain import Equations, Parameter, ParameterError, Symbol, Variable, parameter, variable
-from powertrain.components.friction_table import Table
 from powertrain.components.limited import limited
 from powertrain.components.rotational.interfaces import CompliantWithRelativeStates, Lossy
+
+Segments: TypeAlias = tuple[tuple[float, float], ...]
+"""Rows (torque from which it applies [N.m], stiffness [N.m/rad])."""
 
 
 class StiffeningSpring(CompliantWithRelativeStates, Lossy):
@@ -23,7 +26,7 @@ class StiffeningSpring(CompliantWithRelativeStates, Lossy):
     Errors: ParameterError for torques that do not increase from 0, and stiffnesses not above 0.
     """
 
-    stiffness: Table = ((0.0, 1e4),)
+    stiffness: Segments = ((0.0, 1e4),)
     d: Parameter = parameter("N.m.s/rad", "Damping", default=0.0, min=0)
     tau_c: Variable = variable("N.m", "Torque of the spring")
 
@@ -47,9 +50,9 @@ class StiffeningSpring(CompliantWithRelativeStates, Lossy):
     def _check(self) -> None:
         torques = [row[0] for row in self.stiffness]
         rises = torques[:1] == [0.0] and all(one < other for one, other in pairwise(torques))
-        if not rises or any(len(row) != 2 or row[1] <= 0 for row in self.stiffness):
+        if not rises or any(K <= 0 for _, K in self.stiffness):
             raise ParameterError(
-                f"{self._path or 'StiffeningSpring'}.stiffness: {self.stiffness!r} is not a table of rows (torque from which it holds N.m, "
+                f"{self._label}.stiffness: {self.stiffness!r} is not a table of rows (torque from which it holds N.m, "
                 "stiffness N.m/rad) with torques that increase from 0 and stiffnesses above 0"
             )
 

@@ -50,8 +50,8 @@ class Synchroniser(FrictionCoupling):
     Sources: H. Naunheimer et al., Automotive Transmissions, 2nd ed., Springer 2011, ch. 9; R. J. Socin, L. K. Walters, Manual
     Transmission Synchronizers, SAE 680008, 1968.
 
-    Errors: ParameterError if the cone would stick (tan(angle) <= mue) or the positions are not in order; InitializationError for a
-    start beyond s_end.
+    Errors: ParameterError if the cone would stick (tan(angle) <= mue), no force would turn the ring aside (index <= 0) or the positions
+    are not in order; InitializationError for a start beyond s_end.
     """
 
     sleeve: LinearFlange = port(LinearFlange)
@@ -83,8 +83,9 @@ class Synchroniser(FrictionCoupling):
     F: Variable = variable("N", "Force of the sleeve on ring, dogs or stop")
 
     def check(self) -> Equations:
-        """The cone must release by itself, the positions be in order, the direction be 1 or -1, and the dogs hold."""
+        """Cone and chamfers must not lock themselves, the positions be in order, the direction be 1 or -1, and the dogs hold."""
         yield ca.tan(self.angle) > self.mue  # else the cone sticks
+        yield self.mue_chamfer * ca.tan(self.chamfer) < 1  # else no force turns the ring aside
         yield self.s_ring < self.s_dog
         yield self.s_dog < self.s_end
         yield self.direction * self.direction == 1.0  # 1 or -1

@@ -95,7 +95,7 @@ class _SpeedDependentTorque(_TorqueOnFlange):
     tau_nominal: Parameter = parameter(
         "N.m", "Torque at w_nominal; negative, it is a load while the shaft turns forward"
     )
-    w_nominal: Parameter = parameter("rad/s", "Nominal speed", min=1e-15)
+    w_nominal: Parameter = parameter("rad/s", "Nominal speed", above=0)
     w: Variable = variable("rad/s", "Speed of the flange against the support")
     TorqueDirection: bool = True
 
@@ -141,7 +141,7 @@ class InverseSpeedDependentTorque(_SpeedDependentTorque):
     Below w0 it is as in the Modelica Standard Library 4.0.0; the torque jumps at w0 unless w0 = w_nominal.
     """
 
-    w0: Parameter = parameter("rad/s", "Speed below which the torque is limited", default=0.1, min=1e-15)
+    w0: Parameter = parameter("rad/s", "Speed below which the torque is limited", default=0.1, above=0)
 
     def equations(self) -> Equations:
         """Constant power above w0."""
@@ -159,7 +159,7 @@ class SignTorque(_TorqueOnFlange):
     """
 
     tau_nominal: Parameter = parameter("N.m", "Torque; negative, it brakes")
-    w0: Parameter = parameter("rad/s", "Speed below which the sign is smoothed", default=0.1, min=1e-15)
+    w0: Parameter = parameter("rad/s", "Speed below which the sign is smoothed", default=0.1, above=0)
     reg: Regularization = "exp"
     w: Variable = variable("rad/s", "Speed of the flange against the support")
 

@@ -17,7 +17,6 @@ from powertrain import (
     variable,
 )
 from powertrain.components.driving_side import mesh_losses
-from powertrain.components.friction_table import Table
 from powertrain.components.rotational.interfaces import Lossy, TwoShaftsAndSupport
 
 
@@ -87,7 +86,7 @@ class ConstantVelocityJoint(TwoShaftsAndSupport, Lossy):
     Errors: ParameterError if the rows are not a table of efficiencies in (0, 1] over angles from 0 up.
     """
 
-    efficiency: Table = ((0.0, 0.997), (0.1, 0.994), (0.2, 0.989), (0.4, 0.974), (0.8, 0.93))
+    efficiency: tuple[tuple[float, float], ...] = ((0.0, 0.997), (0.1, 0.994), (0.2, 0.989), (0.4, 0.974), (0.8, 0.93))
     beta: Parameter = parameter("rad", "Angle between the shafts", default=0.1, min=-1.0, max=1.0)
     w: Variable = variable("rad/s", "Speed against the support")
     tauLoss: Variable = variable("N.m", "Torque loss")
@@ -104,9 +103,9 @@ class ConstantVelocityJoint(TwoShaftsAndSupport, Lossy):
 
     def _eta(self) -> Symbol:
         """The table at |beta|."""
-        where = f"{self._path}.efficiency".lstrip(".")
+        where = f"{self._label}.efficiency"
         rows = self.efficiency
-        if not rows or any(len(row) != 2 or row[0] < 0 or not 0 < row[1] <= 1 for row in rows):
+        if not rows or any(angle < 0 or not 0 < eta <= 1 for angle, eta in rows):
             raise ParameterError(
                 f"{where}: {rows!r} is not a table of rows (angle rad, efficiency) with angles not below 0 "
                 "and efficiencies in (0, 1]"

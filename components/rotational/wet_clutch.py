@@ -17,6 +17,7 @@ from powertrain import (
     friction,
     parameter,
 )
+from powertrain.components.map_checks import check_coefficient
 from powertrain.components.pressed import Pressed
 from powertrain.components.rotational.interfaces import FrictionCoupling
 from powertrain.components.thermal import HeatPort
@@ -62,16 +63,11 @@ class WetClutch(Pressed, FrictionCoupling):
         yield from self._dissipate()
 
     def _mue(self) -> Symbol:
-        for axis in self.mue.axes:
-            if AXES.get(axis.name) != axis.unit:
-                known = ", ".join(f"{name} [{unit}]" for name, unit in AXES.items())
-                raise ParameterError(f"{self._path}.mue depends on {axis.name} [{axis.unit}]; it may depend on {known}")
-        if self.mue.unit != "1":
-            raise ParameterError(
-                f"{self._path}.mue gives {self.mue.name} [{self.mue.unit}]; it must give a coefficient of friction [1]"
-            )
+        check_coefficient(self.mue, f"{self._label}.mue", "a coefficient of friction", AXES)
         if (least := float(self.mue.values.min())) < 0:
-            raise ParameterError(f"{self._path}.mue falls to {least:g}; a coefficient of friction must not be negative")
+            raise ParameterError(
+                f"{self._label}.mue falls to {least:g}; a coefficient of friction must not be negative"
+            )
         values = {"w_rel": ca.fabs(self.w_rel), "T": self.heat_port.T}
         return self.mue(*(values[axis.name] for axis in self.mue.axes))
 

@@ -17,7 +17,7 @@ class EddyCurrentForce(Dragged):
     """
 
     f_nominal: Parameter = parameter("N", "Maximum force; it brakes in both directions", min=0)
-    v_nominal: Parameter = parameter("m/s", "Speed of the maximum force at TRef", min=1e-15)
+    v_nominal: Parameter = parameter("m/s", "Speed of the maximum force at TRef", above=0)
     TRef: Parameter = parameter("K", "Reference temperature of v_nominal", default=293.15, min=0)
     alpha20: Parameter = parameter("1/K", "Temperature coefficient of the fin's resistance at 293.15 K", default=0.0)
     f: Variable = variable("N", "Braking force, flange.f")

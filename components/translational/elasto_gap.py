@@ -5,6 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from powertrain import Equations, Parameter, Symbol, Variable, parameter, switch, variable
+from powertrain.components.limited import limited_at
 from powertrain.components.translational.interfaces import CompliantWithRelativeStates, Lossy
 
 TOUCH = 1e-30
@@ -31,10 +32,9 @@ class ElastoGap(CompliantWithRelativeStates, Lossy):
     def equations(self) -> Equations:
         """Spring and limited damper while the parts touch."""
         yield from self._transmit()
-        contact, damping = self.s_rel < self.s_rel0, self.d * self.v_rel
+        contact = self.s_rel < self.s_rel0
         yield self.f_c == switch(contact, -self.c * self._penetration() ** self.n, 0.0, continuous=True)
-        above = switch(damping < self.f_c, self.f_c, damping, continuous=True)
-        limited = switch(damping > -self.f_c, -self.f_c, above, continuous=True)
+        limited = limited_at(self.d * self.v_rel, self.f_c, -self.f_c)
         yield self.f_d == switch(contact, limited, 0.0, continuous=True)  # in the gap also the slope is zero
         yield self.f == self.f_c + self.f_d
         yield from self._dissipate()

@@ -95,7 +95,7 @@ class _SpeedDependentForce(_ForceOnFlange):
     """Partial: a force that depends on the flange's speed against the support."""
 
     f_nominal: Parameter = parameter("N", "Force at v_nominal; negative, it is a load while the rod moves forward")
-    v_nominal: Parameter = parameter("m/s", "Nominal speed", min=1e-15)
+    v_nominal: Parameter = parameter("m/s", "Nominal speed", above=0)
     v: Variable = variable("m/s", "Speed of the flange against the support")
     ForceDirection: bool = True
 
@@ -137,7 +137,7 @@ class InverseSpeedDependentForce(_SpeedDependentForce):
     Below v0 it is as in the Modelica Standard Library 4.0.0; the force jumps at v0 unless v0 = v_nominal.
     """
 
-    v0: Parameter = parameter("m/s", "Speed below which the force is limited", default=0.1, min=1e-15)
+    v0: Parameter = parameter("m/s", "Speed below which the force is limited", default=0.1, above=0)
 
     def equations(self) -> Equations:
         """Constant power above v0."""
@@ -155,7 +155,7 @@ class SignForce(_ForceOnFlange):
     """
 
     f_nominal: Parameter = parameter("N", "Force; negative, it brakes")
-    v0: Parameter = parameter("m/s", "Speed below which the sign is smoothed", default=0.1, min=1e-15)
+    v0: Parameter = parameter("m/s", "Speed below which the sign is smoothed", default=0.1, above=0)
     reg: Regularization = "exp"
     v: Variable = variable("m/s", "Speed of the flange against the support")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from powertrain import ParameterError
 from powertrain.components.friction_table import Table
 
 
@@ -23,14 +24,21 @@ def stribeck_table(
     fexp : float
         Exponential decay [s/m].
     v_max : float
-        Largest speed [m/s].
+        Largest speed [m/s], above 0.
     rows : int
-        Number of speeds.
+        Number of speeds, at least 2.
 
     Returns
     -------
     tuple of (float, float)
         Speeds [m/s] and forces [N].
+
+    Raises
+    ------
+    ParameterError
+        For less than two rows, or a largest speed that is not above 0.
     """
+    if rows < 2 or not v_max > 0:
+        raise ParameterError(f"stribeck_table: needs 2 rows or more and v_max > 0 m/s, not {rows} and {v_max:g} m/s")
     speeds = [v_max * i / (rows - 1) for i in range(rows)]
     return tuple((v, F_Coulomb + F_prop * v + F_Stribeck * math.exp(-fexp * v)) for v in speeds)

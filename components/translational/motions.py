@@ -20,7 +20,7 @@ class Position(OneFlangeAndSupport):
 
     boundary: ClassVar[bool] = True
     exact: bool = False
-    f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, min=1e-15)
+    f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, above=0)
     s_ref: Input = signal_input("m", "Position of the flange against the support")
     s: Variable = variable("m", "Position of the flange against the support", start=0.0)
     v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)
@@ -47,7 +47,7 @@ class Speed(OneFlangeAndSupport):
 
     boundary: ClassVar[bool] = True
     exact: bool = False
-    f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, min=1e-15)
+    f_crit: Parameter = parameter("Hz", "Critical frequency of the filter", default=50.0, above=0)
     v_ref: Input = signal_input("m/s", "Speed of the flange against the support")
     s: Variable = variable("m", "Position of the flange against the support", start=0.0)
     v: Variable = variable("m/s", "Speed of the flange against the support", start=0.0)

@@ -23,7 +23,7 @@ class RollingResistance(Dragged):
     fWeight: Parameter = parameter("N", "Wheel load due to gravity", min=0)
     CrConstant: Parameter = parameter("1", "Rolling resistance coefficient", default=0.01, min=0)
     inclinationConstant: Parameter = parameter("1", "Inclination of the road, tan(alpha)", default=0.0)
-    v0: Parameter = parameter("m/s", "Speed below which the sign is smoothed", default=0.1, min=1e-15)
+    v0: Parameter = parameter("m/s", "Speed below which the sign is smoothed", default=0.1, above=0)
     useCrInput: bool = False
     useInclinationInput: bool = False
     reg: Regularization = "exp"

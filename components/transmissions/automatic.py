@@ -301,5 +301,5 @@ class Automatic(ClutchToClutch):
         kinds = [_kind(each) for each in self.scheme.elements]
         if has != needs or not all(isinstance(part, kind) for part, kind in zip(self.elements, kinds, strict=True)):
             raise ParameterError(
-                f"{self._path or 'Automatic'}: the scheme has {needs}, the component {has}; make it with Automatic.of(scheme)"
+                f"{self._label}: the scheme has {needs}, the component {has}; make it with Automatic.of(scheme)"
             )

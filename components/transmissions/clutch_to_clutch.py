@@ -9,7 +9,7 @@ from typing import ClassVar
 import casadi as ca
 
 from powertrain import Equations, Parameter, Symbol, Variable, der, parameter, switch, variable
-from powertrain.components.limited import limited
+from powertrain.components.limited import smooth_step
 from powertrain.components.transmissions.gearbox import Shiftable
 
 
@@ -85,7 +85,7 @@ class ClutchToClutch(Shiftable):
             elif one is not None and other is None:
                 hold -= first
                 law += one * driving * first * (1 - last)
-        return hold * full * _smooth(self.lever.value) + law
+        return hold * full * smooth_step(self.lever.value) + law
 
     def _pulling(self, ratio: float | Symbol, w_out: Symbol) -> Symbol:
         """The torque that pulls an input up to the speed of a gear if a freewheel of the gear below has let it fall behind."""
@@ -97,10 +97,4 @@ class ClutchToClutch(Shiftable):
         """S_n of the shift between gears k and k + 1."""
         marks = self.begin, self.begin + self.torque_phase, 1 - self.torque_phase, 1.0
         start, stop = marks[number - 1], marks[number]
-        return _smooth((self.lever.value - k - start) / (stop - start))
-
-
-def _smooth(x: Symbol) -> Symbol:
-    """0 up to x = 0 and 1 from x = 1 on, with a continuous slope."""
-    within = limited(x)
-    return within**2 * (3 - 2 * within)
+        return smooth_step((self.lever.value - k - start) / (stop - start))

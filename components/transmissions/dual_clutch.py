@@ -77,7 +77,7 @@ class DualClutchGearbox(ClutchToClutch, StartingGearbox, MeshedGears):
         """Two clutches, two shafts, and the gears between them and the output."""
         if len(self.gears) != len(self.synchronisers) or len(self.gears) < 2:
             raise ParameterError(
-                f"{self._path or 'DualClutchGearbox'}: {len(self.gears)} gears have {len(self.synchronisers)} synchronisers; give two or "
+                f"{self._label}: {len(self.gears)} gears have {len(self.synchronisers)} synchronisers; give two or "
                 "more gears, and one synchroniser for each"
             )
         yield connect(self.flange_a, self.input.flange_a)

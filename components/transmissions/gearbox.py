@@ -171,7 +171,7 @@ class ManualGearbox(SynchronisedGears):
         """The gears, and the lever that presses their synchronisers."""
         if len(self.gears) != len(self.synchronisers) or not self.gears:
             raise ParameterError(
-                f"{self._path or 'ManualGearbox'}: {len(self.gears)} gears have {len(self.synchronisers)} synchronisers; "
+                f"{self._label}: {len(self.gears)} gears have {len(self.synchronisers)} synchronisers; "
                 "each gear needs one"
             )
         yield from self._meshed(self.synchronisers)

@@ -109,7 +109,7 @@ class TorqueConverter(_Hydrodynamic):
 
     def equations(self) -> Equations:
         """Oil and clutch in parallel."""
-        nu, capacity, R = _checked_table(self.table, f"{self._path}.table".lstrip("."))
+        nu, capacity, R = _checked_table(self.table, f"{self._label}.table")
         yield from self._flows(_over_ratio(nu, capacity, "capacity", "N.m.s2/rad2"))
         multiplied = _over_ratio(nu, R, "torque ratio", "1")(self._ratio(self.w_b, self.w_a)) * self.tau_drive
         yield self.w_rel == der(self.flange_b.phi - self.flange_a.phi)
@@ -150,9 +150,9 @@ class FluidCoupling(_Hydrodynamic):
 
     def equations(self) -> Equations:
         """The same torque, whichever wheel drives."""
-        where = f"{self._path}.table".lstrip(".")
+        where = f"{self._label}.table"
         rows = np.array(self.table, float)
-        if rows.ndim != 2 or rows.shape[1] != 2 or rows[0, 0] != 0 or rows[-1].tolist() != [1, 0] or rows.min() < 0:
+        if not rows.size or rows[0, 0] != 0 or rows[-1].tolist() != [1, 0] or rows.min() < 0:
             raise ParameterError(
                 f"{where}: {self.table!r} is not a table of rows (nu, lambda) from nu = 0 to (1, 0) with lambda >= 0"
             )
@@ -175,7 +175,7 @@ def _checked_table(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Speed ratios with capacities 1/K^2 and torque ratios, up to nu = 1."""
     rows = np.array(table, float)
-    if rows.ndim != 2 or rows.shape[1] != 3 or rows[0, 0] != 0 or rows[-1, 0] >= 1 or (np.diff(rows[:, 0]) <= 0).any():
+    if not rows.size or rows[0, 0] != 0 or rows[-1, 0] >= 1 or (np.diff(rows[:, 0]) <= 0).any():
         raise ParameterError(
             f"{where}: {table!r} is not a table of rows (nu, K, R) with nu starting at 0, increasing and below 1"
         )

@@ -96,7 +96,7 @@ def overall_ratio(layout: str, R_o: float, V: float, coupling: Coupling = "input
     """
     _check_finite("V", V)
     R = relative_ratio(layout, R_o)
-    if checked(coupling) == "input":
+    if _input_coupled(coupling):
         return R + (1 - R) * V
     if 1 - V + R * V == 0:
         raise ParameterError(f"the output-coupled layout {layout} holds its input at V = {V:g}: r would be infinite")
@@ -132,7 +132,7 @@ def unit_ratio(layout: str, R_o: float, r: float, coupling: Coupling = "input") 
     """
     _check_finite("r", r)
     R = relative_ratio(layout, R_o)
-    if checked(coupling) == "input":
+    if _input_coupled(coupling):
         return (r - R) / (1 - R)
     if r == 0:
         raise ParameterError(
@@ -147,11 +147,11 @@ def _check_finite(name: str, value: float) -> None:
         raise ParameterError(f"{name} = {value:g} must be finite")
 
 
-def checked(coupling: str) -> str:
-    """The coupling itself. Errors: ParameterError for anything but input and output."""
+def _input_coupled(coupling: str) -> bool:
+    """Whether the unit is between 1 and 2. Errors: ParameterError for anything but input and output."""
     if coupling not in ("input", "output"):
         raise ParameterError(f'the coupling {coupling!r} must be "input" or "output"')
-    return coupling
+    return coupling == "input"
 
 
 def switched(one: str, other: str) -> tuple[int, int, int]:

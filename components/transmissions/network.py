@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powertrain import ParameterError, arguments_checked
-from powertrain.components.transmissions.layout import Coupling, Layout, checked, members
+from powertrain.components.transmissions.layout import Coupling, Layout, members
 
 Array = NDArray[np.float64]
 Joint = tuple[str, str]
@@ -103,7 +103,7 @@ class Network:
         """
         place = dict(zip(members(layout), ("in", "2", "out"), strict=True))
         lever = Lever("differential", place["a"], place["b"], place["carrier"], R_o, eta)
-        return cls((lever,), ("in", "2") if checked(coupling) == "input" else ("2", "out"))
+        return cls((lever,), ("in", "2") if coupling == "input" else ("2", "out"))
 
     def range(self, *joints: Joint) -> Self:
         """The same network with these additional joints."""

@@ -52,7 +52,7 @@ class NetworkGears(Component):
         planetaries, pairs = list(self.planetaries), list(self.pairs)
         if len(planetaries) + len(pairs) != len(self.network.levers):
             raise ParameterError(
-                f"{self._path}: the network has {len(self.network.levers)} levers, but there are {len(planetaries)} planetaries and "
+                f"{self._label}: the network has {len(self.network.levers)} levers, but there are {len(planetaries)} planetaries and "
                 f"{len(pairs)} pairs; make the gears with NetworkGears.of(network)"
             )
         at: dict[int, list[Any]] = {}

@@ -94,7 +94,7 @@ class PowerShiftGearbox(Shiftable):
         """Two or more ratios, positive and decreasing from gear to gear."""
         if len(self.ratios) < 2 or min(self.ratios) <= 0 or any(a <= b for a, b in pairwise(self.ratios)):
             raise ParameterError(
-                f"{self._path or 'PowerShiftGearbox'}.ratios = {self.ratios}; give two or more positive ratios that decrease from gear "
+                f"{self._label}.ratios = {self.ratios}; give two or more positive ratios that decrease from gear "
                 "to gear"
             )
         yield from ()

@@ -44,7 +44,7 @@ class RangeTransmission(TransmissionOfRanges):
     def check(self) -> Equations:
         """There must be more than one range."""
         if len(self.spans) < 2:
-            where = self._path or type(self).__name__
+            where = self._label
             raise ParameterError(f"{where}: {len(self.spans)} range; one that does not shift is a NetworkTransmission")
         yield from super().check()
 

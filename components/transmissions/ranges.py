@@ -98,7 +98,7 @@ class TransmissionOfRanges(VariableTransmission):
 
     def check(self) -> Equations:
         """Ranges must follow each other and meet."""
-        where = self._path or type(self).__name__
+        where = self._label
         if not len(self.spans) == len(self.gears) == len(self.selectors_a) + 1 == len(self.selectors_b) + 1:
             raise ParameterError(
                 f"{where}: its parts do not belong to {len(self.spans)} ranges; make it with {type(self).__name__}.of(spans)"

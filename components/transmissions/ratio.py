@@ -17,10 +17,10 @@ from powertrain import (
     parameter,
     signal_input,
     signal_output,
-    switch,
     within,
 )
-from powertrain.components.transmissions.layout import Coupling, Layout, checked, relative_ratio
+from powertrain.components.limited import magnitude
+from powertrain.components.transmissions.layout import Coupling, Layout, relative_ratio
 from powertrain.components.transmissions.network import Network
 
 STANDSTILL = 1e-6
@@ -29,7 +29,7 @@ STANDSTILL = 1e-6
 
 def turning(w: Symbol, name: str) -> None:
     """End a simulation where a speed over that of the input, by its ``name``, is zero."""
-    within(switch(w >= 0, w, -w, continuous=True), STANDSTILL, math.inf, name=name, unit="1")
+    within(magnitude(w), STANDSTILL, math.inf, name=name, unit="1")
 
 
 def exact_ratio(w_a: Symbol, w_b: Symbol) -> Symbol:
@@ -61,7 +61,7 @@ class UnitRatio(RatioOfUnit):
         """Speeds on a straight line."""
         R = relative_ratio(self.layout, self.basic_ratio)
         r = self.r.value
-        if checked(self.coupling) == "input":
+        if self.coupling == "input":
             yield self.V.value == (r - R) / (1 - R)
         else:
             turning(r, "size of the overall ratio, output-coupled")

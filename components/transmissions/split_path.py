@@ -11,7 +11,7 @@ from powertrain.components.differentials.interfaces import ThreeMembers
 from powertrain.components.rotational.clutch import Clutch
 from powertrain.components.rotational.inertia import Inertia
 from powertrain.components.transmissions.interfaces import VariableTransmission
-from powertrain.components.transmissions.layout import Coupling, Layout, checked, members, switched
+from powertrain.components.transmissions.layout import Coupling, Layout, members, switched
 
 
 class _SplitPath(VariableTransmission):
@@ -41,7 +41,7 @@ class SplitPathTransmission(_SplitPath):
     def equations(self) -> Equations:
         """The differential's members at their positions."""
         one, two, three = (getattr(self.differential, name) for name in members(self.layout))
-        inside = checked(self.coupling) == "input"
+        inside = self.coupling == "input"
         yield connect(self.flange_a, one)
         yield connect(self.flange_b, three)
         yield connect(self.cvu.flange_a, one if inside else three)
@@ -81,7 +81,7 @@ class SwitchedSplitPathTransmission(_SplitPath):
     def equations(self) -> Equations:
         """The member that keeps its position, and the two that change."""
         yield from self._data()
-        input_coupled = checked(self.coupling) == "input"
+        input_coupled = self.coupling == "input"
         p, q, stays = switched(self.first, self.second)
         names = members(self.first)
         shaft: dict[str, Inertia] = dict(zip(("a", "b", "carrier"), self.shafts, strict=True))

@@ -72,6 +72,6 @@ class SynchronisedGearbox(SynchronisedGears):
         n, synchronisers, rails = len(self.gears), len(self.synchronisers), len(self.rails)
         if not n or (synchronisers, rails) != (n, (n + 1) // 2):
             raise ParameterError(
-                f"{self._path or 'SynchronisedGearbox'}: {n} gears have {synchronisers} synchronisers on {rails} rails; each gear needs a "
+                f"{self._label}: {n} gears have {synchronisers} synchronisers on {rails} rails; each gear needs a "
                 "synchroniser and every two gears a rail: make it with SynchronisedGearbox.of_ratios"
             )

@@ -57,7 +57,7 @@ class MountedHousing(Lossy):
         for y, k, d in self.mounts:
             if k < 0 or d < 0:
                 said = f"k = {k:g} N/m at y = {y:g} m" if k < 0 else f"d = {d:g} N.s/m at y = {y:g} m"
-                raise ParameterError(f"{self._path}.mounts: {said} is negative".lstrip("."))
+                raise ParameterError(f"{self._label}.mounts: {said} is negative")
 
     def _damping(self) -> float:
         return sum(d * y**2 for y, _, d in self.mounts)

@@ -17,9 +17,9 @@ from powertrain import (
     friction,
     parameter,
     port,
-    switch,
     variable,
 )
+from powertrain.components.limited import limited_at
 from powertrain.components.rotational.interfaces import Compliant, Flange, Lossy, TwoFlanges
 
 
@@ -39,17 +39,12 @@ class StagedSpring(Compliant):
         yield from self._transmit()
         for play, c in self.stages:
             if play < 0 or c < 0:
-                raise ParameterError(
-                    f"{self._path}.stages: {c:g} N.m/rad from {play:g} rad; neither can be negative".lstrip(".")
-                )
+                raise ParameterError(f"{self._label}.stages: {c:g} N.m/rad from {play:g} rad; neither can be negative")
         yield self.tau == sum(c * self._behind(play) for play, c in self.stages)
 
     def _behind(self, play: float) -> Symbol:
         """Compression of the spring."""
-        if play == 0:
-            return self.phi_rel
-        coast = switch(self.phi_rel < -play, self.phi_rel + play, 0.0, continuous=True)
-        return switch(self.phi_rel > play, self.phi_rel - play, coast, continuous=True)
+        return self.phi_rel - limited_at(self.phi_rel, -play, play) if play else self.phi_rel
 
     def energy(self) -> Symbol:
         """Elastic energy, the sum of c_k (|phi_rel| - phi_k)^2/2."""

@@ -54,7 +54,7 @@ class Wheel(Lossy):
 
     def _roll(self) -> Equations:
         if not self.Cr_2 >= 0:
-            raise ParameterError(f"{self._path or type(self).__name__}.Cr_2 = {self.Cr_2:g} s2/m2 must not be negative")
+            raise ParameterError(f"{self._label}.Cr_2 = {self.Cr_2:g} s2/m2 must not be negative")
         yield self.w == der(self.hub.phi)
         yield self.v == der(self.road.s)
         yield self.f == -self.road.f

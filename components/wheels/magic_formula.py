@@ -95,8 +95,8 @@ class MagicFormulaWheel(SlippingWheel):
 
         The coefficients are multiplied by their scaling factors: Fz0 = FNOMIN LFZO, pCx1 = PCX1 LCX, pDx = PDX LMUX, pKx = PKX LKX, and
         pEx1 = PEX1 LEX, the curvature at nominal load. The shifts PHX and PVX are neglected. c is LONGITUDINAL_STIFFNESS, or the slip
-        stiffness over the relaxation length PTX1 UNLOADED_RADIUS at nominal load; Cr = abs(QSY1) LMY. The radius is that of slow free
-        rolling,
+        stiffness over the relaxation length PTX1 LSGKP UNLOADED_RADIUS LFZO at nominal load; Cr = abs(QSY1) LMY. The radius is that of
+        slow free rolling,
 
         radius = Q_RE0 UNLOADED_RADIUS - Fz0/VERTICAL_STIFFNESS (DREFF atan(BREFF) + FREFF)
 

@@ -221,6 +221,11 @@ class Component(metaclass=_Kind):
             return Symbol(self._values[quantity.name])
         raise ModelError(f"{type(self).__name__}.{quantity.name} has no symbol outside equations()")
 
+    @property
+    def _label(self) -> str:
+        """What errors call it: its path in the model, or its class if it is the model itself."""
+        return self._path or type(self).__name__
+
     def equations(self) -> Equations:
         """Yields what holds at every instant: equations ``a == b``, connections and laws."""
         yield from ()

@@ -145,8 +145,8 @@ def _pull(vehicle: Any, v: Array, a: Array) -> Array:
 
 def _sines(vehicle: Any, cycle: DriveCycle) -> Array:
     """The mean sin(alpha) of the road in every row; none at rest, where the brakes hold the vehicle."""
-    places = np.append(0.0, np.cumsum((cycle.speeds[1:] + cycle.speeds[:-1]) / 2 * np.diff(cycle.times)))
-    vehicle, steps = on_cycle(vehicle, cycle), np.diff(places)
+    vehicle, places = on_cycle(vehicle, cycle), cycle.places
+    steps = np.diff(places)
     road = value_at(vehicle, anatomy(vehicle).the("road"))
     return np.asarray(np.divide(_rises(road.profile, places), steps, out=np.zeros_like(steps), where=steps > 0))
 

@@ -112,6 +112,11 @@ def test_drive(
     assert got == pytest.approx([ratio, clutch, friction])
 
 
+def test_a_flywheel_that_is_full_before_it_is_empty_is_refused() -> None:
+    with pytest.raises(pt.ParameterError, match="w_full = 560 rad/s, w_empty = 600 rad/s"):
+        FlywheelDrive(w_empty=600)
+
+
 def test_without_recovery_the_brake_pedal_opens_the_clutch() -> None:
     inputs = {"accelerator": 0.0, "brake": 0.3, "w_in": 400.0, "w_out": 200.0, "w_before": 200.0}
     result = pt.simulate(FlywheelDrive(recovery=0), stop=1, inputs=inputs)

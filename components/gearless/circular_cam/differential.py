@@ -17,19 +17,18 @@ from powertrain import (
     der,
     friction,
     parameter,
-    switch,
     variable,
 )
 from powertrain.components.differentials.interfaces import SymmetricDifferential
 from powertrain.components.gearless.circular_cam.design import LEAST_WIDTH, CircularCams
-from powertrain.components.gearless.circular_cam.disk import Wear, check_wear, friction_diameter
+from powertrain.components.gearless.circular_cam.disk import Wear, friction_diameter
 from powertrain.components.gearless.circular_cam.locking_law import (
     Sharing,
-    check_sharing,
     disk_coefficient,
     groove_coefficient,
 )
-from powertrain.components.gearless.circular_cam.track import check_number
+from powertrain.components.gearless.circular_cam.track import check_arcs
+from powertrain.components.limited import magnitude
 from powertrain.components.rotational.interfaces import Lossy
 
 FLOOR = 1e-3
@@ -136,10 +135,8 @@ class CircularCamDifferential(SymmetricDifferential, Lossy):
     kappa: Variable = variable("1", "Locking coefficient")
 
     def check(self) -> Equations:
-        """The tracks and the hole of the disk must be nested, and the names of the rules known."""
-        check_number(self.n)
-        check_sharing(self.sharing)
-        check_wear(self.uniform)
+        """The arcs close around the circle; the tracks and the hole of the disk are nested."""
+        check_arcs(self.n, type(self).__name__)
         yield self.D_in < self.D_out  # the inner track lies inside
         yield self.d_in < self.d_out  # the hole of the friction disk lies inside
         room, masses = self.D_out - self.D_in, self.masses
@@ -164,7 +161,7 @@ class CircularCamDifferential(SymmetricDifferential, Lossy):
         yield self.right.tau == -tau - self.crown.tau / 2
         yield self.kappa == self._coefficient()
         load = self.crown.tau
-        limit = self.kappa / 2 * switch(load >= 0, load, -load, continuous=True)
+        limit = self.kappa / 2 * magnitude(load)
         yield friction(self.w_rel, self.tau, -limit, limit)
         yield from self._dissipate()
 
@@ -185,7 +182,7 @@ class CircularCamDifferential(SymmetricDifferential, Lossy):
     def _sines(self) -> tuple[Symbol, Symbol]:
         """A triangular wave of theta; each flank continues beyond its end."""
         sine = ca.sin(self.n * self.theta)
-        rise = switch(sine >= 0, sine, -sine, continuous=True)
+        rise = magnitude(sine)
         p = 0.5 + ca.atan2(-ca.cos(self.n * self.theta), rise) / math.pi
         return p * ca.sin(self.alpha_out), (1 - p) * ca.sin(self.alpha_in)
 

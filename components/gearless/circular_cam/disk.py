@@ -35,7 +35,6 @@ class FrictionDisk:
             )
         if not 0 <= self.mu < math.inf:
             raise ParameterError(f"FrictionDisk: mu = {self.mu:g} must be zero or positive, and finite")
-        check_wear(self.uniform)
 
     @property
     def D_R(self) -> float:
@@ -47,12 +46,6 @@ class FrictionDisk:
         return self.mu * force * self.D_R / 2
 
 
-def check_wear(uniform: str) -> None:
-    """Errors: ParameterError for an unknown name."""
-    if uniform not in get_args(Wear):
-        raise ParameterError(f"uniform = {uniform!r} is not one of {', '.join(get_args(Wear))}")
-
-
 def friction_diameter(d_out: Any, d_in: Any, uniform: Wear = "pressure") -> Any:
     """Effective friction diameter of a ring: eq. (35) for uniform pressure, the mean diameter for uniform wear.
 
@@ -62,7 +55,8 @@ def friction_diameter(d_out: Any, d_in: Any, uniform: Wear = "pressure") -> Any:
     >>> round(1000 * friction_diameter(0.095, 0.045), 4), round(1000 * friction_diameter(0.095, 0.045, "wear"), 4)
     (72.9762, 70.0)
     """
-    check_wear(uniform)
+    if uniform not in get_args(Wear):
+        raise ParameterError(f"uniform = {uniform!r} is not one of {', '.join(get_args(Wear))}")
     if uniform == "wear":
         return (d_out + d_in) / 2
     return 2 / 3 * (d_out + d_in - d_out * d_in / (d_out + d_in))  # (35) without its 0/0 for a thin ring

@@ -133,7 +133,6 @@ def forces(
     ParameterError
         For an unknown rule or an impossible stiffness.
     """
-    check_sharing(sharing)
     outer, inner = cams.sines(theta, sharing)
     return forces_at(cams, np.arcsin(outer), np.arcsin(inner), torque, sharing, stiffness)
 

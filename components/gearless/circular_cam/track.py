@@ -48,7 +48,7 @@ class Track:
         for name, value in (("D", self.D), ("r", self.r)):
             if not (math.isfinite(value) and value > 0):
                 raise ParameterError(f"Track: {name} = {value:g} m must be positive and finite")
-        check_number(self.n)
+        check_arcs(self.n, "Track")
         if not 0 < self.alpha_max < math.pi / 2:
             raise ParameterError(
                 f"Track: alpha_max = {math.degrees(self.alpha_max):g} degrees is outside (0, 90): a track without "
@@ -176,12 +176,10 @@ def steepest_angle(D: float, r: float, n: int) -> float:
     return 2 * math.atan(2 * r * n / (math.pi * D))
 
 
-def check_number(n: int) -> None:
+def check_arcs(n: int, where: str) -> None:
     """Errors: ParameterError if n arcs do not form a closed track."""
-    if isinstance(n, bool) or not isinstance(n, int):
-        raise ParameterError(f"Track: n = {n!r} arcs: the number of arcs must be an integer")
     if n < 2 or n % 2:
         raise ParameterError(
-            f"Track: n = {n} arcs: the curvature changes its sign from arc to arc, so that only an even number (2, 4, 6 ...) "
+            f"{where}: n = {n} arcs: the curvature changes its sign from arc to arc, so that only an even number (2, 4, 6 ...) "
             "closes around the circle"
         )

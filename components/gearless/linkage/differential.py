@@ -16,13 +16,13 @@ from powertrain import (
     der,
     friction,
     parameter,
-    switch,
     variable,
 )
 from powertrain.components.differentials.interfaces import SymmetricDifferential
 from powertrain.components.gearless.linkage.friction import JointFriction, kappa
 from powertrain.components.gearless.linkage.kinematics import Linkage, closed_loop
 from powertrain.components.gearless.linkage.masses import ROUNDING, TABLE_5_1, LinkMasses, ReflectedInertia, inertia
+from powertrain.components.limited import magnitude
 from powertrain.components.rotational.interfaces import Lossy
 
 _CAGE, _COUPLER, _LEVER, _JOINTS = TABLE_5_1.cage, TABLE_5_1.coupler, TABLE_5_1.lever, JointFriction()
@@ -106,7 +106,7 @@ class LinkageDifferential(SymmetricDifferential, Lossy):
         yield J * der(w) + J_slope * u * w == self.crown.tau + sides
         yield M * der(u) + (M_slope * u**2 - J_slope * w**2) / 2 == self.left.tau - self.right.tau - self.tau
         locking = kappa(self._loop(), self.a, self.b, self.b - self.offset, self, ca)
-        limit = locking * switch(sides >= 0, sides, -sides, continuous=True)
+        limit = locking * magnitude(sides)
         yield friction(u, self.tau, -limit, limit)
         yield from self._dissipate()
 

@@ -22,7 +22,7 @@ from powertrain.components.gearless.linkage.forces import Reactions, reactions
 from powertrain.components.gearless.linkage.friction import JointFriction
 from powertrain.components.gearless.linkage.kinematics import Linkage
 from powertrain.components.gearless.linkage.masses import TABLE_5_1, LinkMasses, scaled
-from powertrain.components.gearless.linkage.shaking import shaking
+from powertrain.components.gearless.linkage.shaking import shaking, turned
 from powertrain.components.gearless.solids import shaded
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ def mechanism(linkage: Linkage | None = None, alpha: float = 0.6, phi: float = 0
     """
     linkage = linkage or Linkage()
     space: Any = plt.figure(layout="constrained").add_subplot(projection="3d", proj_type="ortho") if ax is None else ax
-    p = {name: _turned(v, phi) for name, v in linkage.points(alpha).items()}
+    p = {name: turned(v, phi) for name, v in linkage.points(alpha).items()}
     size, a = linkage.d + linkage.a, linkage.a
     for side, name in (-1, "left"), (1, "right"):
         end = np.array([side * (size + 0.6 * a), 0.0, 0.0])
@@ -64,9 +64,9 @@ def mechanism(linkage: Linkage | None = None, alpha: float = 0.6, phi: float = 0
         _dot(space, p[f"R_{name}"], "s", COLOURS["shafts"])
         _dot(space, p[f"S_{name}"], "o", "tab:red")
     _line(space, [p["S_left"], p["C"], p["S_right"]], COLOURS["lever"], 6, "lever (S-pairs)")
-    axis = _turned(np.array([[0, -1.6 * a, 0], [0, 1.6 * a, 0]]), phi)
+    axis = turned(np.array([[0, -1.6 * a, 0], [0, 1.6 * a, 0]]), phi)
     _line(space, list(axis), COLOURS["cage"], 2, "C axis in the cage")
-    _line(space, list(_turned(linkage.points(_cycle(181))["S_left"], phi)), "tab:red", 0.8, None)
+    _line(space, list(turned(linkage.points(_cycle(181))["S_left"], phi)), "tab:red", 0.8, None)
     reach = (size + 0.6 * a) * CM
     height = 1.2 * max(1.6 * a, linkage.b * float(np.sin(linkage.theta_max))) * CM
     space.set(xlim=(-reach, reach), ylim=(-height, height), zlim=(-height, height))
@@ -77,12 +77,6 @@ def mechanism(linkage: Linkage | None = None, alpha: float = 0.6, phi: float = 0
     if space.get_legend() is None:
         space.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=2, fontsize=8, frameon=False)
     return cast("Axes", space)
-
-
-def _turned(v: Array, phi: float) -> Array:
-    s, c = np.sin(phi), np.cos(phi)
-    turned: Array = np.asarray(v) @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
-    return turned
 
 
 def _line(ax: Any, points: Sequence[Array], colour: str, width: float, label: str | None) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -108,8 +107,6 @@ class Cycle:
     sharing: Sharing = "elastic"
 
     def __post_init__(self) -> None:
-        if self.sharing not in get_args(Sharing):
-            raise ParameterError(f"sharing={self.sharing!r} must be one of {', '.join(get_args(Sharing))}")
         if self.cam.alpha_1 != math.pi / 2:
             raise ParameterError(
                 f"alpha_1 = {math.degrees(self.cam.alpha_1):g}° must be 90° in a differential: both side wheels turn about one axis"

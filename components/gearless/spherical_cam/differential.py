@@ -26,6 +26,7 @@ from powertrain.components.gearless.spherical_cam.body import CamBody
 from powertrain.components.gearless.spherical_cam.cycle import CamFriction, Cycle
 from powertrain.components.gearless.spherical_cam.profile import SphericalCam
 from powertrain.components.gearless.spherical_cam.rollers import Algebra, Sharing, locking, roller_spin, rollers
+from powertrain.components.limited import magnitude
 from powertrain.components.rotational.interfaces import Lossy
 
 _FRICTION = CamFriction()
@@ -154,7 +155,7 @@ class SphericalCamDifferential(SymmetricDifferential, Lossy):
         yield self.kappa == locking(ahead, behind, self.cam, self, _LAWS)
         yield self.kappa_back == locking(behind, ahead, self.cam, self, _LAWS)
         load = self.crown.tau / 2
-        size = switch(load >= 0, load, -load, continuous=True)
+        size = magnitude(load)
         yield friction(self.w_rel, self.tau, -self.kappa_back * size, self.kappa * size)
         yield from self._dissipate()
 
@@ -169,7 +170,7 @@ class SphericalCamDifferential(SymmetricDifferential, Lossy):
         cam, masses = self.cam, self.masses
         assert masses is not None
         sine = ca.sin(cam.M * self.psi)
-        u = ca.atan2(switch(sine >= 0, sine, -sine, continuous=True), ca.cos(cam.M * self.psi)) / cam.M
+        u = ca.atan2(magnitude(sine), ca.cos(cam.M * self.psi)) / cam.M
         Q_inner, Q_outer = roller_spin(cam, u, ca), roller_spin(cam, cam.half - u, ca)
         return Symbol(masses.J_cam + masses.J_inner * Q_inner**2 + masses.J_outer * Q_outer**2)
 

@@ -54,7 +54,7 @@ class PlanetaryFinalDrive(TwoFlanges):
         n : int
             Number of planets.
         eta_ab, eta_ba : float
-            Efficiencies if flange a and if flange b drives [1].
+            Efficiencies from sun to ring and from ring to sun, carrier fixed [1].
 
         Raises
         ------

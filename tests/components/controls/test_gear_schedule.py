@@ -447,6 +447,11 @@ def test_a_clutch_that_closes_below_the_speed_at_which_it_opens_is_refused(contr
         control(w_open=200)
 
 
+def test_an_engine_that_stops_where_it_starts_is_refused() -> None:
+    with pytest.raises(pt.ParameterError, match=r"u_stop = 0.5, u_start = 0.02"):
+        StartStop(u_stop=0.5)
+
+
 def test_a_shift_ends_before_the_next_one_begins() -> None:
     """Otherwise the lever would start again at the gear that it has not reached."""
     GearSchedule(dwell=0.7, t_open=0.15, t_lever=0.25, t_close=0.3)

@@ -223,10 +223,13 @@ def test_cells() -> None:
     [
         (
             pt.Map.curve([0, 1], [200, 210], x="soc", unit="N"),
-            r"Battery.ocv gives map \[N\] over soc \[1\], linear; it must",
+            r"Battery.ocv gives map \[N\] over soc \[1\]; it must",
         ),
         (pt.Map.curve([0, 1], [200, 210], x="charge", x_unit="A.s", unit="V"), r"over charge \[A.s\]"),
-        (pt.Map.curve([0, 0.3, 0.6, 1], [200, 205, 206, 210], x="soc", unit="V", method="smooth"), "smooth; it must"),
+        (
+            pt.Map.curve([0, 0.3, 0.6, 1], [200, 205, 206, 210], x="soc", unit="V", method="smooth"),
+            "ocv is smooth; it must be linear",
+        ),
         (pt.Map.curve([0, 1], [0, 210], x="soc", unit="V"), "Battery.ocv falls to 0 V"),
         (
             pt.Map.curve([0, 100], [200, 210], x="soc", unit="V"),

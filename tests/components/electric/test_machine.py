@@ -214,6 +214,12 @@ def test_a_loss_map_does_not_follow_the_temperature() -> None:
         pt.replace(MACHINE, loss_map=loss_map(0), alpha=0.0039)
 
 
+def test_a_torque_that_fades_at_rest_is_refused() -> None:
+    """With w_max = 15 rad/s and the default band it was at most 3/4 of tau_max anywhere."""
+    with pytest.raises(pt.ParameterError, match=r"w_max = 15 rad/s, band = 20 rad/s"):
+        ElectricMachine(w_max=15)
+
+
 def test_round_trip_through_a_flywheel() -> None:
     """Speeds by hand, 60 N.m over 2.03 kg.m2, and the battery's account of the losses."""
     result = pt.simulate(FlywheelDrive(), 16, rtol=1e-9)

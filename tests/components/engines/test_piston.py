@@ -108,6 +108,11 @@ def test_orders_of_the_torque() -> None:
         assert max(found[k] for k in range(1, 60) if k % n) < 1e-2
 
 
+def test_an_intake_pressure_that_falls_with_the_load_is_refused() -> None:
+    with pytest.raises(pt.ParameterError, match="p_closed = 99000 Pa, p_open = 95000 Pa"):
+        Cylinder(p_closed=99e3)
+
+
 def test_firing_order_and_interval() -> None:
     """The pressures peak in the firing order, and each is that of the first later; odd intervals have the half order."""
     run = cycle(PistonEngine.inline((1, 3, 4, 2)), points=1440)

@@ -99,3 +99,8 @@ def test_gaps_that_overlap_or_have_no_play_are_refused() -> None:
     for b in (1.1, 0.0):
         with pytest.raises(pt.ParameterError):
             closing(1.0, b=b)
+
+
+def test_half_a_dog_is_refused() -> None:
+    with pytest.raises(pt.ParameterError, match=r"whole number of dogs.*\n.*n = 5.5"):
+        closing(1.0, n=5.5)

@@ -142,3 +142,5 @@ def test_what_cannot_be_is_rejected() -> None:
     for wrong in (((1.0, 1e4),), ((0.0, 1e4), (0.0, 2e4)), ((0.0, 0.0),)):
         with pytest.raises(pt.ParameterError, match="torques that increase from 0"):
             pt.compile(rot.StiffeningSpring(stiffness=wrong))
+    with pytest.raises(pt.ParameterError, match=r"stiffness .* is not 2 finite numbers"):
+        rot.StiffeningSpring(stiffness=((0.0, 1e4, 2e4),))  # type: ignore[arg-type]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from powertrain.components.blocks import Constant, Ramp, Step
 from powertrain.components.thermal import FixedTemperature, HeatCapacitor
 
 
-def bearing(tau_pos: tuple[tuple[float, ...], ...], peak: float = 1.0, J: float = 2.0) -> Line:
+def bearing(tau_pos: tuple[tuple[float, float], ...], peak: float = 1.0, J: float = 2.0) -> Line:
     return Line(
         parts=(rot.Torque(), rot.Inertia(J=J), rot.BearingFriction(tau_pos=tau_pos, peak=peak)),
         signals=(Ramp(height=10, duration=1, startTime=2),),
@@ -249,11 +250,12 @@ def test_freewheel_cannot_start_the_wrong_way(kind: str) -> None:
         (((-1.0, 2.0), (0.0, 1.0)), "begins at -1 rad/s"),
         (((0.0, 1.0), (5.0, 2.0), (5.0, 3.0)), "5 follows 5"),
         (((0.0, 1.0), (5.0,)), "not a table of rows"),
+        (((0.0, 1.0, 2.0),), "not a table of rows of numbers: .* is not 2 finite numbers"),
         ((), r"tau_pos: \(\) is not"),
         (((5.0, 2.0), (10.0, 1.0)), "begins at 5 rad/s; the first row must be at 0 rad/s"),
     ],
 )
-def test_friction_that_is_no_table_or_would_drive(table: tuple[tuple[float, ...], ...], said: str) -> None:
+def test_friction_that_is_no_table_or_would_drive(table: Any, said: str) -> None:
     with pytest.raises(pt.ParameterError, match=said) as caught:
         run(bearing(table), 1.0)
     assert ("BearingFriction.tau_pos" if "table" in said else "parts[2].tau_pos") in str(caught.value)

@@ -136,7 +136,7 @@ def test_one_sleeve_serves_two_wheels() -> None:
 
 
 def test_what_cannot_be_is_rejected() -> None:
-    for wrong in ({"angle": 0.09}, {"s_dog": 1e-3}, {"s_end": 4e-3}, {"direction": 0.5}):
+    for wrong in ({"angle": 0.09}, {"s_dog": 1e-3}, {"s_end": 4e-3}, {"direction": 0.5}, {"chamfer": 1.5}):
         with pytest.raises(pt.ParameterError, match="does not hold"):
             rot.Synchroniser(**wrong)
 
