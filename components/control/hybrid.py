@@ -113,7 +113,7 @@ class ParallelControl(HybridControl, BlendedBraking):
     asked = accelerator F_max (max(v, 0) + v_0),  electric = min(limit w_machine, battery_power),  w_machine at least w_low
     power = demand, at least P_min, at most asked + charge_power
     torque = running pressed power/w, at most tau_open,  pressed = accelerator/0.05 within 0..1
-    tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  w_machine at least w_low, 0.1 rad/s for the brakes
+    tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  w_machine at least w_low in rest/w_machine
     rest = max(asked pressed - arriving w, 0) - turning min(max(arriving w_shaft - asked pressed, 0), left),  w_shaft within 0..w
     arriving = matched torque,  matched = 1 once w > w_fire and slip < 0 after a start of the engine, 0 from its stop
     left = charge_power - regenerated v,  turning = w_machine/w_fade within 0..1
