@@ -79,6 +79,8 @@ def _value(part: Component, name: str, spec: Any, bound: set[str], path: str) ->
     hint = type(part)._slot_types().get(name)
     if isinstance(spec, Parameter):
         return value * size(spec.unit)
+    if typing.get_origin(hint) is typing.Annotated:
+        return value * size(typing.get_args(hint)[1])
     if isinstance(value, Component):
         return converted(value, bound, f"{path}.")
     if isinstance(value, Map):
@@ -86,8 +88,6 @@ def _value(part: Component, name: str, spec: Any, bound: set[str], path: str) ->
         return Map(axes, value.values * size(value.unit), value.unit, value.name, value.method)
     if isinstance(value, tuple) and value and isinstance(value[0], Component):
         return tuple(converted(item, bound, f"{path}[{k}].") for k, item in enumerate(value))
-    if typing.get_origin(hint) is typing.Annotated:
-        return value * size(typing.get_args(hint)[1])
     units = COLUMNS.get((type(part).__name__, name))
     return tuple(map(tuple, np.multiply(value, [size(u) for u in units]).tolist())) if units else value
 
