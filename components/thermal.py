@@ -48,7 +48,7 @@ __all__ = [
 ]
 
 STEFAN_BOLTZMANN = 5.670374419e-8
-"""Stefan-Boltzmann constant in W/(m2.K4) (CODATA 2018)."""
+"""Stefan-Boltzmann constant [W/(m2.K4)] (CODATA 2018)."""
 
 
 class HeatPort(Connector):

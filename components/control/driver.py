@@ -8,8 +8,8 @@ from powertrain import Equations, Input, Parameter, Symbol, Variable, der, param
 from powertrain.components.control.interfaces import Pedals
 from powertrain.components.limited import limited, limited_at
 
-STILL = 0.05
-"""A cycle counts as standing still below this demand, in m/s and in m/s2."""
+STILL, STEADY = 0.05, 0.05
+"""A cycle counts as standing still below this speed [m/s] and this acceleration [m/s2]."""
 
 BEYOND = 0.1
 """Demand beyond the stop of a pedal at which the integral stops completely."""
@@ -46,7 +46,7 @@ class SpeedFollower(Pedals):
 
     def _press(self, foot: Symbol) -> Equations:
         held = limited_at(foot, -1.0, 1.0)
-        standing = ca.logic_and(self.v_ref.value < STILL, self.a_ref.value < STILL)
+        standing = ca.logic_and(self.v_ref.value < STILL, self.a_ref.value < STEADY)
         pedal = switch(standing, ca.fmin(-ca.fabs(held), -self.hold), held)
         driving = pedal > 0
         yield self.accelerator.value == switch(driving, pedal, 0.0, continuous=True)

@@ -21,7 +21,8 @@ from powertrain.components.limited import limited
 
 SLOW = 0.1
 """Speed [m/s] below which forces are computed from power as at this speed."""
-
+STILL = 1e-12
+"""Smallest speed [rad/s] of a braking machine, which avoids a division by zero."""
 
 NO_POWER = 1.0
 """Power [W] below which no power counts as drawn."""
@@ -38,7 +39,7 @@ def drawing(power: Symbol, w: Symbol, limit: Symbol, loss: Symbol) -> Symbol:
 class BlendedBraking(Component):
     """Partial: divides a brake demand between a machine and the friction brakes; the machine brakes first.
 
-    regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  k = w/v (v at least 0.1 m/s)
+    regenerated = fade min(brake F_brake, F_most, limit w/v, charge_power/v) with v at least 0.1 m/s
     fade = min(v/v_fade, w/w_fade) within 0..1: a machine whose wheels lock does not drive them backward
     most = limit min(1, discharge_power/(limit w + added_loss)),  w < 0: at most limit (charge_power + 300 W)/(limit |w| + 300 W)
 
@@ -65,14 +66,14 @@ class BlendedBraking(Component):
 
     def _recover(self, v: Symbol, w: Symbol, power: Symbol) -> Equations:
         """The part of the demand that axle, machine and ``power`` let a machine with speed ``w`` recover at vehicle speed ``v``."""
-        speed, turning = ca.fmax(v, SLOW), ca.fmax(w, SLOW)
+        speed, turning = ca.fmax(v, SLOW), ca.fmax(w, 0)
         most = ca.fmin(ca.fmin(self.F_most, self.limit.value * turning / speed), power / speed)
         force = ca.fmin(self.brake.value * self.F_brake, ca.fmax(most, 0))
         yield self.regenerated == limited(ca.fmin(v / self.v_fade, w / self.w_fade)) * force
 
     def _braking(self, v: Symbol, w: Symbol) -> Symbol:
-        """The torque of the machine for the recovered force."""
-        return self.regenerated * ca.fmax(v, SLOW) / ca.fmax(w, SLOW)
+        """The torque of the machine for the recovered force, which is zero unless both turn forward."""
+        return self.regenerated * v / ca.fmax(w, STILL)
 
     def _most(self, w: Symbol, accepted: Symbol) -> Symbol:
         """The largest driving torque that machine and battery permit at the machine's speed ``w``; backward, it gives ``accepted``."""
@@ -84,9 +85,9 @@ class BlendedBraking(Component):
 class ElectricDriveControl(BlendedBraking):
     """Divides pedals between a machine and the friction brakes (series blending: the machine brakes first).
 
-    k = w/v (v at least 0.1 m/s), the speed of the machine over that of the car
-    tau = min(accelerator limit, most) - regenerated/k,  friction = brake - regenerated/F_brake
-    regenerated = fade min(brake F_brake, F_most, limit k, charge_power/v),  fade = min(v/v_fade, w/w_fade) within 0..1
+    tau = min(accelerator limit, most) - regenerated v/w,  friction = brake - regenerated/F_brake
+    regenerated = fade min(brake F_brake, F_most, limit w/v, charge_power/v) with v at least 0.1 m/s
+    fade = min(v/v_fade, w/w_fade) within 0..1
 
     ``most`` is that of ``BlendedBraking``. ``regenerated`` [N] is the regenerative braking force, without the losses of the gears. The
     friction brakes supply the rest of the demand, so the car brakes equally with a full and with an empty battery. F_brake is the force of

@@ -114,7 +114,7 @@ class ParallelControl(HybridControl, BlendedBraking):
     power = demand, at least P_min, at most asked + charge_power
     torque = running pressed (w/w_fire within 0..1) min(power/w, tau_open),  w in power/w at least w_fire
     pressed = accelerator/0.05 within 0..1
-    tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  w_machine at least w_low, 0.1 rad/s for the brakes
+    tau = coupled (min(rest/w_machine, most) - regenerated v/w_machine),  w_machine at least w_low in rest/w_machine
     rest = max(asked pressed - arriving w, 0) - turning min(max(arriving w_shaft - asked pressed, 0), left),  w_shaft within 0..w
     arriving = matched torque,  matched = 1 once w > w_fire and slip < 0 after a start of the engine, 0 from its stop
     left = charge_power - regenerated v,  turning = w_machine/w_fade within 0..1

@@ -24,6 +24,10 @@ class Plates(DryFaces):
         """Torque of the slowly sliding plates at f_normalized = 1 [N.m]."""
         return self.fn_max * self.cgeo * at_rest(self, "mue_pos")
 
+    def force(self, torque: Symbol) -> Symbol:
+        """Pressing force [N] with which the slowly sliding plates have a torque [N.m]."""
+        return torque / (self.cgeo * at_rest(self, "mue_pos"))
+
 
 class Clutch(Plates, FrictionCoupling):
     """Coulomb friction between two shafts, proportional to a pressing force controlled by a signal.

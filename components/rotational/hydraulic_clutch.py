@@ -63,7 +63,7 @@ class ClutchPiston(Component):
         """Balances of volume and of the piston's forces."""
         yield der(self.V) == self.Q
         yield self._orifice(ca.fmax(self.p_supply.value, 0) - self.p) == self.Q
-        lifted = self.V > self.V_0
+        lifted = self.V / self.V_0 > 1  # a share, as a hysteresis in m3 would be felt in the pressure of a small volume
         yield self.s == switch(lifted, (self.V - self.V_0) / self.A, 0.0, continuous=True)
         spring = switch(lifted, self.F_0 + self.c * self.s, self.F_0 * self.V / self.V_0, continuous=True)
         pressed = self.c_plates * (self.s - self.s_kiss)

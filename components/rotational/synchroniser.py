@@ -26,7 +26,7 @@ from powertrain.components.rotational.interfaces import FrictionCoupling
 from powertrain.components.translational.interfaces import Flange as LinearFlange
 
 CLEARANCE = 1e-4
-"""Distance in m from a row of teeth at which the sleeve reaches it."""
+"""Distance [m] from a row of teeth at which the sleeve reaches it."""
 
 
 class Synchroniser(FrictionCoupling):

@@ -113,7 +113,7 @@ class ElectricTransmission(TransmissionOfRanges):
         yield connect(self.flange_a, gear.flange_a)
         yield connect(gear.flange_b, lock.flange_a)
         yield connect(lock.flange_b, self.flange_b)
-        yield lock.fn_max == self.tau_lock
+        yield lock.fn_max == lock.force(self.tau_lock)
         yield lock.f_normalized.value == closed
 
     def _over(self, shift: float) -> Symbol:

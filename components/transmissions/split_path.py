@@ -105,7 +105,7 @@ class SwitchedSplitPathTransmission(_SplitPath):
         for part, J in zip((*self.shafts, self.place), (self.J_a, self.J_b, self.J_h, self.J_v), strict=True):
             yield part.J == J
         for clutch in self.clutches:
-            yield clutch.fn_max == self.capacity
+            yield clutch.fn_max == clutch.force(self.capacity)
         yield connect(self.one.y, self.opening.u1)
         yield connect(self.shift, self.opening.u2, *(clutch.f_normalized for clutch in self.clutches[2:]))
         yield connect(self.opening.y, *(clutch.f_normalized for clutch in self.clutches[:2]))

@@ -23,6 +23,23 @@ KINKS = frozenset(
 )
 """Operations that are not smooth. If dividend and divisor vanish together and one has a kink, the quotient jumps: |w|/w."""
 _TRUTHS = COMPARISONS | EQUALITIES | LOGIC - {ca.OP_IF_ELSE_ZERO}
+_SIGNS: dict[int, Callable[..., int]] = {
+    ca.OP_ADD: lambda a, b: max(a, b) if min(a, b) else 0,
+    ca.OP_MUL: min,
+    ca.OP_DIV: lambda a, b: min(a, b, 1),
+    ca.OP_TWICE: lambda a: a,
+    ca.OP_INV: lambda a: min(a, 1),
+    ca.OP_SQ: lambda a: max(a, 1),
+    ca.OP_FABS: lambda a: max(a, 1),
+    ca.OP_SQRT: lambda a: max(a, 1),
+    ca.OP_EXP: lambda a: 1,
+    ca.OP_COSH: lambda a: 2,
+    ca.OP_HYPOT: lambda a, b: max(a, b, 1),
+    ca.OP_FMAX: max,
+    ca.OP_FMIN: min,
+    ca.OP_IF_ELSE_ZERO: lambda a, b: min(b, 1),
+}
+"""The sign of an operation, as in ``Ways``, from those of its operands; that of others is unknown."""
 
 
 @dataclass(frozen=True)
@@ -44,22 +61,36 @@ def operation(node: Symbol) -> int:
 
 @dataclass(frozen=True)
 class Ways:
-    """How the value of an operation varies: whether it changes between events, and whether it has a kink that does."""
+    """How the value of an operation varies: whether it changes between events, whether it has a kink that does, and its sign.
+
+    ``sign`` is 2 where the value is certainly above zero, 1 where it is not below, else 0.
+    """
 
     moves: bool = False
     bends: bool = False
+    sign: int = 0
 
     @classmethod
     def of(cls, op: int, inner: Sequence[Ways]) -> Ways:
         """The ways of an operation from those of its operands."""
-        moves = any(n.moves for n in inner)
-        return cls(moves, any(n.bends for n in inner) or (moves and op in KINKS))
+        moves, signs = any(n.moves for n in inner), [n.sign for n in inner]
+        sign = _SIGNS[op](*signs) if op in _SIGNS else 0
+        return cls(moves, any(n.bends for n in inner) or (moves and op in KINKS), sign)
+
+    @classmethod
+    def of_node(cls, node: Symbol, inner: Sequence[Ways], moves: Callable[[Symbol], bool]) -> Ways:
+        """The ways of a node; ``moves`` tells of a symbol whether it changes between events."""
+        if node.is_symbolic():
+            return cls(moves(node))
+        if node.is_constant():
+            return cls(sign=int(float(node) >= 0.0) + int(float(node) > 0.0))
+        return cls.of(operation(node), inner)
 
 
 def may_jump(op: int, inner: Sequence[Ways]) -> bool:
-    """Whether an operation on such operands may jump."""
+    """Whether an operation on such operands may jump; a quotient jumps only where its divisor is zero."""
     if op == ca.OP_DIV:
-        return inner[1].moves and any(n.bends for n in inner)
+        return inner[1].moves and inner[1].sign < 2 and any(n.bends for n in inner)
     return (op in JUMPING or op == ca.OP_TAN) and any(n.moves for n in inner)
 
 
@@ -86,7 +117,7 @@ def opened(expression: Symbol, moves: Callable[[Symbol], bool]) -> tuple[list[Ju
     walk = _Opening()
     for place, (node, inner) in graph_of(expression).items():
         ways = [walk.ways[key(n)] for n in inner]
-        walk.ways[place] = Ways(moves(node)) if node.is_symbolic() else Ways.of(operation(node), ways)
+        walk.ways[place] = Ways.of_node(node, ways, moves)
         walk.new[place] = walk.rewritten(node, inner) if inner and walk.ways[place].moves else node
     return walk.found, walk.new[key(expression)]
 

@@ -75,7 +75,7 @@ def _jumping_term(expression: Symbol, setting: Setting) -> Symbol | None:
     ways: dict[int, Ways] = {}
     for place, (node, inner) in graph_of(expression).items():
         op, of = operation(node), [ways[key(n)] for n in inner]
-        ways[place] = Ways(setting.moves(node)) if node.is_symbolic() else Ways.of(op, of)
+        ways[place] = Ways.of_node(node, of, setting.moves)
         holds[place] = may_jump(op, of) or any(holds[key(n)] for n in inner)
     if not holds[key(expression)]:
         return None

@@ -41,8 +41,9 @@ class Uniqueness:
             if np.array_equal(m, start) or not consistent():
                 continue
             values = self._values(side)
+            # A torque may be round-off of the largest, so all have the uncertainty of that one.
             if np.isfinite(values).all() and all(
-                np.any(np.abs(values - other) > SAME * (1.0 + np.abs(other))) for other in found
+                np.any(np.abs(values - other) > SAME * (1.0 + np.abs(other).max())) for other in found
             ):
                 found.append(values)
                 modes.append(m.copy())

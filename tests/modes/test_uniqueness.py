@@ -12,11 +12,18 @@ from powertrain.modes.uniqueness import Uniqueness
 
 
 @pytest.mark.parametrize(
-    ("other", "several"),
-    [([5.0, 2.0], True), ([5.0, 1.0 + 1e-4], True), ([5.0, 1.0 + 1e-7], False), ([np.nan, 2.0], False)],
+    ("one", "other", "several"),
+    [
+        ([5.0, 1.0], [5.0, 2.0], True),
+        ([5.0, 1.0], [5.0, 1.0 + 1e-4], True),
+        ([5.0, 1.0], [5.0, 1.0 + 1e-7], False),
+        ([5.0, 1.0], [np.nan, 2.0], False),
+        ([1e6, -3e-5], [1e6, 3e-5], False),  # round-off of a torque of 1e6 N.m
+        ([1e6, -3e1], [1e6, 3e1], True),
+    ],
 )
-def test_torques_of_the_other_side_of_a_mesh(other: list[float], several: bool) -> None:
-    torques = {0.0: np.array([5.0, 1.0]), 1.0: np.array(other)}
+def test_torques_of_the_other_side_of_a_mesh(one: list[float], other: list[float], several: bool) -> None:
+    torques = {0.0: np.array(one), 1.0: np.array(other)}
     m = np.array([0.0, 3.0])
     fake: Any = SimpleNamespace(pieces=[0], memory=SimpleNamespace(m=m), _values=lambda _: torques[float(m[0])])
     found = Uniqueness.others(fake, 0, lambda: True)

@@ -159,7 +159,20 @@ def test_recovery_fades_out_below_3_metres_per_second(
 ) -> None:
     result = drive.simulate(1.0, points=2, inputs={"accelerator": 0.0, "brake": 0.2, "v": v, "w": 50.0, "limit": 1e4})
     assert result["regenerated"][-1] == pytest.approx(force)
-    assert result["tau"][-1] == pytest.approx(-force * max(v, 0.1) / 50)
+    assert result["tau"][-1] == pytest.approx(-force * v / 50)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 3.0, 30.0])
+@pytest.mark.parametrize("v", [1e-6, 1e-3, 0.05, 0.5, 8.0])
+def test_machine_and_brakes_together_give_the_force_that_the_pedal_demands(
+    drive: pt.Plant[ElectricDriveControl], v: float, ratio: float
+) -> None:
+    """A fifth of 15 kN at every speed down to rest, with machines that turn 0.5 to 30 rad per metre."""
+    inputs = {"accelerator": 0.0, "brake": 0.2, "v": v, "w": ratio * v, "limit": 1e5}
+    result = drive.simulate(1.0, points=2, inputs=inputs)
+    force = -result["tau"][-1] * ratio + result["friction"][-1] * 15e3
+    assert force == pytest.approx(3e3, rel=1e-9)
+    assert result["tau"][-1] < 0
 
 
 def test_a_machine_brakes_with_its_largest_torque(drive: pt.Plant[ElectricDriveControl]) -> None:

@@ -50,6 +50,19 @@ def test_below_the_kiss_point_nothing_is_pressed() -> None:
     assert result["parts[0].V"][-1] < 1e-8
 
 
+@pytest.mark.parametrize("size", [1.0, 1e-2, 1e-5])
+def test_pressure_is_that_of_the_spring_however_small_the_volume(size: float) -> None:
+    """A hysteresis of 1e-10 m3 of the lift let the pressure of a volume of 5 mm3 overshoot by 1.3 kPa, and kept 5e-12 m3 from lifting."""
+    piston = rot.ClutchPiston(V_0=5e-7 * size, Q_valve=3e-4 * size)
+    result = run(joined(piston, Constant(k=3e5), joints="1.y=0.p_supply"), 0.02)
+    filled, over = (
+        np.minimum(result["parts[0].V"] / (5e-7 * size), 1.0),
+        np.maximum(result["parts[0].V"] - 5e-7 * size, 0.0),
+    )
+    assert over[-1] > 0
+    np.testing.assert_allclose(result["parts[0].p"], 800 / 0.01 * filled + 2e5 * over / 0.01**2, rtol=1e-8, atol=1e-3)
+
+
 def rising(axis: str, unit: str, points: list[float], values: list[float]) -> pt.Map:
     return pt.Map.curve(points, values, x=axis, x_unit=unit, name="mue", outside="clip")
 

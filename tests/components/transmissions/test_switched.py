@@ -92,6 +92,14 @@ def test_both_pairs_hold_while_a_unit_creeps(name: str) -> None:
     assert pt.energy_audit(result).closure < 1e-6
 
 
+def test_the_capacity_is_that_of_any_plates() -> None:
+    """Plates of 0.12 m with a coefficient of friction of 0.4 transmit 1,000 N.m with a force of 1000/(0.12 0.4) N."""
+    clutches = (rot.Clutch(fn_max=1, cgeo=0.12, mue_pos=((0.0, 0.4), (10.0, 0.4))),) * 4
+    model = Shifting(transmission=SwitchedSplitPathTransmission(cvu=UNIT, clutches=clutches))
+    start = pt.compile(model).start(inputs={"V": 0.7, "shift": 0.0})
+    assert start["transmission.clutches[0].fn"] == pytest.approx(1000 / 0.12 / 0.4)
+
+
 @pytest.mark.slow
 def test_output_coupled_change() -> None:
     result = shifted("abH", "baH", "output")
