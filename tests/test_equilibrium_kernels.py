@@ -73,7 +73,7 @@ def sliding(coupling: Matrix, damping: float = 1.0, speed: float = 5.0) -> tuple
 
 
 def step(along: list[float], unsure: float = 0.0) -> EulerStep:
-    return EulerStep(np.zeros((1, 1)), np.array([[along]]), np.full((1, 1, len(along)), unsure))
+    return EulerStep(np.zeros((1, 1)), np.array([[along]]), np.full((1, 1, len(along)), unsure), np.zeros(1, bool))
 
 
 def test_mobilities() -> None:
