@@ -211,7 +211,7 @@ def _growing(inverse: Array) -> Array:
     return np.asarray(np.where(real.any(axis=1)[:, None], found, 0.0))
 
 
-def folded(laws: SteadyLaws, at: Iterates, rest: AtRest, change: Responses) -> list[tuple[Index, Mask]]:
+def self_locking(laws: SteadyLaws, at: Iterates, rest: AtRest, change: Responses) -> list[tuple[Index, Mask]]:
     """Modes that tell which side drives, and the points at which the determinant of the equations has another sign with the other side.
 
     Where the sides change, the equations are continuous. If the determinants have opposite signs, as in a self-locking gear, both sides

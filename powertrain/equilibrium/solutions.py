@@ -20,7 +20,15 @@ from powertrain.dae.friction import BACKWARD, STUCK
 from powertrain.dae.tolerances import SAME
 from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation, relaxed
-from powertrain.equilibrium.corrector import Responses, adrift, corrected, folded, responses, saddles, undetermined
+from powertrain.equilibrium.corrector import (
+    Responses,
+    adrift,
+    corrected,
+    responses,
+    saddles,
+    self_locking,
+    undetermined,
+)
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, SolvedPoints
 from powertrain.equilibrium.system import Balance
@@ -95,8 +103,8 @@ class Solutions:
         at, rest = best.at(grid).some(known), best.at_rest(side).some(known)
         change = responses(laws, at, rest)
         several[known[undetermined(laws, at, change)]] = True
-        for sides, folds in folded(laws, at, rest, change):
-            others = known[folds]
+        for sides, locks in self_locking(laws, at, rest, change):
+            others = known[locks]
             driven = best.some(others).at(grid[others])
             driven.modes[:, sides] = 1.0 - driven.modes[:, sides]
             also = others[self._another(best.some(others), driven, side[others])]
