@@ -32,7 +32,7 @@ def corrected(
 ) -> tuple[Iterates, Mask]:
     """The points with unknowns and torques for their modes, or for modes that follow from these, and whether each is a solution.
 
-    ``firm``: a law that slides at rest against its rate sticks.
+    ``firm``: a law that others hold at its limit sticks if its share is within the limit.
     """
     active, here, before, done = np.arange(len(at.y)), at, None, np.zeros(len(at.y), bool)
     y, modes, tau = at.y, at.modes, at.tau
@@ -86,10 +86,11 @@ def _shared(laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool, firm: 
     step = laws.pattern.solver(entries)(-left)
     tau = here.tau + step[:, n:]
     creep = motion.speed + np.einsum("pij,pj->pi", motion.speed_, step)
-    drive = creep - rest.yields * tau if firm else None
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = creep / rest.yields if firm else None  # infinite without compliance
     end, _ = _newton(laws, Iterates(here.grid, here.y, here.modes, tau), rest, lossless, PROXIMAL, 0)
     at.y[some], at.tau[some] = end.y, end.tau
-    after.put(some, laws.next_modes(end, rest, drive, lossless))
+    after.put(some, laws.next_modes(end, rest, share, lossless))
     return after
 
 
