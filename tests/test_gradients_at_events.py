@@ -279,3 +279,23 @@ def test_a_freewheel_that_lets_go_loses_its_drift_without_a_jump() -> None:
     found = pt.gradient(run, "wheel.w", ["swing.amplitude", "drag.d"])
     assert found.value == pytest.approx(w, rel=1e-6)
     np.testing.assert_allclose([found["swing.amplitude"], found["drag.d"]], [w / A, -w * free / J], rtol=1e-5)
+
+
+class Beside(pt.Component):
+    """Beside the rectifier, a level whose rate two limits change, which it passes at one instant."""
+
+    rectifier: Rectifier = Rectifier()
+    limit: pt.Parameter = pt.parameter("1", "The first of them", default=0.7)
+    x: pt.Variable = pt.variable("1", "Level", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        a, b = pt.switch(self.x > self.limit, 1.0, 0.0), pt.switch(self.x > 0.7, 1.0, 0.0)
+        yield pt.der(self.x) == 1.0 - 0.5 * a + 0.004 * b
+
+
+def test_laws_that_switch_together_while_a_freewheel_loses_its_drift() -> None:
+    """The limit is passed at the rate 1.004 if moved up, at 1 if moved down; then the rate is 0.504. The drift is lost in either order."""
+    sides = 1 - 0.504 / 1.004, 0.504 * (1 / 0.5 - 1)
+    found = pt.gradient(pt.simulate(Beside(), 1.0, rtol=1e-4), "x", "limit")
+    assert found["limit"] == pytest.approx(np.mean(sides), rel=1e-7)
+    assert found.spread[0] == pytest.approx(np.ptp(sides) / 2, rel=1e-6)
