@@ -341,9 +341,7 @@ def steady_rest(law: Friction) -> ca.SX:
 
 
 def necessary(law: Friction, mode: float) -> list[ca.SX]:
-    """What is not negative wherever a mode holds at a steady state; it depends on less than the margin."""
-    if mode == FREE:
-        return [-width_margin(law)]
+    """What is not negative wherever a mode other than free holds at a steady state; it depends on less than the margin."""
     found = [] if law.algebraic else [_at_rest(law) if mode == STUCK else speed_margin(law, mode, ZONE)]
     return [*found, width_margin(law)] if law.may_free else found
 
