@@ -348,4 +348,4 @@ def necessary(law: Friction, mode: float) -> list[ca.SX]:
 
 def held_at_rest(law: Friction) -> ca.SX:
     """1 where a law at its limit is held at rest by others, at a steady state: nothing accelerates."""
-    return ca.if_else(ca.fabs(law.w) <= ZONE, 1.0, 0.0)
+    return ca.fabs(law.w) <= ZONE

@@ -58,7 +58,8 @@ def euler_step(laws: SteadyLaws, value: Motion, step: float) -> EulerStep:
     Where the equations do not determine the unknowns, it is the least-squares step of least length: elimination would let round-off
     choose the length. One step of iterative refinement corrects the solution, and its size shows the round-off in it.
     """
-    n, matrix = laws.unknowns, euler_matrix(laws, value, step)
+    n, matrix = laws.unknowns, value.rows_[:, :, : laws.unknowns].copy()
+    matrix[:, laws.rates, laws.rated] -= 1.0 / step
     right = -np.concatenate([value.rows[:, :, None], value.rows_[:, :, n:]], axis=2)
     degenerate = _degenerate(matrix)
     some = np.flatnonzero(degenerate & np.isfinite(matrix).all(axis=(1, 2)))
@@ -75,13 +76,6 @@ def _solutions(matrix: Array, right: Array, degenerate: Index) -> Array:
         size = _row_sizes(matrix[degenerate])
         found[degenerate] = np.linalg.pinv(matrix[degenerate] / size, rcond=1.0 / SINGULAR) @ (right[degenerate] / size)
     return found
-
-
-def euler_matrix(laws: SteadyLaws, value: Motion, step: float | Array) -> Array:
-    """The derivatives of the rows of such a step by the unknowns; ``step`` is one length, or a column of one for each point."""
-    matrix = value.rows_[:, :, : laws.unknowns].copy()
-    matrix[:, laws.rates, laws.rated] -= 1.0 / step
-    return np.asarray(matrix)
 
 
 def _row_sizes(matrix: Array) -> Array:
