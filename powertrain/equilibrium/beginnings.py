@@ -173,7 +173,7 @@ def _distinct(entries: Array) -> tuple[Index, Index]:
 def _scaled(size: Array, slope: Array) -> tuple[Array, Mask]:
     """The mobilities of laws, each scaled by the ``size`` of its own, and the points at which they are finite."""
     scaled = slope / (size[:, :, None] * size[:, None, :])
-    return scaled, np.isfinite(scaled).all(axis=(1, 2))
+    return scaled, np.asarray(np.isfinite(scaled).all(axis=(1, 2)))
 
 
 def _hold_each_other(size: Array, slope: Array) -> Mask:

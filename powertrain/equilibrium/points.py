@@ -33,7 +33,7 @@ class OfPoints:
         each: Any = self
         return type(self)(*(taken(getattr(self, f.name), which) for f in fields(each)))
 
-    def put(self, which: Index, found: Self) -> None:
+    def put(self, which: Index | Mask, found: Self) -> None:
         """Replace some of the points."""
         each: Any = self
         for f in fields(each):
