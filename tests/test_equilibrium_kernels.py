@@ -367,7 +367,7 @@ def test_a_law_at_its_limit_sticks_if_its_share_is_less(limit: float, modes: lis
     )
     at = Iterates(np.zeros((1, 0)), np.zeros((1, 1)), np.array([[FORWARD, STUCK]]), np.array([[limit, 6.0 - limit]]))
     rest = AtRest(np.zeros((1, 2), bool), np.full((1, 2), 1e-8), np.ones((1, 2)))
-    end, done = corrected(laws, at, rest, firm=True)
+    end, done = corrected(laws, at, rest)
     assert done.all()
     assert end.modes[0].tolist() == modes
     np.testing.assert_allclose(end.tau, [torques], atol=1e-6)

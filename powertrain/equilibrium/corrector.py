@@ -27,13 +27,8 @@ CHANGES = 8
 """Changes of modes after which starting from a neighbour's modes is abandoned."""
 
 
-def corrected(
-    laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool = False, firm: bool = False
-) -> tuple[Iterates, Mask]:
-    """The points with unknowns and torques for their modes, or for modes that follow from these, and whether each is a solution.
-
-    ``firm``: a law that others hold at its limit sticks if its share is within the limit.
-    """
+def corrected(laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool = False) -> tuple[Iterates, Mask]:
+    """The points with unknowns and torques for their modes, or for modes that follow from these, and whether each is a solution."""
     active, here, before, done = np.arange(len(at.y)), at, None, np.zeros(len(at.y), bool)
     y, modes, tau = at.y, at.modes, at.tau
     for _ in range(CHANGES):
@@ -43,7 +38,7 @@ def corrected(
             some = np.flatnonzero(~fine)
             end, found = _newton(laws, begun.some(some), rest.some(some), lossless, DAMPED, HALVINGS)
             here.y[some[found]], here.tau[some[found]], fine[some[found]] = end.y[found], end.tau[found], True
-        after = _shared(laws, here, rest, lossless, firm)
+        after = _shared(laws, here, rest, lossless)
         now, new = here.modes, after.modes
         if lossless:  # the direction of these laws makes no difference
             now = now.copy(order="K")
@@ -66,7 +61,7 @@ def corrected(
     return Iterates(at.grid, y, modes, tau), done
 
 
-def _shared(laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool, firm: bool) -> NextModes:
+def _shared(laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool) -> NextModes:
     """The next modes. Stuck laws in ``at`` get the torques that their compliance gives them.
 
     This matters only if several laws are stuck, or if one is stuck and another slides at rest.
@@ -87,7 +82,7 @@ def _shared(laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool, firm: 
     tau = here.tau + step[:, n:]
     creep = motion.speed + np.einsum("pij,pj->pi", motion.speed_, step)
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = creep / rest.yields if firm else None  # infinite without compliance
+        share = creep / rest.yields  # infinite without compliance
     end, _ = _newton(laws, Iterates(here.grid, here.y, here.modes, tau), rest, lossless, PROXIMAL, 0)
     at.y[some], at.tau[some] = end.y, end.tau
     after.put(some, laws.next_modes(end, rest, share, lossless))
