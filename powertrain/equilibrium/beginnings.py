@@ -146,8 +146,7 @@ def beginnings(laws: SteadyLaws, grid: Array, side: Array) -> Beginnings:
     given, reach, slope = mobilities(some, step)
     size = np.where(given, np.inf, np.sqrt(reach))
     sliding = _sliding(np.where(laws.contact, np.inf, size), slope, step.along)
-    held = _hold_each_other(size, slope) | step.degenerate[:, None]
-    yields = COMPLIANCE * reach * held
+    yields = COMPLIANCE * reach * _hold_each_other(size, slope)
     rest = AtRest(taken(given, place), taken(yields, place), side)
     return Beginnings(at.y, initial, rest, taken(sliding, place))
 
