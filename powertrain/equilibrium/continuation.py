@@ -20,8 +20,7 @@ from itertools import product
 import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
-from powertrain.dae.contact import CLOSED
-from powertrain.dae.friction import FORWARD, STUCK
+from powertrain.dae.friction import FORWARD
 from powertrain.dae.hybrid import OperatingPoint
 from powertrain.dae.tolerances import NO_WIDTH, REST, STILL
 from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
@@ -179,7 +178,7 @@ class Continuation:
             value = self._steps.linearized(here, point.lossless)
             m[laws.switch_modes] = value.g[0] > 0.0
             turned = np.sign(value.speed[0]) * np.sign(step.speed) < 0
-            stuck = m[laws.law_modes] == np.where(laws.contact, CLOSED, STUCK)
+            stuck = m[laws.law_modes] == laws.holding
             wide = point.open if point.lossless else turned | stuck
             point = replace(after, step=min(GROWTH * point.step, LONGEST_STEP), open=wide)
             tau = answer.tau

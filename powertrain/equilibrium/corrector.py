@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from powertrain.dae.contact import CLOSED
 from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
 from powertrain.dae.tolerances import LOCKED, NEUTRAL, STILL
 from powertrain.equilibrium.laws import NextModes, SteadyLaws
@@ -66,10 +65,9 @@ def _shared(laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool) -> Nex
 
     This matters only if several laws are stuck, or if one is stuck and another slides at rest.
     """
-    n, mode = laws.unknowns, at.modes[:, laws.law_modes]
-    after = laws.next_modes(at, rest, None, lossless)
-    stuck = (mode == np.where(laws.contact, CLOSED, STUCK)) & ~rest.given
-    slides = laws.may_free & ((mode == FORWARD) | (mode == BACKWARD)) & after.still
+    n, after = laws.unknowns, laws.next_modes(at, rest, lossless=lossless)
+    stuck = (at.modes[:, laws.law_modes] == laws.holding) & ~rest.given
+    slides = laws.may_free & _slides(laws, at) & after.still
     several = (stuck.sum(axis=1) > 1) | (stuck.any(axis=1) & slides.any(axis=1))
     some = np.flatnonzero(several & np.isfinite(at.y).all(axis=1))
     if not some.size:

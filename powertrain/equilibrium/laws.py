@@ -65,7 +65,8 @@ class SteadyLaws:
     """The laws of one steady problem in z = (y, tau). Serves one thread.
 
     ``tied`` laws always transmit torque, which grows with other torques. ``driving`` are those whose limits depend on the side that drives,
-    with the modes of the switches that tell it. ``rates`` are the rows that are rates, of the unknowns ``rated``.
+    with the modes of the switches that tell it. ``rates`` are the rows that are rates, of the unknowns ``rated``. ``holding`` is the mode
+    in which each law holds.
     """
 
     def __init__(self, balance: Balance, compile: bool = False) -> None:
@@ -74,6 +75,7 @@ class SteadyLaws:
         self.frictions, switches = len(dae.frictions), len(dae.switches)
         laws = np.arange(self.count)
         self.contact = laws >= self.frictions
+        self.holding = np.where(self.contact, CLOSED, STUCK)
         self.may_free = np.array([f.may_free for f in dae.frictions] + [False] * len(dae.contacts), bool)
         self.tied = ~self.may_free & ~self.contact
         # places among all modes: frictions, switches, contacts
@@ -115,7 +117,7 @@ class SteadyLaws:
         """
         mode = at.modes.T[self.law_modes].T
         mode = np.where(rest.given & (mode == STUCK), rest.side, mode)
-        held = np.where(self.contact, mode == CLOSED, mode == STUCK) & ~rest.given
+        held = (mode == self.holding) & ~rest.given
         upper = self.contact | (mode == FORWARD) | (mode == FREE)
         kinds = np.where(upper, float(UPPER), float(LOWER))
         kinds = np.where(rest.given & (mode == STUCK), LEAST, kinds)
