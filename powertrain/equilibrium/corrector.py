@@ -49,7 +49,7 @@ def corrected(laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool = Fal
             go &= (new != before).any(axis=1)  # not cycling
         left = np.flatnonzero(go)
         following = np.where(go[:, None], new, begun.modes)
-        if n == len(y):
+        if n == len(y):  # a copy would take a noticeable share of the time
             y, modes, tau = here.y, following, here.tau
         else:
             y[active], modes[active], tau[active] = here.y, following, here.tau
