@@ -1,4 +1,4 @@
-"""Small models that several tests share: a clutch engagement, a bouncing ball, a relay with resets."""
+"""Small models that several tests share, such as a clutch engagement, a bouncing ball and a relay with resets."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import powertrain as pt
-from powertrain.components.rotational import Clutch, ConstantTorque, Inertia, SpringDamper, Torque
+from powertrain.components.rotational import Clutch, ConstantTorque, Damper, Fixed, Inertia, SpringDamper, Torque
 from powertrain.components.translational import Mass
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -149,3 +149,19 @@ class Floor(Body):
 
     def equations(self) -> pt.Equations:
         yield from self.falling(self.h.value)
+
+
+class Decay(pt.Component):
+    """J der(w) = u - d w: w(t) = u/d + (w0 - u/d) exp(-d t/J) for a constant u."""
+
+    torque: pt.Input = pt.signal_input("N.m", "Torque")
+    source: Torque = Torque()
+    inertia: Inertia = Inertia(J=2.0)
+    damper: Damper = Damper(d=0.5)
+    ground: Fixed = Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.torque, self.source.tau)
+        yield pt.connect(self.source.flange, self.inertia.flange_a)
+        yield pt.connect(self.inertia.flange_b, self.damper.flange_a)
+        yield pt.connect(self.damper.flange_b, self.ground.flange)

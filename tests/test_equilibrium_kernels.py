@@ -18,6 +18,7 @@ from powertrain.equilibrium.beginnings import (
     _condition_bound,
     _degenerate,
     _distinct,
+    _hold_each_other,
     euler_step,
     mobilities,
 )
@@ -73,7 +74,7 @@ def sliding(coupling: Matrix, damping: float = 1.0, speed: float = 5.0) -> tuple
 
 
 def step(along: list[float], unsure: float = 0.0) -> EulerStep:
-    return EulerStep(np.zeros((1, 1)), np.array([[along]]), np.full((1, 1, len(along)), unsure))
+    return EulerStep(np.zeros((1, 1)), np.array([[along]]), np.full((1, 1, len(along)), unsure), np.zeros(1, bool))
 
 
 def test_mobilities() -> None:
@@ -110,6 +111,16 @@ def test_a_motion_that_others_move_and_that_moves_others_is_not_given() -> None:
     given, reach, _ = mobilities(value, step([0.0, 0.0]))
     assert not given.any()
     np.testing.assert_allclose(reach, [[3.0, 2.0]])
+
+
+def test_laws_in_a_combination_of_torques_that_moves_nothing() -> None:
+    """Of three laws on two motions, the third has a share of 3e-5 in it. A fourth has its own motion, and that of a fifth is given."""
+    on = np.array([[1.0, 0.3, -0.2], [0.4, 1.7, 0.1], [0.0, 0.1, 2.9]])
+    shares = np.array([[1.0, 0.0, 0.0], [-2.0, 1e-4, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 1.0]]) @ on
+    slope = -(shares @ shares.T)
+    size = np.sqrt(np.append(-np.diag(slope), np.inf))
+    slope = np.pad(slope, (0, 1), constant_values=0.5)
+    assert _hold_each_other(size[None], slope[None]).tolist() == [[True, True, True, False, True]]
 
 
 def test_points_with_equal_slopes_are_found() -> None:
@@ -356,7 +367,7 @@ def test_a_law_at_its_limit_sticks_if_its_share_is_less(limit: float, modes: lis
     )
     at = Iterates(np.zeros((1, 0)), np.zeros((1, 1)), np.array([[FORWARD, STUCK]]), np.array([[limit, 6.0 - limit]]))
     rest = AtRest(np.zeros((1, 2), bool), np.full((1, 2), 1e-8), np.ones((1, 2)))
-    end, done = corrected(laws, at, rest, firm=True)
+    end, done = corrected(laws, at, rest)
     assert done.all()
     assert end.modes[0].tolist() == modes
     np.testing.assert_allclose(end.tau, [torques], atol=1e-6)

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from runs_by_formula import TIGHT
 
 import powertrain as pt
 
@@ -322,3 +323,58 @@ def test_what_moves_no_instant_has_no_sides(monkeypatch: pytest.MonkeyPatch, few
     found = pt.gradient(pt.simulate(Scaled(), 2.0, rtol=1e-11), "x", "r")
     assert found["r"] == pytest.approx(2.0, rel=1e-7)
     assert found.spread[0] < 1e-7
+
+
+class Two(pt.Component):
+    """A level that grows half as fast above its limit, and slower still once another has passed 1."""
+
+    limit: pt.Parameter = pt.parameter("1", "Where it slows down", default=1.0)
+    coupling: pt.Parameter = pt.parameter("1", "How much the other slows it down", default=0.3)
+    x: pt.Variable = pt.variable("1", "Level", start=0.0)
+    y: pt.Variable = pt.variable("1", "The other level", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        above = pt.switch(self.x > self.limit, 1.0, 0.0)
+        yield pt.der(self.x) == 1.0 - 0.5 * above - self.coupling * above * pt.switch(self.y > 1.0, 1.0, 0.0)
+        yield pt.der(self.y) == 1.0
+
+
+class Delayed(pt.Component):
+    """A level whose rate is 1, r_a once it has passed its first limit, r_b once its second, r_ab once both."""
+
+    second: pt.Parameter = pt.parameter("1", "Second limit", default=1.0)
+    x: pt.Variable = pt.variable("1", "Level", start=0.0)
+
+    def equations(self) -> pt.Equations:
+        a, b = pt.switch(self.x > 1.0, 1.0, 0.0), pt.switch(self.x > self.second, 1.0, 0.0)
+        yield pt.der(self.x) == 1.0 - 0.5 * a + 0.0405 * b - 0.0305 * a * b
+
+
+def test_the_first_law_delays_the_second() -> None:
+    """Raised by d, the second limit is passed 2 d later (r_a = 0.5), which costs 2 d (r_ab - r_a); lowered, time is won at r_b."""
+    r_a, r_b, r_ab = 0.5, 1.0405, 0.51
+    sides = [-(r_ab - r_a) / r_a, -(1.0 - 1.0 / r_b) * r_ab]
+    found = pt.gradient(pt.simulate(Delayed(), 2.0, **TIGHT), "x", "second")["second"]
+    assert found == pytest.approx(np.mean(sides), rel=1e-7)
+
+
+@pytest.mark.parametrize("few", [0, 9])
+def test_laws_that_switch_together(monkeypatch: pytest.MonkeyPatch, few: int) -> None:
+    """Passing its limit later, a level loses 0.5 + coupling until then; passing it earlier, 0.5."""
+    monkeypatch.setattr("powertrain.variational.gradients._FEW", few)
+    plant = pt.compile(Two())
+    close = plant.simulate(2.0, parameters={"coupling": 0.004}, **TIGHT)
+    found = pt.gradient(close, "x", ["limit"])
+    assert found["limit"] == pytest.approx(0.502, rel=1e-8)
+    assert found.spread[0] == pytest.approx(0.002, rel=1e-6)
+    assert "+-" not in str(found)
+    assert pt.sensitivity(close, "x", "limit", [0.5, 1.5])["x"].values.ravel() == pytest.approx([0, 0.502])
+    far = plant.simulate(2.0, **TIGHT)
+    assert pt.gradient(far, "x", ["coupling"])["coupling"] == pytest.approx(-1.0, rel=1e-8)
+    hardly = pt.gradient(far, pt.at("x", 2.0) + 1e5 * pt.at("y", 2.0), ["limit"])
+    assert "(0.65 +- 0.15)" in str(hardly)
+    assert hardly.to_dataframe()["spread"]["limit"] == pytest.approx(0.15, rel=1e-6)
+    with pytest.raises(pt.SimulationError, match=r"switch together and act on each other.*sides differ by"):
+        pt.gradient(far, "x", ["limit"])
+    with pytest.raises(pt.SimulationError, match=r"switch together and act on each other"):
+        pt.sensitivity(far, "x", "limit")

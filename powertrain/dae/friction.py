@@ -319,17 +319,17 @@ def _at_rest(law: Friction) -> ca.SX:
     return ZONE - ca.fabs(law.w)
 
 
-def next_steady_mode(law: Friction, mode: ca.SX, zone: ca.SX, drive: ca.SX, side: ca.SX, given: ca.SX) -> ca.SX:
+def next_steady_mode(law: Friction, mode: ca.SX, zone: ca.SX, side: ca.SX, given: ca.SX) -> ca.SX:
     """The mode that follows at an iterate of a steady state: as in a run, with the speed in place of the rate.
 
-    The law has the speed, torque and limits of the iterate, and their uncertainties: ``zone`` is that of its speed. A law that slides at
-    zero speed is held by others; if it may be free, it sticks where ``drive``, its rate against its own compliance, is against its mode.
-    Where its motion is ``given``, it rests at the ``side`` from which rest is approached.
+    The law has the speed, torque, limits and share of the iterate, and their uncertainties: ``zone`` is that of its speed. A law that
+    slides at zero speed is held by others; if it may be free, it sticks where its share is within its limit. Where its motion is
+    ``given``, it rests at the ``side`` from which rest is approached.
     """
     rests, sign = ca.fabs(law.w) <= zone, ca.sign(law.w)
     slides = speed_margin(law, mode, zone) >= 0
     if law.may_free:
-        slides = ca.logic_and(slides, ca.logic_not(ca.logic_and(rests, mode * drive < 0)))
+        slides = ca.logic_and(slides, ca.logic_not(ca.logic_and(rests, held_margin(law, mode) < 0)))
     moved = ca.if_else(ca.fabs(mode) == 1, _sliding(mode, slides), ca.if_else(rests, _stuck(law), sign))
     new = ca.if_else(given, ca.if_else(rests, side, sign), moved)
     return ca.if_else(width_margin(law) <= 0, FREE, new) if law.may_free else new
@@ -341,13 +341,11 @@ def steady_rest(law: Friction) -> ca.SX:
 
 
 def necessary(law: Friction, mode: float) -> list[ca.SX]:
-    """What is not negative wherever a mode holds at a steady state; it depends on less than the margin."""
-    if mode == FREE:
-        return [-width_margin(law)]
+    """What is not negative wherever a mode other than free holds at a steady state; it depends on less than the margin."""
     found = [] if law.algebraic else [_at_rest(law) if mode == STUCK else speed_margin(law, mode, ZONE)]
     return [*found, width_margin(law)] if law.may_free else found
 
 
 def held_at_rest(law: Friction) -> ca.SX:
     """1 where a law at its limit is held at rest by others, at a steady state: nothing accelerates."""
-    return ca.if_else(ca.fabs(law.w) <= ZONE, 1.0, 0.0)
+    return ca.fabs(law.w) <= ZONE

@@ -41,11 +41,15 @@ class Beginnings:
 
 @dataclass(frozen=True)
 class EulerStep:
-    """The change of the unknowns in a step (point, unknown), its derivative by torques (point, unknown, law), and the round-off of that."""
+    """The change of the unknowns in a step (point, unknown), its derivative by torques (point, unknown, law), and the round-off of that.
+
+    ``degenerate``: points at which the equations do not determine the unknowns.
+    """
 
     move: Array
     along: Array
     unsure: Array
+    degenerate: Mask
 
 
 def euler_step(laws: SteadyLaws, value: Motion, step: float) -> EulerStep:
@@ -54,13 +58,15 @@ def euler_step(laws: SteadyLaws, value: Motion, step: float) -> EulerStep:
     Where the equations do not determine the unknowns, it is the least-squares step of least length: elimination would let round-off
     choose the length. One step of iterative refinement corrects the solution, and its size shows the round-off in it.
     """
-    n, matrix = laws.unknowns, euler_matrix(laws, value, step)
+    n, matrix = laws.unknowns, value.rows_[:, :, : laws.unknowns].copy()
+    matrix[:, laws.rates, laws.rated] -= 1.0 / step
     right = -np.concatenate([value.rows[:, :, None], value.rows_[:, :, n:]], axis=2)
-    some = np.flatnonzero(_degenerate(matrix) & np.isfinite(matrix).all(axis=(1, 2)))
+    degenerate = _degenerate(matrix)
+    some = np.flatnonzero(degenerate & np.isfinite(matrix).all(axis=(1, 2)))
     first = _solutions(matrix, right, some)
     correction = _solutions(matrix, right - matrix @ first, some)
     found = first + correction
-    return EulerStep(found[:, :, 0], found[:, :, 1:], np.abs(correction[:, :, 1:]))
+    return EulerStep(found[:, :, 0], found[:, :, 1:], np.abs(correction[:, :, 1:]), degenerate)
 
 
 def _solutions(matrix: Array, right: Array, degenerate: Index) -> Array:
@@ -70,13 +76,6 @@ def _solutions(matrix: Array, right: Array, degenerate: Index) -> Array:
         size = _row_sizes(matrix[degenerate])
         found[degenerate] = np.linalg.pinv(matrix[degenerate] / size, rcond=1.0 / SINGULAR) @ (right[degenerate] / size)
     return found
-
-
-def euler_matrix(laws: SteadyLaws, value: Motion, step: float | Array) -> Array:
-    """The derivatives of the rows of such a step by the unknowns; ``step`` is one length, or a column of one for each point."""
-    matrix = value.rows_[:, :, : laws.unknowns].copy()
-    matrix[:, laws.rates, laws.rated] -= 1.0 / step
-    return np.asarray(matrix)
 
 
 def _row_sizes(matrix: Array) -> Array:
@@ -136,19 +135,18 @@ def beginnings(laws: SteadyLaws, grid: Array, side: Array) -> Beginnings:
     start, initial = laws.starts(grid)
     at = Iterates(grid, start, np.zeros((laws.balance.modes.numel(), count)).T, np.zeros((laws.count, count)).T)
     some, place = _motions(laws, at)
-    degenerate = _degenerate(euler_matrix(laws, some, SHORT_STEP))
-    if degenerate.any():  # at rest a ratio moves nothing: start where speeds are as prescribed
-        there = np.flatnonzero(degenerate[place])
+    step = euler_step(laws, some, SHORT_STEP)
+    if step.degenerate.any():  # at rest a ratio moves nothing: start where speeds are as prescribed
+        there = np.flatnonzero(step.degenerate[place])
         move = euler_step(laws, laws.motion(at.some(there)), SHORT_STEP).move
         good = np.isfinite(move).all(axis=1)
         at.y[there[good]] += move[good]
         some, place = _motions(laws, at)
-        degenerate = _degenerate(euler_matrix(laws, some, SHORT_STEP))
-    step = euler_step(laws, some, SHORT_STEP)
+        step = euler_step(laws, some, SHORT_STEP)
     given, reach, slope = mobilities(some, step)
-    sliding = _sliding(~given & ~laws.contact, reach, slope, step.along)
-    held = _held_by_others(~given, reach, slope) | degenerate[:, None]
-    yields = COMPLIANCE * reach * (given | held)
+    size = np.where(given, np.inf, np.sqrt(reach))
+    sliding = _sliding(np.where(laws.contact, np.inf, size), slope, step.along)
+    yields = COMPLIANCE * reach * _hold_each_other(size, slope)
     rest = AtRest(taken(given, place), taken(yields, place), side)
     return Beginnings(at.y, initial, rest, taken(sliding, place))
 
@@ -171,35 +169,30 @@ def _distinct(entries: Array) -> tuple[Index, Index]:
     return every, every
 
 
-def _even(movable: Mask, reach: Array, slope: Array) -> Array:
-    """The mobilities of laws that move, each scaled by its own; zero for the others."""
-    size = np.where(movable, np.sqrt(reach), np.inf)
-    return np.asarray(slope / (size[:, :, None] * size[:, None, :]))
+def _scaled(size: Array, slope: Array) -> tuple[Array, Mask]:
+    """The mobilities of laws, each scaled by the ``size`` of its own, and the points at which they are finite."""
+    scaled = slope / (size[:, :, None] * size[:, None, :])
+    return scaled, np.asarray(np.isfinite(scaled).all(axis=(1, 2)))
 
 
-def _held_by_others(movable: Mask, reach: Array, slope: Array) -> Mask:
+def _hold_each_other(size: Array, slope: Array) -> Mask:
     """The laws in a combination of torques that moves nothing. Only these share what they hold, and need a compliance.
 
-    With one, a law on a light shaft would creep where heavier ones leave little of its mobility.
+    With one, a law on a light shaft would creep where heavier ones leave little of its mobility. ``size`` is infinite where a motion is
+    given: its torque alone moves nothing.
     """
-    even, found = _even(movable, reach, slope), movable.copy()
-    good = np.isfinite(even).all(axis=(1, 2))
-    _, sizes, vectors = np.linalg.svd(even[good])
-    found[good] &= ((sizes <= DEPENDENT)[:, :, None] & (np.abs(vectors) > PART)).any(axis=1)
+    (scaled, good), found = _scaled(size, slope), np.ones(size.shape, bool)
+    _, sizes, vectors = np.linalg.svd(scaled[good])
+    found[good] = ((sizes <= DEPENDENT)[:, :, None] & (np.abs(vectors) > PART)).any(axis=1)
     return found
 
 
-def _sliding(movable: Mask, reach: Array, slope: Array, along: Array) -> Array:
-    """The leading singular vector of the mobilities, each law scaled by its own mobility."""
-    if not movable.any():
-        return np.zeros(along.shape[:2])
-    even, size = _even(movable, reach, slope), np.where(movable, np.sqrt(reach), np.inf)
-    good = np.isfinite(even).all(axis=(1, 2)) & movable.any(axis=1)
-    torques = np.zeros(movable.shape)
+def _sliding(size: Array, slope: Array, along: Array) -> Array:
+    """The leading singular vector of the mobilities of laws that may slide: ``size`` is infinite for the others."""
+    (scaled, good), torques = _scaled(size, slope), np.zeros(size.shape)
+    good &= np.isfinite(size).any(axis=1)
     if good.any():
-        torques[good] = np.linalg.svd(even[good])[2][:, 0] / size[good]
-    speed = np.abs(np.where(movable, np.einsum("pij,pj->pi", np.nan_to_num(slope), torques), 0.0)).max(
-        axis=1, initial=0.0
-    )
-    moved = np.einsum("pij,pj->pi", np.nan_to_num(along), torques)
-    return np.where((good & (speed > 0.0))[:, None], moved / np.where(speed > 0.0, speed, 1.0)[:, None], 0.0)
+        torques[good] = np.linalg.svd(scaled[good])[2][:, 0] / size[good]
+    moved, speeds = (np.einsum("pij,pj->pi", np.nan_to_num(each), torques) for each in (along, slope))
+    speed = np.abs(np.where(np.isfinite(size), speeds, 0.0)).max(axis=1, initial=0.0)[:, None]
+    return np.where(speed > 0.0, moved / np.where(speed > 0.0, speed, 1.0), 0.0)

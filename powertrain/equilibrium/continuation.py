@@ -20,8 +20,7 @@ from itertools import product
 import numpy as np
 
 from powertrain.compiler.torques import COMPLIANCE
-from powertrain.dae.contact import CLOSED
-from powertrain.dae.friction import FORWARD, STUCK
+from powertrain.dae.friction import FORWARD
 from powertrain.dae.hybrid import OperatingPoint
 from powertrain.dae.tolerances import NO_WIDTH, REST, STILL
 from powertrain.equilibrium.beginnings import beginnings, euler_step, mobilities
@@ -136,7 +135,7 @@ class Continuation:
             if found is not None and laws.tied.any():
                 x, m, tau = found.y[0], found.modes[0], found.tau[0]
                 again = replace(first, x=x, m=m, lossless=False, open=~every, step=LONGEST_STEP)
-                found = self._corrected(again.at(tau), again, rest, True) or self._settled(again, tau, rest)
+                found = self._corrected(again.at(tau), again, rest) or self._settled(again, tau, rest)
             if found is not None and within(found)[0]:
                 return found
         return None
@@ -146,11 +145,11 @@ class Continuation:
         here = point.at(tau)
         modes = self.laws.next_modes(here, rest, lossless=point.lossless).modes.copy()
         modes[:, self.laws.tied_modes] = FORWARD
-        return self._corrected(replace(here, modes=modes), point, rest, True)
+        return self._corrected(replace(here, modes=modes), point, rest)
 
-    def _corrected(self, here: Iterates, point: _Trial, rest: AtRest, firm: bool) -> SolvedPoints | None:
+    def _corrected(self, here: Iterates, point: _Trial, rest: AtRest) -> SolvedPoints | None:
         """The solution of the semismooth Newton method from ``here``."""
-        end, fine = corrected(self.laws, here, rest, point.lossless, firm)
+        end, fine = corrected(self.laws, here, rest, point.lossless)
         return SolvedPoints(fine, end.y, end.modes, end.tau, rest.given, rest.yields) if fine[0] else None
 
     def _settled(self, point: _Trial, tau: Array, rest: AtRest) -> SolvedPoints | None:
@@ -174,12 +173,12 @@ class Continuation:
             if point.step > LEAST_STEP and not self._described(here, point, rest):
                 point = replace(point, step=point.step / GROWTH)
                 continue
-            if (found := self._corrected(here, point, rest, False)) is not None:
+            if (found := self._corrected(here, point, rest)) is not None:
                 return found
             value = self._steps.linearized(here, point.lossless)
             m[laws.switch_modes] = value.g[0] > 0.0
             turned = np.sign(value.speed[0]) * np.sign(step.speed) < 0
-            stuck = m[laws.law_modes] == np.where(laws.contact, CLOSED, STUCK)
+            stuck = m[laws.law_modes] == laws.holding
             wide = point.open if point.lossless else turned | stuck
             point = replace(after, step=min(GROWTH * point.step, LONGEST_STEP), open=wide)
             tau = answer.tau

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from powertrain.dae.contact import CLOSED
 from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
 from powertrain.dae.tolerances import LOCKED, NEUTRAL, STILL
 from powertrain.equilibrium.laws import NextModes, SteadyLaws
@@ -27,13 +26,8 @@ CHANGES = 8
 """Changes of modes after which starting from a neighbour's modes is abandoned."""
 
 
-def corrected(
-    laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool = False, firm: bool = False
-) -> tuple[Iterates, Mask]:
-    """The points with unknowns and torques for their modes, or for modes that follow from these, and whether each is a solution.
-
-    ``firm``: a law that slides at rest against its rate sticks.
-    """
+def corrected(laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool = False) -> tuple[Iterates, Mask]:
+    """The points with unknowns and torques for their modes, or for modes that follow from these, and whether each is a solution."""
     active, here, before, done = np.arange(len(at.y)), at, None, np.zeros(len(at.y), bool)
     y, modes, tau = at.y, at.modes, at.tau
     for _ in range(CHANGES):
@@ -43,7 +37,7 @@ def corrected(
             some = np.flatnonzero(~fine)
             end, found = _newton(laws, begun.some(some), rest.some(some), lossless, DAMPED, HALVINGS)
             here.y[some[found]], here.tau[some[found]], fine[some[found]] = end.y[found], end.tau[found], True
-        after = _shared(laws, here, rest, lossless, firm)
+        after = _shared(laws, here, rest, lossless)
         now, new = here.modes, after.modes
         if lossless:  # the direction of these laws makes no difference
             now = now.copy(order="K")
@@ -55,7 +49,7 @@ def corrected(
             go &= (new != before).any(axis=1)  # not cycling
         left = np.flatnonzero(go)
         following = np.where(go[:, None], new, begun.modes)
-        if n == len(y):
+        if n == len(y):  # a copy would take a noticeable share of the time
             y, modes, tau = here.y, following, here.tau
         else:
             y[active], modes[active], tau[active] = here.y, following, here.tau
@@ -66,15 +60,14 @@ def corrected(
     return Iterates(at.grid, y, modes, tau), done
 
 
-def _shared(laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool, firm: bool) -> NextModes:
+def _shared(laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool) -> NextModes:
     """The next modes. Stuck laws in ``at`` get the torques that their compliance gives them.
 
     This matters only if several laws are stuck, or if one is stuck and another slides at rest.
     """
-    n, mode = laws.unknowns, at.modes[:, laws.law_modes]
-    after = laws.next_modes(at, rest, None, lossless)
-    stuck = (mode == np.where(laws.contact, CLOSED, STUCK)) & ~rest.given
-    slides = laws.may_free & ((mode == FORWARD) | (mode == BACKWARD)) & after.still
+    n, after = laws.unknowns, laws.next_modes(at, rest, lossless=lossless)
+    stuck = (at.modes[:, laws.law_modes] == laws.holding) & ~rest.given
+    slides = laws.may_free & _slides(laws, at) & after.still
     several = (stuck.sum(axis=1) > 1) | (stuck.any(axis=1) & slides.any(axis=1))
     some = np.flatnonzero(several & np.isfinite(at.y).all(axis=1))
     if not some.size:
@@ -86,10 +79,11 @@ def _shared(laws: SteadyLaws, at: Iterates, rest: AtRest, lossless: bool, firm: 
     step = laws.pattern.solver(entries)(-left)
     tau = here.tau + step[:, n:]
     creep = motion.speed + np.einsum("pij,pj->pi", motion.speed_, step)
-    drive = creep - rest.yields * tau if firm else None
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = creep / rest.yields  # infinite without compliance
     end, _ = _newton(laws, Iterates(here.grid, here.y, here.modes, tau), rest, lossless, PROXIMAL, 0)
     at.y[some], at.tau[some] = end.y, end.tau
-    after.put(some, laws.next_modes(end, rest, drive, lossless))
+    after.put(some, laws.next_modes(end, rest, share, lossless))
     return after
 
 
@@ -211,7 +205,7 @@ def _growing(inverse: Array) -> Array:
     return np.asarray(np.where(real.any(axis=1)[:, None], found, 0.0))
 
 
-def folded(laws: SteadyLaws, at: Iterates, rest: AtRest, change: Responses) -> list[tuple[Index, Mask]]:
+def self_locking(laws: SteadyLaws, at: Iterates, rest: AtRest, change: Responses) -> list[tuple[Index, Mask]]:
     """Modes that tell which side drives, and the points at which the determinant of the equations has another sign with the other side.
 
     Where the sides change, the equations are continuous. If the determinants have opposite signs, as in a self-locking gear, both sides

@@ -65,7 +65,8 @@ class SteadyLaws:
     """The laws of one steady problem in z = (y, tau). Serves one thread.
 
     ``tied`` laws always transmit torque, which grows with other torques. ``driving`` are those whose limits depend on the side that drives,
-    with the modes of the switches that tell it. ``rates`` are the rows that are rates, of the unknowns ``rated``.
+    with the modes of the switches that tell it. ``rates`` are the rows that are rates, of the unknowns ``rated``. ``holding`` is the mode
+    in which each law holds.
     """
 
     def __init__(self, balance: Balance, compile: bool = False) -> None:
@@ -74,6 +75,7 @@ class SteadyLaws:
         self.frictions, switches = len(dae.frictions), len(dae.switches)
         laws = np.arange(self.count)
         self.contact = laws >= self.frictions
+        self.holding = np.where(self.contact, CLOSED, STUCK)
         self.may_free = np.array([f.may_free for f in dae.frictions] + [False] * len(dae.contacts), bool)
         self.tied = ~self.may_free & ~self.contact
         # places among all modes: frictions, switches, contacts
@@ -115,7 +117,7 @@ class SteadyLaws:
         """
         mode = at.modes.T[self.law_modes].T
         mode = np.where(rest.given & (mode == STUCK), rest.side, mode)
-        held = np.where(self.contact, mode == CLOSED, mode == STUCK) & ~rest.given
+        held = (mode == self.holding) & ~rest.given
         upper = self.contact | (mode == FORWARD) | (mode == FREE)
         kinds = np.where(upper, float(UPPER), float(LOWER))
         kinds = np.where(rest.given & (mode == STUCK), LEAST, kinds)
@@ -156,16 +158,16 @@ class SteadyLaws:
         """Rows and speeds at the points, and their slopes."""
         return self.motion_of(*self.held(at))
 
-    def next_modes(self, at: Iterates, rest: AtRest, drive: Array | None = None, lossless: bool = False) -> NextModes:
+    def next_modes(self, at: Iterates, rest: AtRest, share: Array | None = None, lossless: bool = False) -> NextModes:
         """The modes that follow.
 
-        ``drive`` is the rate of each law against its own compliance, where it matters. ``lossless``: torques that depend on others are
-        left out, and these laws move with their speed.
+        ``share``: the torques of the laws' compliances, with which laws that others hold at a limit may stick. ``lossless``: torques that
+        depend on others are left out, and these laws move with their speed.
         """
-        drive = np.zeros_like(at.tau) if drive is None else drive
+        share = at.tau if share is None else share
         which = np.full((len(at.y), 1), float(lossless))
         with np.errstate(all="ignore"):
-            found = self._rules.of_points([at.grid, at.modes, at.y, at.tau, rest.given, rest.side, drive, which])
+            found = self._rules.of_points([at.grid, at.modes, at.y, at.tau, rest.given, rest.side, share, which])
         modes = self.balance.modes.numel()
         flags = (found[modes:] != 0.0).T
         return NextModes(found[:modes].T, flags[:, 0], flags[:, 1 : 1 + self.count], flags[:, 1 + self.count :])
@@ -211,18 +213,18 @@ def _chosen(kind: Symbol, options: Mapping[int, Symbol]) -> Symbol:
 
 def _rules(b: Balance, compile: bool) -> Columns:
     """The fields of ``NextModes``, in terms of grid, modes, z and the arguments of ``SteadyLaws.next_modes``."""
-    given, side, drive = (ca.SX.sym(name, b.tau.numel()) for name in ("given", "side", "drive"))
+    given, side, share = (ca.SX.sym(name, b.tau.numel()) for name in ("given", "side", "share"))
     lossless, z = ca.SX.sym("lossless"), ca.vertcat(b.y, b.tau)
     zones, m, first = rest_zones(b), scalars(b.modes), len(b.dae.frictions)
     last = first + len(b.dae.switches)
-    laws = zip(_laws(b, lossless), [*m[:first], *m[last:]], zones, *map(scalars, (drive, side, given)), strict=True)
+    laws = zip(_laws(b, share, lossless), [*m[:first], *m[last:]], zones, *map(scalars, (side, given)), strict=True)
     moved = [_next_mode(law, lossless, mode, *values) for law, mode, *values in laws]
     conditions = zip(m[first:last], scalars(b.conditions), _terms(b.conditions, z), strict=True)
     turned = [switch.next_steady_mode(mode, g, REST * (1 + terms)) for mode, g, terms in conditions]
     balanced = [ca.fabs(r) <= BALANCED * (1 + t) for r, t in zip(scalars(b.rows), _terms(b.rows, z), strict=True)]
     still = [ca.fabs(w) <= zone for w, zone in zip(scalars(b.speed), zones, strict=True)]
     wide = [high - low > NO_WIDTH for low, high in zip(scalars(b.lower), scalars(b.upper), strict=True)]
-    varying = [s for e in (b.grid, b.modes, z, given, side, drive, lossless) for s in scalars(e)]
+    varying = [s for e in (b.grid, b.modes, z, given, side, share, lossless) for s in scalars(e)]
     outputs = [*moved[:first], *turned, *moved[first:], reduce(ca.logic_and, balanced, Symbol(1)), *still, *wide]
     return Columns("steady_rules", varying, b.common, outputs, compile)
 
@@ -237,35 +239,34 @@ def _terms(expressions: Symbol, unknowns: Symbol) -> list[Symbol]:
     return scalars(ca.fabs(ca.jacobian(expressions, unknowns)) @ ca.fabs(unknowns))
 
 
-def _laws(b: Balance, lossless: Symbol) -> list[Friction | Contact]:
-    """All laws that move, with speed, torque, limits and uncertainty at the iterate.
+def _laws(b: Balance, share: Symbol, lossless: Symbol) -> list[Friction | Contact]:
+    """All laws that move, with speed, torque, share, limits and uncertainty at the iterate.
 
     The uncertainty is the same for all: the laws' own hysteresis follows from torques in given modes, and these are iterates. An iterate
     may have its limits in the wrong order.
     """
     known = balance_tolerance(reduce(ca.fmax, map(ca.fabs, scalars(b.tau)), Symbol(0)))
     found: list[Friction | Contact] = []
-    sides = zip(*map(scalars, (b.tau, b.speed, b.lower, b.upper, b.peak)), strict=True)
+    values = zip(*map(scalars, (b.tau, share, b.speed, b.lower, b.upper, b.peak)), strict=True)
     laws: list[Friction | Contact] = [*b.dae.frictions, *b.dae.contacts]
-    for law, (tau, speed, lower, upper, peak) in zip(laws, sides, strict=True):
+    for law, (tau, part, speed, lower, upper, peak) in zip(laws, values, strict=True):
         low, high = ca.fmin(lower, upper), ca.fmax(lower, upper)
         if isinstance(law, Contact):
             found.append(replace(law, gap=speed, force=peak * high - tau, known=known, rounding=Symbol(0)))
             continue
         if not law.may_free:
             low, high = (ca.if_else(lossless, 0, limit) for limit in (low, high))
-        found.append(
-            replace(law, w=speed, torque=tau, lower=low, upper=high, peak=peak, known=known, rounding=Symbol(0))
-        )
+        own = replace(law, w=speed, torque=tau, share=part, known=known, rounding=Symbol(0))
+        found.append(replace(own, lower=low, upper=high, peak=peak))
     return found
 
 
 def _next_mode(
-    law: Friction | Contact, lossless: Symbol, mode: Symbol, zone: Symbol, drive: Symbol, side: Symbol, given: Symbol
+    law: Friction | Contact, lossless: Symbol, mode: Symbol, zone: Symbol, side: Symbol, given: Symbol
 ) -> Symbol:
     if isinstance(law, Contact):
         return contact.next_steady_mode(law, mode, zone)
-    new = friction.next_steady_mode(law, mode, zone, drive, side, given)
+    new = friction.next_steady_mode(law, mode, zone, side, given)
     return new if law.may_free else ca.if_else(lossless, ca.if_else(law.w < 0, BACKWARD, FORWARD), new)
 
 

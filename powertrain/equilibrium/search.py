@@ -62,11 +62,10 @@ def possible(choice: LawModes, mode: float, hidden: Sequence[Symbol]) -> Symbol:
     slides without torque anyway.
     """
     law, found = choice.law, [] if choice.rest is not None else [choice.margins[mode]]
-    if isinstance(law, Friction):
-        unknown = dependence([friction.width_margin(law), law.w], hidden).any(axis=1).all()
-        if mode == FREE and choice.rest is None and unknown:
-            return Symbol(-1)
+    if isinstance(law, Friction) and mode != FREE:
         found += friction.necessary(law, mode)
+    elif isinstance(law, Friction) and dependence([friction.width_margin(law), law.w], hidden).any(axis=1).all():
+        return Symbol(-1)
     known = [margin for margin in found if not dependence([margin], hidden).any()]
     return ca.mmin(ca.vertcat(Symbol(0), *known))
 

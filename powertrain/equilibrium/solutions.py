@@ -20,7 +20,15 @@ from powertrain.dae.friction import BACKWARD, STUCK
 from powertrain.dae.tolerances import SAME
 from powertrain.equilibrium.beginnings import beginnings
 from powertrain.equilibrium.continuation import Continuation, relaxed
-from powertrain.equilibrium.corrector import Responses, adrift, corrected, folded, responses, saddles, undetermined
+from powertrain.equilibrium.corrector import (
+    Responses,
+    adrift,
+    corrected,
+    responses,
+    saddles,
+    self_locking,
+    undetermined,
+)
 from powertrain.equilibrium.laws import SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, SolvedPoints
 from powertrain.equilibrium.system import Balance
@@ -95,8 +103,8 @@ class Solutions:
         at, rest = best.at(grid).some(known), best.at_rest(side).some(known)
         change = responses(laws, at, rest)
         several[known[undetermined(laws, at, change)]] = True
-        for sides, folds in folded(laws, at, rest, change):
-            others = known[folds]
+        for sides, locks in self_locking(laws, at, rest, change):
+            others = known[locks]
             driven = best.some(others).at(grid[others])
             driven.modes[:, sides] = 1.0 - driven.modes[:, sides]
             also = others[self._another(best.some(others), driven, side[others])]
@@ -130,7 +138,7 @@ class Solutions:
         """Whether the search from ``begin`` leads to other solutions than those found."""
         if not len(begin.y):
             return np.zeros(0, bool)
-        end, good = corrected(self.laws, begin, found.at_rest(side), firm=True)
+        end, good = corrected(self.laws, begin, found.at_rest(side))
         other = replace(found, y=end.y, modes=end.modes, tau=end.tau)
         good &= self._differ(begin.grid, found, other)
         good[good] = self.within(begin.grid[good], other.some(good))
@@ -159,7 +167,7 @@ class Solutions:
             seen |= (modes == other).all(axis=1) & (held | (not again))
         new = np.flatnonzero(~seen)
         found.modes[:] = modes
-        end, found.done[new] = corrected(laws, found.at(grid).some(new), rest.some(new), firm=True)
+        end, found.done[new] = corrected(laws, found.at(grid).some(new), rest.some(new))
         found.y[new], found.modes[new], found.tau[new] = end.y, end.modes, end.tau
         return modes, found
 
@@ -212,7 +220,7 @@ class Solutions:
     def _spread(self, found: SolvedPoints, grid: Array, side: Array, left: Index, sources: Index) -> Index:
         """Start at points from the solutions of others; return the points that now have one."""
         some = found.some(sources)
-        end, good = corrected(self.laws, some.at(grid[left]), some.at_rest(side[left]), firm=True)
+        end, good = corrected(self.laws, some.at(grid[left]), some.at_rest(side[left]))
         some.y[:], some.modes[:], some.tau[:] = end.y, end.modes, end.tau
         good[good] = self.within(grid[left[good]], some.some(good))
         found.put(left[good], some.some(good))

@@ -187,7 +187,7 @@ class Complementarity:
         rest = laws.at_rest(point, base, zone)
         holds = np.where(rest, base.peak, 1.0)
         wide = _widened(base, bend, holds, np.where(rest, known, 0.0))
-        answer = _Problem(laws, *wide, tau, rest, zone).answer(self.switches)
+        answer = _Problem(laws, *wide, tau, rest, zone).answer()
         for law, hold in zip(self.dae.frictions, holds, strict=False):
             # at its peak, but not sliding yet; on a light part its creep would be too large to tell that others hold it
             if law.rests is not None and hold > 1.0:
@@ -261,7 +261,7 @@ class _Problem:
         self.g_slope = near.g_slope[bend.places] / size[:, None]
         self.g_0 = near.g[bend.places] / size - self.g_slope @ near_tau
 
-    def answer(self, switches: list[int]) -> Answer:
+    def answer(self) -> Answer:
         """The modes of laws at rest, of sliding laws and of the conditions with kinks."""
         M, q, scale = self._matrices()
         if not (np.isfinite(M).all() and np.isfinite(q).all()):
@@ -277,7 +277,7 @@ class _Problem:
         nothing = LEAST_TORQUE + ALONE * scale
         for j, k in enumerate(self.bend.places, r + t):
             if z[j] > nothing or w[j] > nothing:  # a condition at zero keeps its side
-                modes[switches[k]] = 1.0 if z[j] > nothing else 0.0
+                modes[self.laws.switches[k]] = 1.0 if z[j] > nothing else 0.0
         return Answer(modes, tau.astype(np.float64), ())
 
     def _at_rest(self, z: Long, w: Long) -> Iterator[tuple[int, float]]:

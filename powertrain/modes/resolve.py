@@ -138,12 +138,12 @@ class ModeResolver:
         return None
 
     @cached_property
-    def _problem(self) -> Complementarity | None:
-        return None if self.dae.opened is None else Complementarity(self.dae)
+    def _problem(self) -> Complementarity:
+        return Complementarity(self.dae)
 
     def _complementary(self, side: int) -> bool:
         """Solve the complementarity problem of all laws; False after an impact."""
-        if self._problem is None:
+        if self.dae.opened is None:
             return self._jam(side, set(), 1)
         start, pieces, against = self.memory.m.copy(), self.uniqueness.pieces, set[int]()
         found, laws = self._linearized(side, held=False)
@@ -193,7 +193,6 @@ class ModeResolver:
         If bounds depend on torques, a ray proves nothing.
         """
         m, pieces, problem = self.memory.m, self.uniqueness.pieces, self._problem
-        assert problem is not None
         m[:] = start
         point = self._point(side)
         rest = problem.laws.at_rest(point, problem.laws.at(point, np.zeros(problem.laws.count)), ZONE)
@@ -227,7 +226,6 @@ class ModeResolver:
         kinks of the bounds, unless ``held``.
         """
         memory, problem = self.memory, self._problem
-        assert problem is not None
         m, ray, known = memory.m, set[int](), problem.known(self._point(side))
         tau = np.zeros(problem.laws.count)
         for n in range(_LINEARIZED):
@@ -299,7 +297,7 @@ class ModeResolver:
         """Mark the laws at a limit that others hold at rest in the present modes; whether this changes any mark."""
         m = self.memory.m
         before = m[self._rests]
-        if not (before.any() or self._flags[4] > 0.0) or self._problem is None:
+        if not (before.any() or self._flags[4] > 0.0):
             return False
         m[self._rests] = 0.0
         m[resting(self.dae, self._problem, self._point(side))] = 1.0

@@ -20,6 +20,10 @@ from powertrain.language.units import with_unit
 from powertrain.modes.guards import first_violation
 from powertrain.numerics.buffers import Evaluated, Memory
 
+_LARGE = 1e6
+"""Torque, relative to 1 + |limit|, at which the slope of a limit is judged."""
+_ADVICE = "Start it at rest, or add a stiffness to the path of the force that presses it, so that this force changes gradually."
+
 
 class SelfLocking:
     """Checks the order of limits, and says where laws lock themselves."""
@@ -65,10 +69,6 @@ class SelfLocking:
     @cached_property
     def _limit_slopes(self) -> Evaluated:
         return Evaluated(self._dae.function("limits", ca.vertcat(*[_slope(self._dae, law) for law in self._laws])))
-
-
-_LARGE = 1e6
-_ADVICE = "Start it at rest, or add a stiffness to the path of the force that presses it, so that this force changes gradually."
 
 
 def _said(law: Friction) -> str:

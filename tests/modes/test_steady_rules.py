@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 import pytest
 
@@ -13,13 +15,16 @@ from powertrain.dae.hybrid import Contact, Friction
 ZONE = 1e-9
 
 
-def brake(w: float, torque: float, lower: float = -5.0, upper: float = 5.0, peak: float = 1.0) -> Friction:
+def brake(
+    w: float, torque: float, lower: float = -5.0, upper: float = 5.0, peak: float = 1.0, share: float | None = None
+) -> Friction:
     w_, torque_, low, high, top = (ca.SX(x) for x in (w, torque, lower, upper, peak))
-    return Friction("brake", "", 0, w_, torque_, low, high, top, ca.SX(0), known=ca.SX(1e-7))
+    part = torque_ if share is None else ca.SX(share)
+    return Friction("brake", "", 0, w_, torque_, low, high, top, ca.SX(0), known=ca.SX(1e-7), share=part)
 
 
-def after(law: Friction, mode: float, drive: float = 0.0, side: float = 1.0, given: bool = False) -> float:
-    numbers = (ca.SX(x) for x in (mode, ZONE, drive, side, float(given)))
+def after(law: Friction, mode: float, side: float = 1.0, given: bool = False) -> float:
+    numbers = (ca.SX(x) for x in (mode, ZONE, side, float(given)))
     return float(friction.next_steady_mode(law, *numbers))
 
 
@@ -53,14 +58,26 @@ def test_a_law_without_width_is_free() -> None:
     assert after(brake(3.0, 0.0, 0.0, 0.0), FORWARD) == FREE
 
 
-@pytest.mark.parametrize(("w", "drive", "follows"), [(0.0, -1.0, STUCK), (0.0, 1.0, FORWARD), (1.0, -1.0, FORWARD)])
-def test_a_law_that_slides_at_rest_against_its_rate_sticks(w: float, drive: float, follows: float) -> None:
-    assert after(brake(w, 5.0), FORWARD, drive) == follows
+@pytest.mark.parametrize(
+    ("w", "share", "follows"),
+    [
+        (0.0, 4.0, STUCK),
+        (0.0, 6.0, FORWARD),
+        (0.0, 5.0 - 5e-8, FORWARD),
+        (0.0, 5.0 - 2e-7, STUCK),
+        (0.0, -math.inf, STUCK),
+        (0.0, math.inf, FORWARD),
+        (1.0, 4.0, FORWARD),
+    ],
+)
+def test_a_law_that_is_held_at_its_limit_sticks_if_its_share_is_within(w: float, share: float, follows: float) -> None:
+    """As in a run, within the uncertainty of its torque; without compliance it goes by its speed, and the share is infinite."""
+    assert after(brake(w, 5.0, share=share), FORWARD) == follows
 
 
 @pytest.mark.parametrize(("w", "side", "follows"), [(0.0, 1.0, 1.0), (0.0, -1.0, -1.0), (2.0, -1.0, 1.0)])
 def test_a_given_motion_rests_at_its_side(w: float, side: float, follows: float) -> None:
-    assert after(brake(w, 0.0), STUCK, 0.0, side, given=True) == follows
+    assert after(brake(w, 0.0), STUCK, side, given=True) == follows
 
 
 @pytest.mark.parametrize(
