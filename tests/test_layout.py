@@ -41,7 +41,7 @@ ORDER = [
     "dae: tolerances",
     "dae: hybrid",
     "dae: friction contact switch when",
-    "numerics: tape buffers lookup hoisting vertex_elimination pivots sparse_lu newton elimination compiled background vectorised",
+    "numerics: tape buffers lookup hoisting vertex_elimination pivots sparse_lu newton elimination compiled background vectorised least",
     "numerics: batch many newton_abreast",
     "numerics: replay folding",
     "compiler: matching calls cancellation generic",

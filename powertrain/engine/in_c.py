@@ -33,13 +33,11 @@ _ROWS, _HELD, _INSTANTS = 1000, 500, 200
 """How much of a run is kept in C before Python takes it over."""
 _DIMENSIONS = "x z y m indicators whens timed rests laws frictions counted constants"
 TABLES = "places when_place when_first when_initially reset_place reset_discrete rests rest_laws laws frictions quiet bends guards"
-_FUNCTIONS = (
-    "method constants advance samples verdict fresh rest locate corner update newton instants longest resets mobility"
-)
+_FUNCTIONS = "method constants advance samples survey verdict fresh rest locate corner update newton instants longest resets mobility"
 _ARRAYS = (
     "y_0 y_1 slope_0 slope_1 m p time tolerance info dense outside fraction above at g worst held flags edges closing fire jumped first "
-    "corners instants nearer resets open points found stiffness constants mobility rate terms size calm seen held_left before left lows "
-    "prepared counts which holds overridden row held_row instant_row out sample_times"
+    "corners instants nearer resets open points found least stiffness constants mobility rate terms size calm seen held_left before left "
+    "lows prepared counts which holds overridden row held_row instant_row out sample_times"
 )
 _REALS = "t start stop h longest crossed max_step instant corner target stiff"
 _INTEGERS = (
@@ -234,6 +232,7 @@ class LoopInC:
         shared |= {"first": memory.start, "corners": memory.corner}
         if samples := step.get("samples"):
             shared |= {"points": zeros(samples.nnz_in(0)), "found": zeros(samples.nnz_out(0)), "stiffness": zeros(1)}
+            shared["least"] = zeros(step["survey"].nnz_out(0))
         for name, array in shared.items():
             setattr(self._model, name, self._address(array))
 

@@ -241,8 +241,8 @@ class TrajectoryRecorder:
         """Keep steps, whose first column is the place of their held values among ``held``; -1 for the values before these."""
         rows[:, 0] += len(self.held)
         self.rows += view(rows)
-        for values in held:
-            self.enter(values)
+        self.held += [*held]
+        self._record[0] = len(self.held) - 1
 
     def trajectory(
         self, end: float, final: Array, m: Array, statistics: dict[str, float], notes: tuple[str, ...]

@@ -240,7 +240,7 @@ def corner(model: Common) -> ca.Function:
     slope = _right_slope(model, y)
     unsettled = flags[0] + flags[1] + flags[2] + flags[4] + far + ca.logic_not(determined)
     found = ca.vertcat(unsettled, ca.sum1(slope))
-    return _function(PREFIX + "corner", [model.time, model.y, dae.m, dae.p], [y, slope, found])
+    return short(_function(PREFIX + "corner", [model.time, model.y, dae.m, dae.p], [y, slope, found]))
 
 
 def locate(model: Common) -> ca.Function:
@@ -260,9 +260,8 @@ def locate(model: Common) -> ca.Function:
     smallest = ca.SX(1e300)
     for i in range(model.indicators):
         smallest = ca.fmin(smallest, ca.if_else(above[i] > 0, 1e300, g[i]))
-    return _function(
-        PREFIX + "locate", [model.time, fraction, above, dense, dae.m, dae.p], [y, ca.densify(g), smallest]
-    )
+    inputs = [model.time, fraction, above, dense, dae.m, dae.p]
+    return short(_function(PREFIX + "locate", inputs, [y, ca.densify(g), smallest]))
 
 
 def _corrected(model: Common, t: ca.SX, y: ca.SX) -> ca.SX:
@@ -328,9 +327,10 @@ def instants(dae: HybridDae) -> ca.Function:
 
 
 def short(function: ca.Function) -> ca.Function:
-    """The same function, which computes what its results share once: for the C compiler.
+    """The same function, which computes what its results share once.
 
-    Finding that takes about as long as the interpreter saves by it in a whole drive cycle; a step is called more often.
+    What ``locate`` and ``corner`` save in a drive cycle without a compiler is two to twenty times what the search takes. What is called at
+    events alone saves less than that, so that only the C compiler gets it short.
     """
     inputs = function.sx_in()
     return ca.Function(function.name(), inputs, ca.cse(function.call(inputs)))

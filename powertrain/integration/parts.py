@@ -1,7 +1,7 @@
-"""A compiled step in parts: constants, the advance, its four samples, the verdict.
+"""A compiled step in parts: constants, the advance, its four samples, their survey, the verdict.
 
 What depends only on held values and parameters is computed when these change. A rejected step ends after the advance. The samples are
-computed side by side. The results equal those of the step in one function, up to round-off.
+computed side by side, and so are the indicators in their survey. The results equal those of the step in one function, up to round-off.
 """
 
 from __future__ import annotations
@@ -10,11 +10,14 @@ from collections.abc import Callable
 
 import casadi as ca
 
-from powertrain.integration.fused import Common, error_norm, taken_step, verdict_function
+from powertrain.integration.fused import Common, error_norm, taken_step
+from powertrain.integration.samples import WITHOUT, extremes
 from powertrain.integration.step import on_polynomial
+from powertrain.integration.step_control import verdict_of
 from powertrain.modes.indicators import indicators
 from powertrain.numerics.buffers import CHECKS, PREFIX, Bound, Memory, view, zeros
 from powertrain.numerics.compiled import Compilable
+from powertrain.numerics.least import least_of
 from powertrain.numerics.vectorised import WIDTH, abreast
 
 assert len(CHECKS) + 1 == WIDTH
@@ -22,7 +25,7 @@ assert len(CHECKS) + 1 == WIDTH
 
 def in_parts(model: Common, method: str) -> dict[str, Compilable]:
     """The parts by name."""
-    return {**_advance(model, method), "samples": _samples(model), "verdict": _verdict(model)}
+    return {**_advance(model, method), "samples": _samples(model), "survey": _survey(model), "verdict": _verdict(model)}
 
 
 def _advance(model: Common, method: str) -> dict[str, ca.Function]:
@@ -52,14 +55,21 @@ def _samples(model: Common) -> Compilable:
     return abreast(f"{PREFIX}samples", ca.vertcat(dae.t, dae.x, dae.z), [dae.m, dae.p], ca.cse(ca.densify(found)))
 
 
-def _verdict(model: Common) -> ca.Function:
-    """(error norm, stiffness, samples) -> (info, slope)."""
-    norm, stiffness = ca.SX.sym("norm"), ca.SX.sym("stiffness")
+def _survey(model: Common) -> Compilable:
+    """Samples -> the least extremes of the indicators."""
     n = model.indicators
-    samples = ca.SX.sym("samples", WIDTH, 2 * n + model.y.numel())
-    info = verdict_function(n)(norm, stiffness, samples[:, :n].T, samples[-1, n : 2 * n].T)
-    inputs = [norm, stiffness, samples]
-    return ca.Function(f"{PREFIX}verdict_of_samples", inputs, [info, samples[-1, 2 * n :].T])
+    places = [slice(k, WIDTH * n, WIDTH) for k in range(WIDTH)]
+    places.append(slice(WIDTH * n + WIDTH - 1, 2 * WIDTH * n, WIDTH))  # the round-off at the end of the step
+    size = WIDTH, 2 * n + model.y.numel()
+    return least_of(f"{PREFIX}survey", size, places, lambda each: extremes(each[:-1], each[-1]), WITHOUT)
+
+
+def _verdict(model: Common) -> ca.Function:
+    """(error norm, stiffness, least extremes, samples) -> (info, slope)."""
+    norm, stiffness, least = ca.SX.sym("norm"), ca.SX.sym("stiffness"), ca.SX.sym("least", len(WITHOUT))
+    samples = ca.SX.sym("samples", WIDTH, 2 * model.indicators + model.y.numel())
+    found = [ca.densify(verdict_of(norm, stiffness, ca.vertsplit(least))), samples[-1, 2 * model.indicators :].T]
+    return ca.Function(f"{PREFIX}verdict_of_samples", [norm, stiffness, least, samples], found)
 
 
 class Parts:
@@ -71,9 +81,10 @@ class Parts:
         self._points, self._found = (
             zeros(n) for n in (functions["samples"].nnz_in(0), functions["samples"].nnz_out(0))
         )
-        self._norm, self._stiffness = memory.info[:1], zeros(1)
+        self._norm, self._stiffness, self._least = memory.info[:1], zeros(1), zeros(len(WITHOUT))
         self._prepare = Bound(functions["constants"], [memory.m, memory.p], self._constants)
         self._samples = Bound(functions["samples"], [self._points, memory.m, memory.p], [self._found])
+        self._survey = Bound(functions["survey"], [self._found], [self._least])
         self._sides = [self._side(side) for side in (0, 1)]
         self._prepared = b"", b""
         self.calls = [self._call(*sides) for sides in self._sides]
@@ -86,13 +97,13 @@ class Parts:
         judged = [memory.info, memory.slope[other]]
         return (
             Bound(self._functions["advance"], [*given, *self._constants], taken),
-            Bound(self._functions["verdict"], [norm, stiffness, self._found], judged),
+            Bound(self._functions["verdict"], [norm, stiffness, self._least, self._found], judged),
         )
 
     def _call(self, advance: Bound, verdict: Bound) -> Callable[[], None]:
         """One step."""
         m, p, error = self._memory.m, self._memory.p, view(self._norm)
-        prepare, samples = self._prepare.call, self._samples.call
+        prepare, samples, survey = self._prepare.call, self._samples.call, self._survey.call
         begin, end = advance.call, verdict.call
 
         def call() -> None:
@@ -103,6 +114,7 @@ class Parts:
             begin()
             if error[0] <= 1.0:
                 samples()
+                survey()
                 end()
 
         return call

@@ -10,6 +10,8 @@ from powertrain.dae.tolerances import NOISE
 
 ROUGH = 0.4
 """Samples do not resolve an indicator if its third difference exceeds this share of its size."""
+WITHOUT = (1.0, 1.0, 1.0, 1.0, 0.0, 0.0)
+"""The least ``extremes`` where there is no indicator."""
 _BLUNT, _SKEW = 0.0012, 0.065
 """Bound on how much the minimum of a parabola between samples is too high: shares of its second and of its third difference.
 
@@ -22,25 +24,31 @@ A next step five times as long finds a minimum near its start too early, by up t
 """
 
 
-def least(values: ca.SX) -> ca.SX:
-    """The smallest entry, or 1 if there is none."""
-    return ca.mmin(values) if values.numel() else ca.SX(1.0)
+def least(values: ca.SX, without: float = 1.0) -> ca.SX:
+    """The smallest entry, or ``without`` if there is none."""
+    return ca.mmin(values) if values.numel() else ca.SX(without)
+
+
+def extremes(samples: Sequence[ca.SX], noise: ca.SX) -> list[ca.SX]:
+    """What decides on a step by its least value over all indicators: the samples, and what the ``survey`` finds, with the opposite sign."""
+    dips, rough = survey(samples, noise)
+    return [*samples, -dips, -rough]
 
 
 def survey(samples: Sequence[ca.SX], noise: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Whether parabolas through an indicator's samples dip below zero inside the step, and the largest relative third difference.
+    """Whether parabolas through the samples of an indicator dip below zero inside the step, and its relative third difference.
 
-    They also count if they come as close to zero as their uncertainty. ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the step,
-    ``noise`` their round-off: a second difference up to 4 times that and a third difference up to 8 times that says nothing, as for torques
-    while nothing moves. A dip that is missed for this reason is at most half the round-off deep.
+    ``samples`` has one entry for each indicator, and so do the results.
+
+    Parabolas also count if they come as close to zero as their uncertainty. ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the
+    step, ``noise`` their round-off: a second difference up to 4 times that and a third difference up to 8 times that says nothing, as for
+    torques while nothing moves. A dip that is missed for this reason is at most half the round-off deep.
     The value at the start of the step is that of the cubic through the samples. If it is above zero, a parabola through it counts, too;
     if not, the indicator has just left zero.
     Indicators below zero at a sample are located anyway; another indicator that falls in the same step does not matter, as the dip may come
     first. Error control alone does not see the torques of stuck laws: the states stand still while these torques change.
     """
     a, b, c, d = samples
-    if not a.numel():
-        return ca.SX(0.0), ca.SX(0.0)
     bend, next_bend = a - 2 * b + c, b - 2 * c + d
     unsure = _SKEW * ca.fabs(next_bend - bend)
     straight = 4 * noise
@@ -51,8 +59,7 @@ def survey(samples: Sequence[ca.SX], noise: ca.SX) -> tuple[ca.SX, ca.SX]:
     lowest = ca.fmin(ca.fmin(a, b), ca.fmin(c, d))
     dips = ca.logic_and(lowest > 0, ca.logic_or(early, ca.logic_or(first, second)))
     size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
-    rough = (ca.fabs(next_bend - bend) - 2 * straight) / (size + NOISE)
-    return ca.mmax(dips), ca.fmax(0.0, ca.mmax(rough))
+    return dips, ca.fmax(0.0, (ca.fabs(next_bend - bend) - 2 * straight) / (size + NOISE))
 
 
 def _dips(

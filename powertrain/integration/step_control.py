@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.integration.samples import ROUGH, least, survey
+from powertrain.integration.samples import ROUGH, WITHOUT, extremes, least
 
 ALGEBRAIC = 10.0
 """Factor on the tolerance for algebraic unknowns: their error is not passed on, because the states determine the next value."""
@@ -49,11 +49,14 @@ def verdict(norm: ca.SX, stiffness: ca.SX, samples: Sequence[ca.SX], noise: ca.S
 
     ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the step, ``noise`` is their round-off.
     """
-    minima = [least(sample) for sample in samples]
-    smallest = least(ca.vertcat(*minima))
-    dips, rough = survey(samples, noise)
-    unresolved = ca.logic_or(rough > ROUGH, dips)
-    return ca.vertcat(norm, unresolved, growth(norm, rough), smallest, stiffness, *minima)
+    return verdict_of(norm, stiffness, list(map(least, extremes(samples, noise), WITHOUT)))
+
+
+def verdict_of(norm: ca.SX, stiffness: ca.SX, found: Sequence[ca.SX]) -> ca.SX:
+    """The ``verdict`` from the least ``extremes`` of all indicators."""
+    *minima, steady, smooth = found
+    unresolved = ca.logic_or(-smooth > ROUGH, -steady)
+    return ca.vertcat(norm, unresolved, growth(norm, -smooth), least(ca.vertcat(*minima)), stiffness, *minima)
 
 
 def growth(norm: ca.SX, rough: ca.SX) -> ca.SX:

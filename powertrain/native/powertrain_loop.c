@@ -555,9 +555,10 @@ static void step_in_parts(pt_model *a)
     for (int i = 0; i < a->n->constants; i++) a->arg[6 + i] = a->constants[i];
     CALL(a, a->f->advance, given, wanted);
     if (!(a->info[0] <= 1)) return;
-    const double *at[] = {a->points, a->m, a->p}, *judged[] = {a->info, a->stiffness, a->found};
-    double *sampled[] = {a->found}, *verdict[] = {a->info, a->slope[to]};
+    const double *at[] = {a->points, a->m, a->p}, *surveyed[] = {a->found}, *judged[] = {a->info, a->stiffness, a->least, a->found};
+    double *sampled[] = {a->found}, *least[] = {a->least}, *verdict[] = {a->info, a->slope[to]};
     CALL(a, a->f->samples, at, sampled);
+    CALL(a, a->f->survey, surveyed, least);
     CALL(a, a->f->verdict, judged, verdict);
 }
 

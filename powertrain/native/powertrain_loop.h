@@ -17,9 +17,9 @@ typedef struct {
     const int *places, *when_place, *when_first, *when_initially, *reset_place, *reset_discrete, *rests, *rest_laws, *laws, *frictions, *quiet, *bends, *guards;
 } pt_tables;
 
-/* NULL for what the model does not need. A step is one function, or in parts: constants, advance, samples, verdict. */
+/* NULL for what the model does not need. A step is one function, or in parts: constants, advance, samples, survey, verdict. */
 typedef struct {
-    pt_function method, constants, advance, samples, verdict, fresh, rest, locate, corner, update, newton, instants, longest, resets, mobility;
+    pt_function method, constants, advance, samples, survey, verdict, fresh, rest, locate, corner, update, newton, instants, longest, resets, mobility;
 } pt_functions;
 
 struct pt_model {
@@ -34,7 +34,7 @@ struct pt_model {
     double *w;
     /* arguments and results of the functions; a step reads one side of y and slope and writes the other */
     double *y[2], *slope[2], *m, *p, *time, *tolerance, *info, *dense, *outside, *fraction, *above, *at, *g, *worst;
-    double *held, *flags, *edges, *closing, *fire, *jumped, *first, *corners, *instants, *nearer, *resets, *open, *points, *found, *stiffness;
+    double *held, *flags, *edges, *closing, *fire, *jumped, *first, *corners, *instants, *nearer, *resets, *open, *points, *found, *least, *stiffness;
     double **constants;
     /* of each law of friction: its row of the mobility, rate, sum of terms, size of its mobility; of each that may rest: whether it is calm */
     double *mobility, *rate, *terms, *size, *calm;

@@ -24,7 +24,7 @@ typedef struct {
 static const pt_dimensions dimensions = {PT_X, PT_Z, PT_Y, PT_HELD, PT_INDICATORS, PT_WHENS, PT_TIMED, PT_RESTS, PT_LAWS, PT_FRICTIONS, 0, 0};
 static const pt_tables tables = {pt_places, pt_when_place, pt_when_first, pt_when_initially, pt_reset_place, pt_reset_discrete, pt_rests, pt_rest_laws, pt_laws,
                                  pt_frictions, pt_quiet, pt_bends, pt_guards};
-static const pt_functions functions = {pt_method, 0, 0, 0, 0, pt_fresh, pt_rest, pt_locate, pt_corner, pt_update, pt_newton, pt_instants,
+static const pt_functions functions = {pt_method, 0, 0, 0, 0, 0, pt_fresh, pt_rest, pt_locate, pt_corner, pt_update, pt_newton, pt_instants,
                                        pt_longest, pt_resets, pt_mobility};
 
 static void connect(Instance *i)

@@ -32,6 +32,8 @@ _SHARED = 1 << 15
 """From this number of points on, a second thread takes half of them."""
 _COPIED = 512
 """Up to this number of points, copying a row takes less time than asking for its address."""
+LESSER = "CHOOSE(({0} <= {1}) | ({1} != {1}), {0}, {1})"
+"""The lesser of two vectors, entry by entry; the other where one is nan."""
 _WRITTEN = {
     ca.OP_ASSIGN: "{0}",
     ca.OP_ADD: "{0} + {1}",
@@ -53,7 +55,7 @@ _WRITTEN = {
     ca.OP_FABS: "(lanes)((mask){0} & ~SIGN)",
     ca.OP_SIGN: "CHOOSE({0} < ALL(0.0), ALL(-1.0), CHOOSE({0} > ALL(0.0), ALL(1.0), {0}))",
     ca.OP_COPYSIGN: "(lanes)(((mask){0} & ~SIGN) | ((mask){1} & SIGN))",
-    ca.OP_FMIN: "CHOOSE(({0} <= {1}) | ({1} != {1}), {0}, {1})",
+    ca.OP_FMIN: LESSER,
     ca.OP_FMAX: "CHOOSE(({0} >= {1}) | ({1} != {1}), {0}, {1})",
 }
 """CasADi operations in C."""
@@ -240,13 +242,13 @@ def _in_vectors(whole: ca.Function, varying: Symbol, common: Sequence[Symbol], o
             *writer.each,
             *(f"*(stored *)(res[0] + {WIDTH * i}) = {result};" for i, result in enumerate(results)),
             "return 0;\n}",
-            *_shapes(name, "in", [whole.size_in(i) for i in range(whole.n_in())]),
-            *_shapes(name, "out", [whole.size_out(0)]),
+            *shapes_in_c(name, "in", [whole.size_in(i) for i in range(whole.n_in())]),
+            *shapes_in_c(name, "out", [whole.size_out(0)]),
         ]
     )
 
 
-def _shapes(name: str, side: str, sizes: Sequence[tuple[int, int]]) -> list[str]:
+def shapes_in_c(name: str, side: str, sizes: Sequence[tuple[int, int]]) -> list[str]:
     """The interface that CasADi requires of a C function: the number of arguments or results, and their shapes."""
     patterns = "".join(f"{{{rows}, {columns}, 1}}, " for rows, columns in sizes)
     return [

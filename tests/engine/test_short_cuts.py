@@ -37,6 +37,12 @@ def test_a_step_that_calls_functions_is_the_step_that_is_written_out(model: Hybr
         assert np.allclose(np.array(written), np.array(called), rtol=1e-9, atol=1e-12)
 
 
+def test_what_is_called_within_steps_computes_nothing_twice() -> None:
+    model = steps.common(coupled_clutches())
+    for function in (steps.step(model, "rodas5p"), steps.locate(model), steps.corner(model)):
+        assert function.n_instructions() == steps.short(function).n_instructions(), function.name()
+
+
 @COMPILER
 @pytest.mark.parametrize("method", few(["dopri5", "rodas5p"]))
 @pytest.mark.parametrize("long", [10**9, 0], ids=["written out", "called"])
