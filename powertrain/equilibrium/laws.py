@@ -94,6 +94,13 @@ class SteadyLaws:
         self._fixed, self._moving = needed[needed < z], needed[needed >= z] - z
         self._arguments = [varying[k] for k in self._fixed], varying[z:]
 
+    @cached_property
+    def sought(self) -> Index:
+        """The unknowns that are inputs or parameters."""
+        dae = self.balance.dae
+        others = {*dae.state_names, *(s.name() for s in scalars(dae.z))}
+        return np.flatnonzero([name not in others for name in self.balance.names])
+
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
         self.common = values.copy()
