@@ -123,3 +123,37 @@ def test_ranges_of_what_depends_on_the_torque_of_a_stuck_brake() -> None:
         expected = {"square": (0.0, 25.0), "bowl": (-0.25, 30.0), "product": ends}
         for name, values in expected.items():
             np.testing.assert_allclose([found[f"{name}_{end}"] for end in ("low", "high")], values, atol=1e-6)
+
+
+class LockedTwice(pt.Component):
+    """A planetary gear that either of two clutches makes turn as one block."""
+
+    gear: rot.IdealPlanetary = rot.IdealPlanetary(ratio=1.7923747532796717)
+    sun: rot.Inertia = rot.Inertia(J=0.3)
+    ring: rot.Inertia = rot.Inertia(J=2.0)
+    carrier: rot.Inertia = rot.Inertia(J=0.7)
+    one: rot.Clutch = rot.Clutch(fn_max=5.0, mue_pos=ONE)
+    other: rot.Clutch = rot.Clutch(fn_max=3.0, mue_pos=ONE)
+    drive: rot.Torque = rot.Torque()
+    damper: rot.Damper = rot.Damper(d=0.1)
+    ground: rot.Fixed = rot.Fixed()
+    tau: pt.Input = pt.signal_input("N.m", "Torque on the carrier")
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.tau, self.drive.tau)
+        yield pt.connect(self.drive.flange, self.carrier.flange_a)
+        yield pt.connect(self.carrier.flange_b, self.gear.carrier, self.one.flange_a)
+        yield pt.connect(self.gear.sun, self.sun.flange_a, self.one.flange_b, self.other.flange_a)
+        yield pt.connect(self.gear.ring, self.ring.flange_a, self.other.flange_b, self.damper.flange_a)
+        yield pt.connect(self.damper.flange_b, self.ground.flange)
+        yield self.one.f_normalized.value == 1.0
+        yield self.other.f_normalized.value == 1.0
+
+
+def test_clutches_share_a_torque_at_any_speed() -> None:
+    """The compliance by which they do must not make torques of the round-off in their speeds."""
+    w = np.linspace(-7.3, 9.1, 23)
+    found = pt.steady(LockedTwice(), {"carrier.w": w}, free=["tau"], outputs=["tau", "sun.w"])
+    assert (found.status == OK).all()
+    np.testing.assert_allclose(found["tau"], 0.1 * w, atol=1e-6)
+    np.testing.assert_allclose(found["sun.w"], w, atol=1e-9)
