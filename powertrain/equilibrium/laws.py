@@ -195,8 +195,10 @@ def _equations(b: Balance) -> tuple[list[Symbol], Pattern, list[Symbol]]:
     for i in np.flatnonzero(b.rate_of >= 0).tolist():
         matrix[i, int(b.rate_of[i])] -= 1 / step
     held, low, high = (ca.jacobian(e, z) for e in (b.speed, b.lower, b.upper))
-    terms = zip(scalars(b.speed), _terms(b.speed, b.y), strict=True)
-    speed = [ca.if_else(ca.fabs(w) <= ROUND_OFF * (1 + t), 0, w) for w, t in terms]  # a compliance makes torques of round-off
+    speeds, y = scalars(b.speed), scalars(b.y)
+    moving = [y[j] for j in np.flatnonzero(dependence(speeds, y).any(axis=0))]
+    unsure = ROUND_OFF * reduce(ca.fmax, map(ca.fabs, moving), Symbol(1))
+    speed = [ca.if_else(ca.fabs(w) <= unsure, 0, w) for w in speeds]  # compliance would make a torque of round-off
     for k in range(count):
         own = ca.SX(ca.DM.triplet([0], [b.y.numel() + k], [1.0], 1, z.numel()))
         options = {HELD: held[k, :] - yields[k] * own, UPPER: own - high[k, :], LOWER: own - low[k, :]}
