@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -53,7 +55,7 @@ BOTH = ["tau_first", "tau_last"]
 @pytest.mark.parametrize("load", [0.0, 0.5, -4.9])
 def test_two_motors_brace_themselves_through_clutches(speed: float, load: float) -> None:
     """At equal speeds the motors may work against each other; at others, one of the clutches slips."""
-    given = {"first.w": speed + np.array([-1.0, 0.0, 1.0]), "last.w": speed, "tau_middle": load}
+    given: dict[str, Any] = {"first.w": speed + np.array([-1.0, 0.0, 1.0]), "last.w": speed, "tau_middle": load}
     plant = pt.compile(clutches(5.0, 3.0))
     found = pt.steady(plant, given, free=BOTH, outputs=[*BOTH, "middle.w"])
     assert found.status.values.tolist() == [OK, SEVERAL, OK]
@@ -64,7 +66,7 @@ def test_two_motors_brace_themselves_through_clutches(speed: float, load: float)
 
 
 def test_a_load_that_takes_all_clutches_has_one_solution() -> None:
-    given = {"first.w": 0.0, "last.w": 0.0, "tau_middle": [7.9, 8.0, 8.1]}
+    given: dict[str, Any] = {"first.w": 0.0, "last.w": 0.0, "tau_middle": [7.9, 8.0, 8.1]}
     found = pt.steady(clutches(5.0, 3.0), given, free=BOTH, outputs=[*BOTH, "middle.w"])
     assert found.status.values.tolist() == [SEVERAL, OK, OK]
     for name, value in zip([*BOTH, "middle.w"], ([-5.0, -5.0], [-3.0, -3.0], [0.0, 1.0]), strict=True):
@@ -74,7 +76,8 @@ def test_a_load_that_takes_all_clutches_has_one_solution() -> None:
 @pytest.mark.parametrize(("load", "status"), [(-0.5, SEVERAL), (0.0, OK), (0.5, OK)])
 def test_freewheels_pass_torque_on_in_one_direction(load: float, status: int) -> None:
     """Both drive the middle shaft; one alone or both hold it against a load, and none without."""
-    model, given = Series(one=rot.Freewheel(), other=Reversed()), {"first.w": 0.0, "last.w": 0.0, "tau_middle": load}
+    model = Series(one=rot.Freewheel(), other=Reversed())
+    given = {"first.w": 0.0, "last.w": 0.0, "tau_middle": load}
     found = pt.steady(model, given, free=BOTH, outputs=BOTH)
     assert found.status == status
     if status == OK:
