@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 
 from powertrain.dae.contact import CLOSED
-from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
+from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.dae.tolerances import LOCKED, NEUTRAL, SAME, STILL
 from powertrain.equilibrium.laws import NextModes, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, taken
@@ -169,7 +169,12 @@ def shared_with_inputs(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Mask:
     sought, the model has a solution for each of its values: on the synchronous shafts of two clutches, a motor may relieve both.
     """
     n, found = laws.unknowns, np.zeros(at.tau.shape, bool)
-    some = np.flatnonzero(((rest.yields > 0.0) & ~rest.given).sum(axis=1) > 1) if laws.sought.size else np.zeros(0, int)
+    if not laws.sought.size:
+        return found
+    mode = at.modes[:, laws.law_modes]
+    sharing = (rest.yields > 0.0) & ~rest.given & (mode != FREE)
+    held = sharing & (mode == np.where(laws.contact, CLOSED, STUCK))
+    some = np.flatnonzero((sharing.sum(axis=1) > 1) & held.any(axis=1))
     if not some.size:
         return found
     at, rest = at.some(some), rest.some(some)
