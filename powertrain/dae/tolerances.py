@@ -46,7 +46,7 @@ ALONE = 1e-10
 """Uncertainty of a torque that is alone on its motion, relative to the largest torque that it meets through other motions."""
 ROUND_OFF = 1e-15
 """Uncertainty of a torque that is the difference of large ones, relative to these: a few units in the last place of the states, such as the
-angles at the ends of a shaft after many turns."""
+angles at the ends of a shaft after many turns. At an operating point, a speed of a stuck law below this share of the largest is zero."""
 YIELDING = 1e-9
 """A law without a torque limit yields if its rate exceeds this share of its torque times its mobility: a fifth of what its compliance
 gives way to a motion that others prescribe."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
-from powertrain.dae.friction import BACKWARD, FORWARD, STUCK
-from powertrain.dae.tolerances import LOCKED, NEUTRAL, STILL
+from powertrain.dae.contact import CLOSED
+from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
+from powertrain.dae.tolerances import LOCKED, NEUTRAL, SAME, STILL
 from powertrain.equilibrium.laws import NextModes, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, taken
 from powertrain.language.reals import Array
@@ -22,6 +24,8 @@ TOGETHER = 64
 """Halved steps in one evaluation: for a few points it takes no longer than for one."""
 NOTHING = 1e-9
 """Share of the time of the slowest motion below which the time of another one is round-off."""
+SHIFTED = 1e-4
+"""Torque that laws pass to each other, relative to one plus the largest torque: far above its uncertainty."""
 CHANGES = 8
 """Changes of modes after which starting from a neighbour's modes is abandoned."""
 
@@ -151,6 +155,45 @@ def _slides(laws: SteadyLaws, at: Iterates) -> Mask:
 def undetermined(laws: SteadyLaws, at: Iterates, change: Responses) -> Mask:
     """Points at which the torque of a sliding law is not determined: unit changes of the limits move it without bound."""
     return np.asarray((_slides(laws, at) & (np.abs(change.limits[:, laws.unknowns :]) > LOCKED)).any(axis=1))
+
+
+def shared_with_inputs(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Mask:
+    """The laws (point, law) at rest whose torque an input or parameter that is sought may take over, within the limits of all laws.
+
+    Laws that hold one motion share its torque by compliance. A change of their creep then shifts torque among them. If that moves what is
+    sought, the model has a solution for each of its values: on the synchronous shafts of two clutches, a motor may relieve both.
+    """
+    n, found = laws.unknowns, np.zeros(at.tau.shape, bool)
+    if not laws.sought.size:
+        return found
+    mode = at.modes[:, laws.law_modes]
+    sharing = (rest.yields > 0.0) & ~rest.given & (mode != FREE)
+    held = sharing & (mode == np.where(laws.contact, CLOSED, STUCK))
+    some = np.flatnonzero((sharing.sum(axis=1) > 1) & held.any(axis=1))
+    if not some.size:
+        return found
+    at, rest = at.some(some), rest.some(some)
+    after = laws.next_modes(at, rest)
+    stuck = np.where(laws.contact, at.modes[:, laws.law_modes] == CLOSED, after.still & after.open) & ~rest.given
+    modes = at.modes.copy(order="K")
+    modes[:, laws.law_modes] = np.where(stuck & ~laws.contact, STUCK, modes[:, laws.law_modes])
+    here, yields = replace(at, modes=modes), np.where(stuck, rest.yields, 0.0)
+    factors = laws.pattern.solver(laws.equations(laws.fixed(here, rest), here.z)[0])
+    shift = np.zeros((len(some), n + laws.count, laws.count))
+    shift[:, n:] = np.eye(laws.count)
+    for _ in range(2):  # the second time without the creep
+        shift[:, :n] = 0.0
+        shift[:, n:] *= -yields[:, :, None]
+        shift = factors(shift)
+    size = SHIFTED * (1.0 + np.abs(at.tau).max(axis=1))
+    for law, sign in product(range(laws.count), (1.0, -1.0)):
+        step = shift[:, :, law] * (sign * size / np.abs(shift[:, n:, law]).max(axis=1))[:, None]
+        moved = np.abs(step[:, laws.sought]) > SAME * (1.0 + np.abs(at.y[:, laws.sought]))
+        there = replace(here, y=at.y + step[:, :n], tau=at.tau + step[:, n:])
+        after = laws.next_modes(there, rest)
+        other = moved.any(axis=1) & after.balanced & (after.modes == modes).all(axis=1)
+        found[some] |= other[:, None] & (np.abs(step[:, n:]) > SAME * size[:, None])
+    return found
 
 
 def adrift(laws: SteadyLaws, at: Iterates, rest: AtRest, change: Responses) -> Iterator[tuple[Iterates, Mask, Mask]]:

@@ -22,7 +22,7 @@ from powertrain.dae import contact, friction, switch
 from powertrain.dae.contact import CLOSED
 from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.dae.hybrid import Contact, Friction
-from powertrain.dae.tolerances import BALANCED, NO_WIDTH, REST, balance_tolerance
+from powertrain.dae.tolerances import BALANCED, NO_WIDTH, REST, ROUND_OFF, balance_tolerance
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, OfPoints
 from powertrain.equilibrium.system import Balance
 from powertrain.language.reals import Array
@@ -95,6 +95,13 @@ class SteadyLaws:
         needed, z = self._equations.needed, len(varying) - self.unknowns - self.count
         self._fixed, self._moving = needed[needed < z], needed[needed >= z] - z
         self._arguments = [varying[k] for k in self._fixed], varying[z:]
+
+    @cached_property
+    def sought(self) -> Index:
+        """The unknowns that are inputs or parameters."""
+        dae = self.balance.dae
+        others = {*dae.state_names, *(s.name() for s in scalars(dae.z))}
+        return np.flatnonzero([name not in others for name in self.balance.names])
 
     def set_common(self, values: Array) -> None:
         """Parameters and inputs that are the same for all points."""
@@ -190,13 +197,17 @@ def _equations(b: Balance) -> tuple[list[Symbol], Pattern, list[Symbol]]:
     for i in np.flatnonzero(b.rate_of >= 0).tolist():
         matrix[i, int(b.rate_of[i])] -= 1 / step
     held, low, high = (ca.jacobian(e, z) for e in (b.speed, b.lower, b.upper))
+    speeds, y = scalars(b.speed), scalars(b.y)
+    moving = [y[j] for j in np.flatnonzero(dependence(speeds, y).any(axis=0))]
+    unsure = ROUND_OFF * reduce(ca.fmax, map(ca.fabs, moving), Symbol(1))
+    speed = [ca.if_else(ca.fabs(w) <= unsure, 0, w) for w in speeds]  # compliance would make a torque of round-off
     for k in range(count):
         own = ca.SX(ca.DM.triplet([0], [b.y.numel() + k], [1.0], 1, z.numel()))
         options = {HELD: held[k, :] - yields[k] * own, UPPER: own - high[k, :], LOWER: own - low[k, :]}
         matrix = ca.vertcat(matrix, _chosen(kinds[k], options | {LEAST: own, NOTHING: own}))
         smallest = friction.least_torque(ca.fmin(b.lower[k], b.upper[k]), ca.fmax(b.lower[k], b.upper[k]))
         torque = {UPPER: b.tau[k] - b.upper[k], LOWER: b.tau[k] - b.lower[k], LEAST: b.tau[k] - smallest}
-        values.append(_chosen(kinds[k], torque | {HELD: b.speed[k], NOTHING: b.tau[k]}))
+        values.append(_chosen(kinds[k], torque | {HELD: speed[k], NOTHING: b.tau[k]}))
     varying = scalars(ca.vertcat(b.grid, b.modes, kinds, yields, step, z))
     outputs = [*(matrix.nz[k] for k in range(matrix.nnz())), *scalars(ca.vertcat(*values))]
     return varying, Pattern(matrix.sparsity()), ca.cse([ca.densify(e) for e in outputs])

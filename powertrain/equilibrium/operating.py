@@ -106,7 +106,8 @@ class Solver:
         """
         self._between.laws.set_common(self._common)
         found = self._between.solve(grid.T, side[self._moving].T, rest[self._moving].T, near)
-        return self._unknowns(found), found.modes.T, found.done
+        u, modes = self._unknowns(found), found.modes.T
+        return u, modes, found.done & self._creep.settle(grid, u, modes)
 
     @cached_property
     def _between(self) -> Between:

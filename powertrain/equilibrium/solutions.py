@@ -27,6 +27,7 @@ from powertrain.equilibrium.corrector import (
     responses,
     saddles,
     self_locking,
+    shared_with_inputs,
     undetermined,
 )
 from powertrain.equilibrium.laws import SteadyLaws
@@ -103,6 +104,9 @@ class Solutions:
         at, rest = best.at(grid).some(known), best.at_rest(side).some(known)
         change = responses(laws, at, rest)
         several[known[undetermined(laws, at, change)]] = True
+        shared = shared_with_inputs(laws, at, rest)
+        several[known] |= shared.any(axis=1)
+        differing[np.ix_(known, laws.law_modes)] |= shared
         for sides, locks in self_locking(laws, at, rest, change):
             others = known[locks]
             driven = best.some(others).at(grid[others])
@@ -254,7 +258,8 @@ class Between:
     """Points with the torque of a law between its limits, for laws at rest under a prescribed motion. Serves one thread.
 
     Equilibrium does not determine such a torque. It is prescribed as a fraction between the limits: both limits of the law are set to it,
-    and all else is solved for as at any point.
+    and all else is solved for as at any point. If the law moves what a sought input holds, the model computes its torque from that input,
+    as of any stuck law; with two such laws between their limits, it would share their torque by compliance, which is not the solution.
     """
 
     def __init__(self, balance: Balance) -> None:
@@ -263,11 +268,15 @@ class Between:
         mixed = balance.lower + part * (balance.upper - balance.lower)
         lower, upper = (ca.if_else(inside, mixed, bound) for bound in (balance.lower, balance.upper))
         self.laws = SteadyLaws(replace(balance, grid=ca.vertcat(balance.grid, share), lower=lower, upper=upper))
+        dae = balance.dae
+        self._placed = np.array([f.prescribed for f in dae.frictions] + [False] * len(dae.contacts), bool)
 
     def solve(self, grid: Array, side: Array, resting: Mask, near: SolvedPoints) -> SolvedPoints:
         """The points of ``grid`` from solved ones nearby; ``resting`` laws are at ``side``, where -1 and 1 are the limits."""
         laws, share = self.laws, np.where(resting, side, _OPEN)
         end, done = corrected(laws, near.at(np.hstack([grid, share])), near.at_rest(np.ones_like(side)))
         modes = end.modes.copy()
-        modes[:, laws.law_modes] = np.where(resting, side, modes[:, laws.law_modes])
+        follows = resting & ~self._placed & (np.abs(side) < 1.0)
+        modes[:, laws.law_modes] = np.where(follows, STUCK, np.where(resting, side, modes[:, laws.law_modes]))
+        done &= follows.sum(axis=1) <= 1
         return SolvedPoints(done, end.y, modes, end.tau, near.given, near.yields)

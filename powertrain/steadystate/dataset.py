@@ -31,8 +31,9 @@ STATUS = {
 }
 _PROBLEMS = {
     STUCK_POINT: "friction is at rest under a prescribed motion; its torque is not determined and given as an interval",
-    SEVERAL: "several solutions (laws hold each other in several ways, one held by its peak may slide, the torques balance at several "
-    "speeds, or an unknown is not determined); first=True returns one of them, and guesses may lead to another",
+    SEVERAL: "several solutions (laws hold each other in several ways, share a load with an input that is sought, one held by its peak "
+    "may slide, the torques balance at several speeds, or an unknown is not determined); first=True returns one of them, and guesses may "
+    "lead to another",
     NONE: "no consistent combination of modes; the mechanism locks itself, limits of friction are in the wrong order (lower above "
     "upper), or nothing balances the prescribed values",
     IMMOVABLE: "cannot move: a speed or ratio is infinite",
