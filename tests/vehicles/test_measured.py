@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.optimize import least_squares
 
@@ -447,6 +448,21 @@ def test_published_errors_of_cars_that_had_no_part_in_the_numbers() -> None:
     converters = found[(found.cycle == "udds") & found.transmission.isin(["automatic", "belt"])]
     assert converters.error.abs().median() == pytest.approx(2, abs=0.05)
     assert (size > 10).groupby(found.cycle).sum().to_dict() == {"udds": 8, "hwfet": 2}
+
+
+def test_the_error_between_the_cycles_and_how_well_the_fit_determines_it() -> None:
+    """That of the other cars, and its standard deviation by the posterior of the shared numbers for cars with their transmissions."""
+    found = published_others().pivot(index=["transmission", "test_vehicle"], columns="cycle", values="error")
+    error = (found.udds - found.hwfet).drop(["electric", "power split"])
+    assert (len(error), error.mean(), error.sem()) == pytest.approx((41, 3.5, 0.8), abs=0.05)
+    known = Sensitivities.shipped()
+    J = known.slopes / NOISE
+    covariance = np.linalg.inv(J.T @ J + np.eye(len(known.names)))
+    kinds = {car.test_vehicle: car.transmission for car in CARS.values()}
+    rows = pd.DataFrame(known.slopes).groupby([[kinds[car] for car in known.cars], list(known.cycles)]).mean()
+    between = rows.xs("udds", level=1) - rows.xs("hwfet", level=1)
+    mean = between.loc[error.index.get_level_values(0)].to_numpy().mean(axis=0)
+    assert np.sqrt(mean @ covariance @ mean) == pytest.approx(1.0, abs=0.05)
 
 
 def test_rests_of_cars_with_and_without_start_stop() -> None:
