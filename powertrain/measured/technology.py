@@ -45,7 +45,7 @@ STOPPING = frozenset(
     "Acura Alfa Audi Bmw Buick Cadillac Chevrolet Ford Gmc Honda Jaguar Jeep Land Lincoln Mercedes-Benz Mini Porsche Subaru Toyota "
     "Volkswagen Volvo".split()
 )
-"""Makers most of whose automatics of model year 2022 stop the engine at rest; their manuals mostly do not."""
+"""Makers most of whose automatics of model year 2022 stop the engine at rest."""
 
 
 def shared(value: float, mean: float, sd: float, unit: str, doc: str) -> Any:
@@ -178,6 +178,9 @@ def _maker(car: TestCar) -> str:
 
 
 def stops(car: TestCar) -> bool:
-    """Whether the engine stops at rest; taken from the maker where that is not known."""
-    usual = car.transmission in ("automatic", "dual clutch", "belt") and _maker(car) in STOPPING
-    return usual if car.start_stop is None else car.start_stop
+    """Whether the engine stops at rest on the test; taken from the maker where that is not known.
+
+    That of a manual car does not: it idles in gear with the clutch open (40 CFR 86.128-79), and its start-stop waits for neutral.
+    """
+    can = car.transmission in ("automatic", "dual clutch", "belt")
+    return can and (_maker(car) in STOPPING if car.start_stop is None else car.start_stop)
