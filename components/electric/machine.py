@@ -149,7 +149,7 @@ class ElectricMachine(Lossy):
 
     def check(self) -> Equations:
         """At rest there is torque, and a loss map holds for one temperature of the winding."""
-        yield self.band < self.w_max  # the torque does not fade at rest
+        yield self.band <= self.w_max  # the torque does not fade at rest
         if self.loss_map is not None:
             yield self.alpha <= 0  # a loss map holds for one temperature
 
