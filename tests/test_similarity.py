@@ -36,7 +36,7 @@ from powertrain.language.symbols import Symbol, column, key, time
 
 BASE = {"m": 2.0, "kg": 2.0**5, "s": 2.0**-7, "A": 2.0**11}
 """New sizes of the units. Powers of two leave no round-off; temperatures keep their unit, as many laws are relative to 293.15 K."""
-POINTS = 60
+POINTS = 1000
 WITHOUT = {
     "CoolantCircuit": "Walther's equation is for viscosities in cSt",
     "CycleSpeed": "the values of a schedule have no unit",

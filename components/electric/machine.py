@@ -44,7 +44,7 @@ LEVELS = (70.0, 75.0, 80.0, 85.0, 90.0, 95.0, 100.0)
 """Efficiencies [%] of the contour lines."""
 
 LEAST = 1e-3
-"""Voltage [V] that stands for V_full = 0, with which the voltage limits nothing."""
+"""Voltage [V] from which the supply is full if V_full = 0: the voltage then limits nothing."""
 
 STILL = 1e-12
 """Smallest speed [rad/s] in the torque limit, which avoids a division by zero."""
@@ -149,7 +149,7 @@ class ElectricMachine(Lossy):
 
     def check(self) -> Equations:
         """At rest there is torque, and a loss map holds for one temperature of the winding."""
-        yield self.band < self.w_max  # the torque does not fade at rest
+        yield self.band <= self.w_max  # the torque does not fade at rest
         if self.loss_map is not None:
             yield self.alpha <= 0  # a loss map holds for one temperature
 

@@ -61,7 +61,7 @@ class Gear(LossyPair):
     At rest the mesh holds while its torques are between the two: to start, one side must exceed the other by 1/efficiency.
     """
 
-    efficiency: Parameter = parameter("1", "Output power over input power", default=1.0, above=0, max=1)
+    efficiency: Parameter = parameter("1", "Output power over input power", default=1.0, min=1e-6, max=1)
 
     def equations(self) -> Equations:
         """The loss opposes the motion and grows with the driving torque."""
@@ -82,7 +82,7 @@ class LossyGear(LossyPair):
     flange_a.tau = sign(w_a) (tau_bf1 - tau_bf2)/(eta_mf1 - 1/eta_mf2).
     Source: Pelchen, Schweiger and Otter: Modeling and Simulating the Efficiency of Gearboxes and of Planetary Gearboxes, Modelica
     Conference 2002, with the driving side found from the mesh torque (Bertsch 2009).
-    Errors: ParameterError for efficiencies outside (0, 1], and if a row has no mesh loss but two different bearing torques, which is
+    Errors: ParameterError for efficiencies outside [1e-6, 1], and if a row has no mesh loss but two different bearing torques, which is
     impossible.
     """
 

@@ -40,6 +40,8 @@ _SIGNS: dict[int, Callable[..., int]] = {
     ca.OP_IF_ELSE_ZERO: lambda a, b: min(b, 1),
 }
 """The sign of an operation, as in ``Ways``, from those of its operands; that of others is unknown."""
+TRIFLE = 1e-12
+"""A number below this only avoids a division by zero: beside values of 1 to 1e3 it is round-off, and w/(|w| + 1e-15) is a sign."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ def operation(node: Symbol) -> int:
 class Ways:
     """How the value of an operation varies: whether it changes between events, whether it has a kink that does, and its sign.
 
-    ``sign`` is 2 where the value is certainly above zero, 1 where it is not below, else 0.
+    ``sign`` is 2 where the value is certainly above zero, by more than a trifle, 1 where it is not below, else 0.
     """
 
     moves: bool = False
@@ -83,7 +85,7 @@ class Ways:
         if node.is_symbolic():
             return cls(moves(node))
         if node.is_constant():
-            return cls(sign=int(float(node) >= 0.0) + int(float(node) > 0.0))
+            return cls(sign=int(float(node) >= 0.0) + int(float(node) >= TRIFLE))
         return cls.of(operation(node), inner)
 
 

@@ -91,7 +91,7 @@ MISSED = 1e-9
 REST = 1e-9
 """At an operating point: a speed or a condition counts as zero below this share of the terms that it is the sum of."""
 SAME = 1e-6
-"""Operating points, or torques at a start, that differ by less are one solution: relative to 1 + |value|, of torques the largest."""
+"""Solutions that differ by less are one: operating points relative to 1 + |value|, torques at a start to 1 + the largest |torque|."""
 ALIKE = 1e-9
 """Ends of an interval that differ relatively by less than this are one value: round-off through the balance of the model."""
 NEUTRAL = 1e6

@@ -65,6 +65,8 @@ JUMPS: dict[str, Callable[[Any], Any]] = {
     "value over size": lambda m: m.J.w / ca.fabs(m.J.w),
     "value over sizes": lambda m: m.J.w / (ca.fabs(m.J.w) + m.J.w**2),
     "value over the larger size": lambda m: m.J.w / ca.fmax(2 * ca.fabs(m.J.w), m.J.w**2),
+    "value over size and a trifle": lambda m: m.J.w / (ca.fabs(m.J.w) + 1e-15),
+    "value over a size that underflows": lambda m: m.J.w * ca.fabs(m.J.w) / ca.fmax(ca.fabs(m.J.w), 1e-200) ** 2,
     "root over value": lambda m: ca.sqrt(m.k * (m.J.w - 1) ** 2) / (m.J.w - 1),
     "angle of a tangent": lambda m: ca.atan(2 * ca.tan(m.J.w)),
     "time": lambda m: ca.floor(pt.time),

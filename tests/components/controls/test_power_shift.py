@@ -175,6 +175,13 @@ def test_machine_and_brakes_together_give_the_force_that_the_pedal_demands(
     assert result["tau"][-1] < 0
 
 
+@pytest.mark.parametrize("w", [-1.0, 0.0, 1e-14, 1e-6, 0.05, 1.0])
+def test_the_torque_on_locking_wheels_fades_with_their_speed(drive: pt.Plant[ElectricDriveControl], w: float) -> None:
+    """At 8 m/s: 100 N.m times w/w_fade, without a jump where the wheels begin to turn backward."""
+    result = drive.simulate(1.0, points=2, inputs={"accelerator": 0.0, "brake": 1.0, "v": 8.0, "w": w, "limit": 100.0})
+    assert result["tau"][-1] == pytest.approx(-100 * max(w, 0) / 20)
+
+
 def test_a_machine_brakes_with_its_largest_torque(drive: pt.Plant[ElectricDriveControl]) -> None:
     """40 N.m at 50 rad/s hold 200 N at 10 m/s."""
     inputs = {"accelerator": 0.0, "brake": 0.5, "v": 10.0, "w": 50.0, "limit": 40.0}

@@ -218,6 +218,7 @@ def test_a_torque_that_fades_at_rest_is_refused() -> None:
     """With w_max = 15 rad/s and the default band it was at most 3/4 of tau_max anywhere."""
     with pytest.raises(pt.ParameterError, match=r"w_max = 15 rad/s, band = 20 rad/s"):
         ElectricMachine(w_max=15)
+    assert ElectricMachine(w_max=15, band=15).full_load([0, 7.5]) == pytest.approx([200, 100])
 
 
 def test_round_trip_through_a_flywheel() -> None:

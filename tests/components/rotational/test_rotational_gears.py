@@ -157,6 +157,13 @@ def test_impossible_loss_tables_are_refused(table: Any) -> None:
         run(driven(rot.LossyGear(ratio=2, lossTable=table), 1.0, 0.0), 0.1)
 
 
+@pytest.mark.parametrize("efficiency", [0.0, 1e-9, 1.1])
+def test_an_impossible_efficiency_is_refused(efficiency: float) -> None:
+    """With 1e-9, the round-off of the torques that the mesh passes on decides which side drives."""
+    with pytest.raises(pt.ParameterError, match=r"Gear.efficiency = .* is outside its range \[1e-06, 1\]"):
+        rot.Gear(ratio=2, efficiency=efficiency)
+
+
 def test_a_wheel_without_radius_is_refused() -> None:
     with pytest.raises(pt.ParameterError, match=r"IdealRollingWheel.radius = 0 m is outside its range"):
         rot.IdealRollingWheel(radius=0)
