@@ -9,6 +9,7 @@ from pathlib import Path
 
 import powertrain as pt
 from powertrain.components.rotational import Clutch, ConstantTorque, Damper, Fixed, Inertia, SpringDamper, Torque
+from powertrain.components.rotational.interfaces import OneFlangeAndSupport
 from powertrain.components.translational import Mass
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -165,3 +166,16 @@ class Decay(pt.Component):
         yield pt.connect(self.source.flange, self.inertia.flange_a)
         yield pt.connect(self.inertia.flange_b, self.damper.flange_a)
         yield pt.connect(self.damper.flange_b, self.ground.flange)
+
+
+class Motor(OneFlangeAndSupport):
+    """A torque that is linear in the speed."""
+
+    torque: pt.Parameter = pt.parameter("N.m", "Torque at rest")
+    slope: pt.Parameter = pt.parameter("N.m.s/rad", "Rise of the torque with speed")
+    w: pt.Variable = pt.variable("rad/s", "Speed")
+
+    def equations(self) -> pt.Equations:
+        yield from self._against_support()
+        yield self.w == pt.der(self.flange.phi)
+        yield self.flange.tau == -(self.torque + self.slope * self.w)

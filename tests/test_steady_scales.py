@@ -10,27 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from drivelines import Driveline, Flange
+from small_models import Motor
 
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant
-from powertrain.components.rotational.interfaces import OneFlangeAndSupport
 
 OK = 0
 CONSTANT = ((0.0, 1.0),)
-
-
-class Motor(OneFlangeAndSupport):
-    """A torque that is linear in the speed."""
-
-    torque: pt.Parameter = pt.parameter("N.m", "Torque at rest")
-    slope: pt.Parameter = pt.parameter("N.m.s/rad", "Rise of the torque with speed")
-    w: pt.Variable = pt.variable("rad/s", "Speed")
-
-    def equations(self) -> pt.Equations:
-        yield from self._against_support()
-        yield self.w == pt.der(self.flange.phi)
-        yield self.flange.tau == -(self.torque + self.slope * self.w)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_models import Motor
 
 import powertrain as pt
 from powertrain.components import rotational as rot
@@ -160,3 +161,46 @@ def test_clutches_share_a_torque_at_any_speed() -> None:
     assert (found.status == OK).all()
     np.testing.assert_allclose(found["tau"], 0.1 * w, atol=1e-6)
     np.testing.assert_allclose(found["sun.w"], w, atol=1e-9)
+
+
+class Balances(pt.Component):
+    """A planetary gear whose carrier drags a braked shaft by a clutch; the sun has a brake, and a clutch to the carrier."""
+
+    parts: tuple[pt.Component, ...]
+    nodes: tuple[tuple[tuple[int, str], ...], ...]
+    torques: tuple[rot.Torque, ...] = (rot.Torque(), rot.Torque())
+    tau_carrier: pt.Input = pt.signal_input("N.m", "Torque on the carrier")
+    tau_sun: pt.Input = pt.signal_input("N.m", "Torque on the sun")
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.tau_carrier, self.torques[0].tau)
+        yield pt.connect(self.tau_sun, self.torques[1].tau)
+        driven = {0: self.torques[0].flange, 3: self.torques[1].flange}
+        for k, node in enumerate(self.nodes):
+            yield pt.connect(*(getattr(self.parts[i], name) for i, name in node), *([driven[k]] if k in driven else []))
+        for part in self.parts:
+            if isinstance(part, rot.Brake | rot.Clutch):
+                yield part.f_normalized.value == 1.0
+
+
+def test_torques_without_bound_balance_nothing() -> None:
+    """The brake takes 1.3 N.m from the shaft it brakes, the clutch gives it at most 1.1 N.m: no torque elsewhere keeps its speed."""
+    parts, nodes = list[pt.Component](), tuple(list[tuple[int, str]]() for _ in range(4))
+
+    def put(part: pt.Component, *places: tuple[int, str]) -> None:
+        for shaft, name in places:
+            nodes[shaft].append((len(parts), name))
+        parts.append(part)
+
+    for shaft, (torque, slope) in enumerate(((0.0, -0.7), (0.0, 0.0), (1.9, -1.4), (0.0, -0.1))):
+        put(Motor(torque=torque, slope=slope), (shaft, "flange"))
+    for shaft, J in enumerate((2.4360978325132727, 1.7416522712775413, 1.1762323527432774)):
+        put(rot.Inertia(J=J), (shaft, "flange_a"))
+    put(rot.Brake(fn_max=1.3, mue_pos=ONE), (1, "flange_a"))
+    put(rot.Brake(fn_max=1.2, mue_pos=ONE), (3, "flange_a"))
+    put(rot.Clutch(fn_max=2.2, mue_pos=ONE), (3, "flange_a"), (0, "flange_b"))
+    put(rot.Clutch(fn_max=1.1, mue_pos=ONE), (1, "flange_a"), (0, "flange_b"))
+    put(rot.IdealPlanetary(ratio=1.23), (3, "sun"), (2, "ring"), (0, "carrier"))
+    model = Balances(parts=tuple(parts), nodes=tuple(map(tuple, nodes)))
+    found = pt.steady(model, {"parts[3].w": 0.7, "parts[1].w": 0.7}, free=["tau_carrier", "tau_sun"])
+    assert found.status not in (OK, STUCK, SEVERAL)

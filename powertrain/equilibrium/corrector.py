@@ -26,6 +26,8 @@ NOTHING = 1e-9
 """Share of the time of the slowest motion below which the time of another one is round-off."""
 SHIFTED = 1e-4
 """Torque that laws pass to each other, relative to one plus the largest torque: far above its uncertainty."""
+UNMET = 1e-3
+"""Part of a unit change of an equation that is left where the matrix is singular and its least-squares solution takes the place."""
 CHANGES = 8
 """Changes of modes after which starting from a neighbour's modes is abandoned."""
 
@@ -126,12 +128,13 @@ class Responses:
     """Changes of unknowns and torques at solutions (point, unknown, cause).
 
     The causes: a unit change of each of the ``rates``; changes of the ``limits`` of all sliding laws, together, (point, unknown); a unit
-    change of the limit of each law in ``laws.driving``.
+    change of the limit of each law in ``laws.driving``. ``singular``: points at which no change of the unknowns has such causes.
     """
 
     rates: Array
     limits: Array
     driving: Array
+    singular: Mask
 
 
 def responses(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Responses:
@@ -144,7 +147,9 @@ def responses(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Responses:
     right[:, n:, moves] = _slides(laws, at) * np.linspace(1.0, 2.0, laws.count)
     right[:, n + np.array(list(laws.driving), np.intp), moves + 1 + np.arange(driving)] = 1.0
     change = laws.pattern.solver(entries)(right)
-    return Responses(change[:, :, :moves], change[:, :, moves], change[:, :, moves + 1 :])
+    with np.errstate(all="ignore"):
+        singular = np.abs(laws.pattern.dense(entries) @ change - right).max(axis=(1, 2), initial=0.0) > UNMET
+    return Responses(change[:, :, :moves], change[:, :, moves], change[:, :, moves + 1 :], singular)
 
 
 def _slides(laws: SteadyLaws, at: Iterates) -> Mask:

@@ -119,6 +119,7 @@ class Solutions:
             held = loose & ~several[known]
             several[known[held]] = self._another(best.some(known[held]), moved.some(held), side[known[held]])
         several[known[self._beside_saddles(best, known, at, rest, change)]] = True
+        best.done[known[change.singular & ~several[known]]] = False
         resting = np.zeros_like(best.given)
         if rest.given.any():
             after = laws.next_modes(at, rest)

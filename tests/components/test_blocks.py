@@ -100,13 +100,6 @@ def test_trapezoid_with_steep_sides_is_a_pulse() -> None:
     assert steep["parts[1].y"][-1] == pytest.approx(pulse["parts[1].y"][-1], rel=1e-12)
 
 
-def test_a_trapezoid_that_its_period_would_cut_is_refused() -> None:
-    """It was silently a constant: width alone, 0.5 s by default, exceeds the period."""
-    b.Trapezoid(period=0.3, rising=0.1, width=0.1, falling=0.1)  # round-off: 0.1 + 0.1 + 0.1 > 0.3
-    with pytest.raises(pt.ParameterError, match=r"fits into its period.*\n.*period = 0.3 s, .*width = 0.5 s"):
-        b.Trapezoid(period=0.3)
-
-
 @pytest.mark.parametrize(
     "wave",
     [
