@@ -204,3 +204,43 @@ def test_torques_without_bound_balance_nothing() -> None:
     model = Balances(parts=tuple(parts), nodes=tuple(map(tuple, nodes)))
     found = pt.steady(model, {"parts[3].w": 0.7, "parts[1].w": 0.7}, free=["tau_carrier", "tau_sun"])
     assert found.status not in (OK, STUCK, SEVERAL)
+
+
+class Braced(pt.Component):
+    """A shaft that a gear ties to a driven one; a freewheel and a clutch tie both to a third. Another joins it to a stopped one."""
+
+    shaft: rot.Inertia = rot.Inertia(J=1.0)
+    geared: rot.Inertia = rot.Inertia(J=1.0)
+    third: rot.Inertia = rot.Inertia(J=1e-3)
+    stopped: rot.Inertia = rot.Inertia(J=1.0)
+    gear: rot.Gear = rot.Gear(ratio=-1.2, efficiency=1.0)
+    wheel: rot.Freewheel = rot.Freewheel()
+    clutch: rot.Clutch = rot.Clutch(fn_max=5.0, mue_pos=ONE)
+    between: rot.Clutch = rot.Clutch(fn_max=5.0, mue_pos=ONE)
+    torques: tuple[rot.Torque, ...] = (rot.Torque(), rot.Torque(), rot.Torque())
+    tau: pt.Input = pt.signal_input("N.m", "Torque on the shaft")
+    tau_geared: pt.Input = pt.signal_input("N.m", "Torque on the driven shaft")
+    tau_stopped: pt.Input = pt.signal_input("N.m", "Torque on the stopped shaft")
+
+    def equations(self) -> pt.Equations:
+        inputs = (self.tau, self.tau_geared, self.tau_stopped)
+        for torque, given, shaft in zip(self.torques, inputs, (self.shaft, self.geared, self.stopped), strict=True):
+            yield pt.connect(given, torque.tau)
+            yield pt.connect(torque.flange, shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.gear.flange_a, self.clutch.flange_a, self.between.flange_b)
+        yield pt.connect(self.geared.flange_b, self.gear.flange_b, self.wheel.flange_b)
+        yield pt.connect(self.third.flange_a, self.clutch.flange_b, self.wheel.flange_a)
+        yield pt.connect(self.stopped.flange_b, self.between.flange_a)
+        yield self.clutch.f_normalized.value == 1.0
+        yield self.between.f_normalized.value == 1.0
+
+
+@pytest.mark.parametrize("tau", [5.0, 3.0])
+def test_laws_that_share_a_load_at_one_end_of_an_interval(tau: float) -> None:
+    """With 5 N.m the clutch to the stopped shaft takes all of it at one end, and leaves it to the freewheel and the others at the other."""
+    given: dict[str, Any] = {"geared.w": 0.0, "stopped.w": 0.0, "tau": tau}
+    free = ["tau_geared", "tau_stopped"]
+    assert pt.steady(Braced(), given, free=free, outputs=free).status == SEVERAL
+    one = pt.steady(Braced(), given, free=free, outputs=[*free, "gear.flange_a.tau", "shaft.w"], first=True)
+    assert np.isfinite(one["tau_geared"]).all()
+    np.testing.assert_allclose(one["shaft.w"], 0.0, atol=1e-9)

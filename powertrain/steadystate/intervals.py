@@ -10,6 +10,7 @@ from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
 from powertrain.equilibrium.points import OK, Index, Mask, Points
@@ -37,8 +38,8 @@ POLE = 1e4
 """Growth of a value towards a place that indicates a pole."""
 
 
-def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, Mask]:
-    """Least and greatest values at the points of ``grid`` at which ``laws`` rest, and where all ends are possible.
+def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, NDArray[np.int8]]:
+    """Least and greatest values at the points of ``grid`` at which ``laws`` rest, and the status of the ends: the greatest of all.
 
     With several laws at rest, the lines between all ends are searched. A law whose bounds coincide at the first end, because it carries no
     torque there, may rest at another one.
@@ -48,16 +49,16 @@ def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, Mask]:
         laws, ends = resting, _ends(solver, grid, resting)
     values = [solver.values(grid, end.u, end.modes)[0] for end in ends]
     low, high = np.minimum.reduce(values), np.maximum.reduce(values)
-    solved: Mask = np.logical_and.reduce([end.status == OK for end in ends])
+    status: NDArray[np.int8] = np.maximum.reduce([end.status for end in ends])
     line = StuckLine if solver.explicit else ImplicitLine
-    where = np.flatnonzero(solved)
+    where = np.flatnonzero(status == OK)
     if not where.size:
-        return low, high, solved
+        return low, high, status
     for some in np.array_split(where, len(where) // BLOCK + 1):
         for i, k in combinations(range(len(ends)), 2):
             least, most = line(solver, grid[:, some], ends[i], ends[k], some).extremes()
             low[:, some], high[:, some] = np.fmin(low[:, some], least), np.fmax(high[:, some], most)
-    return low, high, solved
+    return low, high, status
 
 
 def _ends(solver: Solver, grid: Rows, laws: Index) -> list[Points]:

@@ -75,8 +75,9 @@ class MapResults:
             pattern = points.rest[:, waiting[0]]
             same = (points.rest[:, waiting] == pattern[:, None]).all(axis=0)
             where, waiting = waiting[same], waiting[~same]
-            low, high, solved = ranges(self.solver, grid[:, where], np.flatnonzero(pattern))
-            status[where] = np.where(solved, STUCK_POINT, NONE)
+            low, high, ends = ranges(self.solver, grid[:, where], np.flatnonzero(pattern))
+            solved = ends == OK
+            status[where] = np.where(solved, STUCK_POINT, np.where(ends == SEVERAL, SEVERAL, NONE))
             alike[:, where] = solved & (high - low <= ALIKE * np.maximum(np.abs(low), np.abs(high)))
             points.involved[:, where] = points.rest[:, where]
             inside = solved & ~left[:, where].any(axis=0)
