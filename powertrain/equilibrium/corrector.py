@@ -147,8 +147,10 @@ def responses(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Responses:
     right[:, n:, moves] = _slides(laws, at) * np.linspace(1.0, 2.0, laws.count)
     right[:, n + np.array(list(laws.driving), np.intp), moves + 1 + np.arange(driving)] = 1.0
     change = laws.pattern.solver(entries)(right)
+    weights = np.linspace(1.0, 2.0, right.shape[2])  # all causes together; equal ones might cancel
     with np.errstate(all="ignore"):
-        singular = np.abs(laws.pattern.dense(entries) @ change - right).max(axis=(1, 2), initial=0.0) > UNMET
+        left = laws.pattern.product(entries, change @ weights) - right @ weights
+    singular = np.asarray((np.abs(left) > UNMET).any(axis=1))
     return Responses(change[:, :, :moves], change[:, :, moves], change[:, :, moves + 1 :], singular)
 
 

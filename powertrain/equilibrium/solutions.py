@@ -105,8 +105,9 @@ class Solutions:
         change = responses(laws, at, rest)
         several[known[undetermined(laws, at, change)]] = True
         shared = shared_with_inputs(laws, at, rest)
-        several[known] |= shared.any(axis=1)
-        differing[np.ix_(known, laws.law_modes)] |= shared
+        if shared.any():
+            several[known] |= shared.any(axis=1)
+            differing[np.ix_(known, laws.law_modes)] |= shared
         for sides, locks in self_locking(laws, at, rest, change):
             others = known[locks]
             driven = best.some(others).at(grid[others])
@@ -119,7 +120,8 @@ class Solutions:
             held = loose & ~several[known]
             several[known[held]] = self._another(best.some(known[held]), moved.some(held), side[known[held]])
         several[known[self._beside_saddles(best, known, at, rest, change)]] = True
-        best.done[known[change.singular & ~several[known]]] = False
+        singular = known[change.singular]
+        best.done[singular[~several[singular]]] = False
         resting = np.zeros_like(best.given)
         if rest.given.any():
             after = laws.next_modes(at, rest)

@@ -49,6 +49,13 @@ class Pattern:
         full[self.rows, self.columns] = entries.T
         return full.transpose(2, 0, 1)
 
+    def product(self, entries: Array, vectors: Array) -> Array:
+        """The matrices with these ``entries``, each times its vector (one per row)."""
+        found = np.zeros((self.size, len(entries)))
+        for i, j, values in zip(self.rows.tolist(), self.columns.tolist(), entries.T, strict=True):
+            found[i] += values * vectors[:, j]
+        return found.T
+
     def _eliminate(self, entries: Array, right: Array, found: Array) -> Index:
         """Solve systems, the last axis of the arrays, into ``found``; return those that remain."""
         table: list[dict[int, Array]] = [{} for _ in range(self.size)]

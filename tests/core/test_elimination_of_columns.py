@@ -67,3 +67,9 @@ def test_singular_systems_and_those_without_values_do_not_spoil_others() -> None
     assert np.isnan(found[[1, 3]]).all()
     np.testing.assert_allclose(found[2], right[2].mean() / 2)
     np.testing.assert_allclose(np.einsum("pij,pj->pi", pattern.dense(entries[4:]), found[4:]), right[4:], atol=1e-11)
+
+
+def test_products() -> None:
+    pattern, entries, vectors = systems(np.array([[1, 0, 1], [0, 0, 1], [1, 1, 1]]) > 0)
+    expected = np.einsum("pij,pj->pi", pattern.dense(entries), vectors)
+    np.testing.assert_allclose(pattern.product(entries, vectors), expected, rtol=1e-14, atol=1e-14)
