@@ -50,9 +50,9 @@ class StateSpace(Component):
 
         def __init__(self, *unnamed: Any, **given: Any) -> None:
             ports = {
-                "u": (Input(unit="1", doc="Input"),) * _size(given.get("B"), 1),
-                "y": (Output(unit="1", doc="Output"),) * _size(given.get("C"), 0),
-                "x": _states(_size(given.get("A"), 0)),
+                "u": (Input(unit="1", doc="Input"),) * size_of(given.get("B"), 1),
+                "y": (Output(unit="1", doc="Output"),) * size_of(given.get("C"), 0),
+                "x": _states(size_of(given.get("A"), 0)),
             }
             super().__init__(*unnamed, **(given | ports))
 
@@ -111,7 +111,7 @@ class TransferFunction(Filter):
     if not TYPE_CHECKING:
 
         def __init__(self, *unnamed: Any, **given: Any) -> None:
-            super().__init__(*unnamed, **(given | {"x": _states(_size(given.get("a"), 0) - 1)}))
+            super().__init__(*unnamed, **(given | {"x": _states(size_of(given.get("a"), 0) - 1)}))
 
     def check(self) -> Equations:
         """It is proper, and a steady start is determined."""
@@ -140,7 +140,7 @@ def _states(n: int) -> tuple[Output, ...]:
     return (_State(unit="1", doc="State"),) * n
 
 
-def _size(values: Any, axis: int) -> int:
+def size_of(values: Any, axis: int) -> int:
     """Rows (axis 0) or columns (1) of a matrix; 0 for a value that is none, which the check of its field refuses."""
     try:
         return int(np.shape(values)[axis])

@@ -9,7 +9,7 @@ import casadi as ca
 
 from powertrain import Component, Discrete, Equations, Parameter, Symbol, discrete, parameter, reinit, time, when
 from powertrain.components.blocks.basic import Filter
-from powertrain.components.blocks.linear import InitType, _size
+from powertrain.components.blocks.linear import InitType, size_of
 
 EARLY = 1e-6
 """Share of a period by which a start may come before an instant of sampling through round-off."""
@@ -79,7 +79,7 @@ class DiscreteTransferFunction(_Sampled):
     if not TYPE_CHECKING:
 
         def __init__(self, *unnamed: Any, **given: Any) -> None:
-            super().__init__(*unnamed, **(given | {"registers": (_Register(),) * (_size(given.get("a"), 0) - 1)}))
+            super().__init__(*unnamed, **(given | {"registers": (_Register(),) * (size_of(given.get("a"), 0) - 1)}))
 
     def check(self) -> Equations:
         """It is proper, and a steady start is determined."""
