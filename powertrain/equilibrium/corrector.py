@@ -8,7 +8,6 @@ from itertools import product
 
 import numpy as np
 
-from powertrain.dae.contact import CLOSED
 from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
 from powertrain.dae.tolerances import LOCKED, NEUTRAL, SAME, STILL
 from powertrain.equilibrium.laws import NextModes, SteadyLaws
@@ -175,15 +174,15 @@ def shared_with_inputs(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Mask:
         return found
     mode = at.modes[:, laws.law_modes]
     sharing = (rest.yields > 0.0) & ~rest.given & (mode != FREE)
-    held = sharing & (mode == np.where(laws.contact, CLOSED, STUCK))
+    held = sharing & (mode == laws.holding)
     some = np.flatnonzero((sharing.sum(axis=1) > 1) & held.any(axis=1))
     if not some.size:
         return found
     at, rest = at.some(some), rest.some(some)
     after = laws.next_modes(at, rest)
-    stuck = np.where(laws.contact, at.modes[:, laws.law_modes] == CLOSED, after.still & after.open) & ~rest.given
-    modes = at.modes.copy(order="K")
-    modes[:, laws.law_modes] = np.where(stuck & ~laws.contact, STUCK, modes[:, laws.law_modes])
+    modes, mode = at.modes.copy(order="K"), mode[some]
+    stuck = np.where(laws.contact, mode == laws.holding, after.still & after.open) & ~rest.given
+    modes[:, laws.law_modes] = np.where(stuck, laws.holding, mode)
     here, yields = replace(at, modes=modes), np.where(stuck, rest.yields, 0.0)
     factors = laws.pattern.solver(laws.equations(laws.fixed(here, rest), here.z)[0])
     shift = np.zeros((len(some), n + laws.count, laws.count))
