@@ -14,7 +14,7 @@ from powertrain.errors import SimulationError
 from powertrain.language.reals import Array
 from powertrain.language.symbols import key
 from powertrain.language.units import with_unit
-from powertrain.numerics.buffers import Bound, Memory, zeros
+from powertrain.numerics.buffers import Evaluated, Memory
 
 
 class Continuity:
@@ -22,24 +22,10 @@ class Continuity:
 
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.memory = dae, memory
-        self._y, self._m, self._excess = np.zeros_like(memory.y[0]), np.zeros_like(memory.m), zeros(1)
+        self._y, self._m = np.zeros_like(memory.y[0]), np.zeros_like(memory.m)
         values = ca.densify(ca.vertcat(*[s.value for s in dae.smooth]))
-        self._function = dae.function("smooth", values)
-        self._jacobian = dae.function("relative", ca.jacobian(values, dae.x)[:, list(dae.relative)])
-        compared, left = self._compared(), [self._y, self._m]
-        right = [[memory.time, *left, y, memory.m, memory.p] for y in memory.y]
-        self._compare = [Bound(compared, arguments, [self._excess]) for arguments in right]
-
-    def _compared(self) -> ca.Function:
-        """(time, y and m before, y and m now, p) -> how far the largest jump exceeds round-off."""
-        dae, n = self.dae, self.dae.x.numel()
-        unknowns, held = n + dae.z.numel(), dae.m.numel()
-        sizes = {"time": 2, "y": unknowns, "m": held, "y_now": unknowns}
-        time, y, m, y_now = (ca.SX.sym(name, size) for name, size in sizes.items())
-        left = self._function(time[0], y[:n], y[n:], m, dae.p)
-        right = self._function(time[0], y_now[:n], y_now[n:], dae.m, dae.p)
-        excess = ca.fabs(right - left) - JUMP * (1 + ca.fabs(left) + ca.fabs(right))
-        return ca.Function("powertrain_jumps", [time, y, m, y_now, dae.m, dae.p], [ca.fmax(0, ca.mmax(excess))])
+        self._function = Evaluated(dae.function("smooth", values))
+        self._jacobian = Evaluated(dae.function("relative", ca.jacobian(values, dae.x)[:, list(dae.relative)]))
 
     def before(self, side: int) -> None:
         """Keep the left limit."""
@@ -57,7 +43,7 @@ class Continuity:
             return False
         y = memory.y[side]
         wanted, reached = self._values(self._m, y), self._values(memory.m, y)
-        slopes = self._evaluated(self._jacobian, memory.m, y)
+        slopes = self._at(self._jacobian, memory.m, y)
         change = np.linalg.lstsq(slopes, wanted - reached, rcond=None)[0]
         moved = y.copy()
         moved[places] += change
@@ -80,12 +66,12 @@ class Continuity:
         if self._m.tobytes() == memory.m.tobytes():
             return
         self._y[:states] = memory.y[side][:states]
-        self._compare[side].call()
-        if self._excess[0] > 0.0:
-            raise SimulationError(self._message(side))
+        left, right = self._values(self._m, self._y), self._values(memory.m, memory.y[side])
+        excess = np.abs(right - left) - JUMP * (1 + np.abs(left) + np.abs(right))
+        if (excess > 0).any():
+            raise SimulationError(self._message(left, right))
 
-    def _message(self, side: int) -> str:
-        left, right = self._values(self._m, self._y), self._values(self.memory.m, self.memory.y[side])
+    def _message(self, left: Array, right: Array) -> str:
         k = int(np.argmax(np.abs(right - left) - JUMP * (np.abs(left) + np.abs(right))))
         changed = np.flatnonzero(self.memory.m != self._m).tolist()
         smooth, dae = self.dae.smooth[k], self.dae
@@ -103,7 +89,7 @@ class Continuity:
         )
 
     def _values(self, m: Array, y: Array) -> Array:
-        return self._evaluated(self._function, m, y).ravel()
+        return self._at(self._function, m, y).ravel()
 
-    def _evaluated(self, function: ca.Function, m: Array, y: Array) -> Array:
-        return np.array(function(*self.memory.values(self.memory.time[0], y, m)))
+    def _at(self, function: Evaluated, m: Array, y: Array) -> Array:
+        return function(*self.memory.values(self.memory.time[0], y, m))[0]

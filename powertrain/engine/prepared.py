@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Literal, get_args
 
 import casadi as ca
@@ -31,7 +32,7 @@ from powertrain.modes.discontinuities import reset_values
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.modes.resolve import ModeResolver
 from powertrain.numerics.background import Builds, Install
-from powertrain.numerics.buffers import Bound, Memory
+from powertrain.numerics.buffers import Bound, Evaluated, Memory
 from powertrain.numerics.compiled import Compilable, Library, compile_functions
 from powertrain.numerics.pivots import match_rows
 
@@ -72,7 +73,6 @@ class Prepared:
         self.schedules = Schedules(dae.schedules)
         self.memory = Memory(dae, len(self.indicators), len(self.timed))
         self.algebra = AlgebraicSolver(dae, self.memory) if dae.z.numel() else None
-        self._model: steps.Common | None = None
         self._steps: dict[str, Calls] = {}
         self._machine_code: dict[str, Library] = {}
         self._kept: list[Bound | Parts] = []
@@ -90,7 +90,7 @@ class Prepared:
         if name == "rodas5p" and (numeric or self.large):
             name = "sparse"
         if name not in self._steps:
-            model = self._shared()
+            model = self._model
             if name == "sparse":
                 from powertrain.integration.sparse_step import SparseStep
 
@@ -128,31 +128,31 @@ class Prepared:
         if written is not None and not (self.compile and _long(written)):
             install(self._finished({method: written}, {method: written}, install))
             return calls
-        model = steps.common(self.dae, self._shared().rows, ca.MX)
+        model = steps.Model(self.dae, self._model.rows, ca.MX)
         whole = {method: steps.step(model, method) if written is None else written} if self.compile is not True else {}
         install(self._finished(whole, in_parts(model, method), install) if self.compile else whole)
         return calls
 
     def _written(self, method: str) -> ca.Function | None:
         """The step as a list of instructions, for few unknowns."""
-        return steps.step(self._shared(), method) if sum(self.sizes[:2]) <= _MANY else None
+        return steps.step(self._model, method) if sum(self.sizes[:2]) <= _MANY else None
 
     def first_method(self, span: float) -> str:
         """The method with which a run starts, from the initial values in memory."""
         if self.method != "auto":
             return self.method
-        n, nz, _, _ = self.sizes
-        if nz or self.large:
+        if self.algebra is not None or self.large:
             return "rodas5p"
-        self.jacobian.call()
-        size = float(self.memory.worst[0])
+        (slopes,) = self._slopes(*self.memory.instant(0))
+        size = float(np.abs(slopes).sum(axis=1).max(initial=0.0))
         if not size < np.inf or size * span < _EXPLICIT_STEPS:
             return "dopri5"
-        matrix = self.memory.jacobian[: n * n].reshape(n, n)
-        if not np.isfinite(matrix).all():
-            return "dopri5"
-        radius = float(np.abs(np.linalg.eigvals(matrix)).max())
+        radius = float(np.abs(np.linalg.eigvals(slopes)).max())
         return "rodas5p" if radius * span > 2.5 * _EXPLICIT_STEPS else "dopri5"
+
+    @cached_property
+    def _slopes(self) -> Evaluated:
+        return Evaluated(self.dae.function("stiffness", ca.jacobian(self.dae.xdot, self.dae.x)))
 
     def _bound(self, functions: dict[str, ca.Function], method: str) -> Calls:
         """A step from either side of the double buffer."""
@@ -222,21 +222,19 @@ class Prepared:
         instants: list[float] = self.memory.instants.tolist()
         return instants
 
-    def _shared(self) -> steps.Common:
-        if self._model is None:
-            rows = None
-            if self.algebra is not None:
-                pattern = ca.jacobian(self.dae.residual, self.dae.z).sparsity()
-                try:
-                    rows = match_rows(pattern, self.algebra.equations(0)[0])
-                except ValueError as error:
-                    raise InitializationError(f"the algebraic equations are {error}") from None
-            self._model = steps.common(self.dae, rows)
-        return self._model
+    @cached_property
+    def _model(self) -> steps.Model:
+        if self.algebra is None:
+            return steps.Model(self.dae)
+        pattern = ca.jacobian(self.dae.residual, self.dae.z).sparsity()
+        try:
+            return steps.Model(self.dae, match_rows(pattern, self.algebra.equations(0)[0]))
+        except ValueError as error:
+            raise InitializationError(f"the algebraic equations are {error}") from None
 
     def _build(self) -> None:
         """Build and bind what every method needs."""
-        model, memory = self._shared(), self.memory
+        model, memory = self._model, self.memory
         if not self._functions:
             called = self._called(model)
             fast = {name: steps.short(function) for name, function in called.items()} if self.compile else called
@@ -259,9 +257,6 @@ class Prepared:
         self.locator = Locator(Bound(functions["locate"], located, [memory.at, memory.g, memory.worst]), memory)
         results = [memory.held, memory.flags, memory.edges, memory.closing]
         update = both("update", [memory.fire, memory.jumped], results)
-        if self.method == "auto" and not self.sizes[1] and not self.large:
-            found = [memory.jacobian, memory.worst]
-            self.jacobian = Bound(steps.jacobian(model), [memory.time, memory.y[0], m, p], found)
         if self.timed:
             self.instants = Bound(functions["instants"], [m, p], [memory.instants])
         if self._turning:
@@ -287,7 +282,7 @@ class Prepared:
         if self.overlaps is not None and self.overlaps.may_jump:
             self.overlaps.check(t, side)
 
-    def _called(self, model: steps.Common) -> dict[str, ca.Function]:
+    def _called(self, model: steps.Model) -> dict[str, ca.Function]:
         """The functions that both loops call besides steps, by name."""
         functions = {"fresh": steps.fresh(model), "rest": steps.rest(model)}
         functions |= {"locate": steps.locate(model), "update": steps.update(model)}
@@ -308,10 +303,10 @@ class Prepared:
 
     def functions(self, method: str) -> dict[str, ca.Function]:
         """All functions of a run with one method, for other drivers than ``loop``; a start must have been loaded."""
-        model = self._shared()
+        model = self._model
         step = self._written(method)
         if step is None or _long(step):
-            step = steps.step(steps.common(self.dae, model.rows, ca.MX), method)
+            step = steps.step(steps.Model(self.dae, model.rows, ca.MX), method)
         called = {name: steps.short(function) for name, function in self._called(model).items()}
         found = {"method": step} | called | self._marking()
         if self.dae.whens:

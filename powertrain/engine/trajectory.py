@@ -150,31 +150,34 @@ class Trajectory:
         event happens gives the right limit. Times after the end of the run are left out.
         """
         asked = np.atleast_1d(np.asarray(times, dtype=np.float64))
+        asked = asked[(asked >= self.start) & (asked <= self.end)]
         ordered = bool((asked[1:] >= asked[:-1]).all())
-        if asked.size and ((asked[0] < self.start or asked[-1] > self.end) if ordered else True):
-            asked = asked[(asked >= self.start) & (asked <= self.end)]
         if not (with_events and self.instants):
-            y, held = self._evaluate(asked) if ordered else self._unordered(asked)
-            return Samples(asked, y[:, : self.states], y[:, self.states :], held)
+            return self._samples(asked, *(self._evaluate(asked) if ordered else self._unordered(asked)))
         merged, places = self._merged(asked if ordered else np.sort(asked))
         y, held = self._evaluate(merged)
-        y[places] = np.array([side for i in self.instants for side in (i.left, i.right)])[:, : y.shape[1]]
-        held[places] = np.array([side for i in self.instants for side in (i.held_left, i.held_right)])
-        return Samples(merged, y[:, : self.states], y[:, self.states :], held)
+        y[places], held[places] = self._limits(self.instants)
+        return self._samples(merged, y, held)
 
     def in_steps(self, times: Array, steps: NDArray[np.int_]) -> Samples:
         """The dense output of given steps, one for each time."""
         q, c = ((times - self.times[steps]) / self.sizes[steps])[:, None], self.dense[steps]
         y = (((c[:, 4] * q + c[:, 3]) * q + c[:, 2]) * q + c[:, 1]) * q + c[:, 0]
-        return Samples(times, y[:, : self.states], y[:, self.states :], self.held[self.mode_of_step[steps]])
+        return self._samples(times, y, self.held[self.mode_of_step[steps]])
 
     def limits(self, instants: Sequence[Instant]) -> Samples:
         """The left and the right limit at each instant of events."""
-        n, size, count = self.states, self.dense.shape[2], 2 * len(instants)
-        y = np.array([limit[:size] for i in instants for limit in (i.left, i.right)], float).reshape(count, size)
-        held = np.array([limit for i in instants for limit in (i.held_left, i.held_right)], float)
-        held = held.reshape(count, self.held.shape[1])
-        return Samples(np.repeat(np.array([i.time for i in instants], float), 2), y[:, :n], y[:, n:], held)
+        return self._samples(np.array([i.time for i in instants], float).repeat(2), *self._limits(instants))
+
+    def _limits(self, instants: Sequence[Instant]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Unknowns and held values on both sides of each instant."""
+        count, size = 2 * len(instants), self.dense.shape[2]
+        y = np.array([side[:size] for i in instants for side in (i.left, i.right)], float)
+        held = np.array([side for i in instants for side in (i.held_left, i.held_right)], float)
+        return y.reshape(count, size), held.reshape(count, self.held.shape[1])
+
+    def _samples(self, times: Array, y: NDArray[np.float64], held: NDArray[np.float64]) -> Samples:
+        return Samples(times, y[:, : self.states], y[:, self.states :], held)
 
     def _unordered(self, times: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         distinct, places = np.unique(times, return_inverse=True)
@@ -206,16 +209,9 @@ class Trajectory:
     def _merged(self, times: Array) -> tuple[Array, NDArray[np.int64]]:
         """The ascending times with the instants of all events added twice, and the indices of those."""
         when = np.array([instant.time for instant in self.instants])
-        before, after = times.searchsorted(when), times.searchsorted(when, side="right")
-        pieces: list[Array] = []
-        places: list[int] = []
-        twice, passed, place = when.repeat(2), 0, 0
-        for k, (first, last) in enumerate(zip(before.tolist(), after.tolist(), strict=True)):
-            pieces += times[passed:first], twice[2 * k : 2 * k + 2]
-            place += max(first - passed, 0)
-            places += place, place + 1
-            place, passed = place + 2, last
-        return np.concatenate([*pieces, times[passed:]]), np.array(places)
+        others = times[~np.isin(times, when)]
+        after = others.searchsorted(when).repeat(2)
+        return np.insert(others, after, when.repeat(2)), after + np.arange(after.size)
 
 
 class TrajectoryRecorder:

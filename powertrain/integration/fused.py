@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -31,89 +31,88 @@ _STEPS = 5
 """Newton steps after a change of modes: a bus whose current changes by a hundred amperes takes four."""
 
 
-@dataclass(frozen=True)
-class Common:
-    """Symbols and functions of time, unknowns y = (x, z), held values and parameters.
+class Model:
+    """Functions of one model and their symbols: time, unknowns y = (x, z), held values and parameters.
 
-    ``time`` is (t, h), ``tolerance`` (rtol, atol). ``kind`` is ``ca.SX`` for one list of instructions, which suits CasADi's interpreter, or
-    ``ca.MX`` for functions that are called, which suits the C compiler if the list is long. What these functions compute from held values
-    and parameters alone is then in ``constants``: symbols and their values, by function.
+    ``time`` is (t, h), ``tolerance`` (rtol, atol). ``rows`` are the pivot rows of d(residual)/dz if there are algebraic unknowns. ``kind``
+    is ``ca.SX`` for one list of instructions, which suits CasADi's interpreter, or ``ca.MX`` for functions that are called, which suits
+    the C compiler if the list is long. What these functions compute from held values and parameters alone is then in ``constants``: symbols
+    and their values, by function.
     """
 
-    dae: HybridDae
-    kind: Any
-    time: ca.SX
-    y: ca.SX
-    m: ca.SX
-    p: ca.SX
-    tolerance: ca.SX
-    rates: Callable[[ca.SX, ca.SX], ca.SX]
-    guards: Callable[[ca.SX, ca.SX], ca.SX]
-    watch: Callable[[ca.SX, ca.SX], ca.SX]
-    reached: Callable[[ca.SX, ca.SX], list[ca.SX]]
-    located: Callable[[ca.SX, ca.SX], ca.SX]
-    still: Callable[[ca.SX, ca.SX], ca.SX]
-    algebra: Callable[[ca.SX, ca.SX], list[ca.SX]]
-    partials: Callable[[ca.SX, ca.SX], list[ca.SX]]
-    rows: Sequence[int] | None
-    indicators: int
-    constants: dict[str, tuple[ca.SX, ca.SX]]
+    def __init__(self, dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX) -> None:
+        self.dae, self.rows, self.kind, self._called = dae, rows, kind, kind is not ca.SX
+        self.time, self.tolerance = kind.sym("time", 2), kind.sym("tolerance", 2)
+        self.y = kind.sym("y", dae.x.numel() + dae.z.numel())
+        held, p = kind.sym("m", dae.m.numel()), kind.sym("p", dae.p.numel())
+        self.m, self.p = (held, p) if self._called else (dae.m, dae.p)
+        self._slopes = ca.densify(ca.vertcat(dae.xdot, dae.residual))
+        self._watched = indicators(dae)
+        self.indicators = len(self._watched)
+        self.constants = dict[str, tuple[ca.SX, ca.SX]]()
+        self._functions = dict[str, ca.Function]()
+
+    def rates(self, t: ca.SX, y: ca.SX) -> ca.SX:
+        """The derivatives of the states, then the residuals."""
+        return self._call("rates", t, y, lambda: [self._slopes])[0]
+
+    def partials(self, t: ca.SX, y: ca.SX) -> list[ca.SX]:
+        """The derivatives of the rates by y and by t."""
+        return self._call("partials", t, y, self._partials)
+
+    def algebra(self, t: ca.SX, y: ca.SX) -> list[ca.SX]:
+        """The residuals and their derivatives by z."""
+        dae = self.dae
+        return self._call("algebra", t, y, lambda: [dae.residual, ca.jacobian(dae.residual, dae.z)])
+
+    def watch(self, t: ca.SX, y: ca.SX) -> ca.SX:
+        """The indicators."""
+        return self._call("watch", t, y, lambda: [self._column("value")])[0]
+
+    def reached(self, t: ca.SX, y: ca.SX) -> list[ca.SX]:
+        """The rates, the indicators and their round-off."""
+        return self._call("reached", t, y, lambda: [self._slopes, self._column("value"), self._column("noise")])
+
+    def located(self, t: ca.SX, y: ca.SX) -> ca.SX:
+        """The indicators with equal uncertainties."""
+        return self._call("located", t, y, lambda: [self._column("scaled")])[0]
+
+    def guards(self, t: ca.SX, y: ca.SX) -> ca.SX:
+        """Whether values are outside of the limits beyond which steps are counted."""
+        return self._call("guards", t, y, lambda: [ca.densify(ca.vertcat(*self.dae.counted.values()))])[0]
+
+    def still(self, t: ca.SX, y: ca.SX) -> ca.SX:
+        """The states with stuck speeds set to zero."""
+        return self._call("still", t, y, lambda: [ca.densify(at_rest(self.dae))])[0]
 
     def arguments(self, t: ca.SX, y: ca.SX) -> list[ca.SX]:
         """Those of every function of the model, ``dae.function``."""
         n = self.dae.x.numel()
         return [t, y[:n, :], y[n:, :], self.m, self.p]
 
+    def _call(self, name: str, t: ca.SX, y: ca.SX, outputs: Callable[[], list[ca.SX]]) -> list[ca.SX]:
+        """The function of this name, which is made of ``outputs`` when it is first called."""
+        dae, functions = self.dae, self._functions
+        if name not in functions and self._called:
+            functions[name], prepare = hoisted(PREFIX + name, [dae.t, dae.x, dae.z], [dae.m, dae.p], outputs())
+            constants = self.kind.sym(f"{name}_constants", prepare.numel_out(0))
+            self.constants[name] = constants, prepare(self.m, self.p)
+        elif name not in functions:
+            functions[name] = ca.Function(PREFIX + name, dae.arguments, outputs())
+        more = [self.constants[name][0]] if self._called else []
+        return list(functions[name].call([*self.arguments(t, y), *more]))
 
-def common(dae: HybridDae, rows: Sequence[int] | None = None, kind: Any = ca.SX) -> Common:
-    """``rows`` are the pivot rows of d(residual)/dz if there are algebraic unknowns."""
-    n = dae.x.numel()
-    rates = ca.densify(ca.vertcat(dae.xdot, dae.residual))
-    watched = indicators(dae)
-    found = ca.vertcat(*[indicator.value for indicator in watched])
-    noise = ca.densify(ca.vertcat(*[indicator.noise for indicator in watched]))
-    scaled = ca.densify(ca.vertcat(*[indicator.scaled for indicator in watched]))
-    found, counted = ca.densify(found), ca.densify(ca.vertcat(*dae.counted.values()))
-    called = kind is not ca.SX
-    m, p = (kind.sym("m", dae.m.numel()), kind.sym("p", dae.p.numel())) if called else (dae.m, dae.p)
-    known, constants = dict[str, ca.Function](), dict[str, tuple[ca.SX, ca.SX]]()
-
-    def call(name: str, outputs: Callable[[], list[ca.SX]], t: ca.SX, unknowns: ca.SX) -> list[ca.SX]:
-        if name not in known and called:
-            known[name], prepare = hoisted(PREFIX + name, [dae.t, dae.x, dae.z], [dae.m, dae.p], outputs())
-            constants[name] = kind.sym(f"{name}_constants", prepare.numel_out(0)), prepare(m, p)
-        elif name not in known:
-            known[name] = ca.Function(PREFIX + name, dae.arguments, outputs())
-        more = [constants[name][0]] if called else []
-        return list(known[name].call([t, unknowns[:n, :], unknowns[n:, :], m, p, *more]))
-
-    def partials() -> list[ca.SX]:
-        slopes = sparse_jacobian(rates, ca.vertcat(dae.t, dae.x, dae.z))
+    def _partials(self) -> list[ca.SX]:
+        dae = self.dae
+        slopes = sparse_jacobian(self._slopes, ca.vertcat(dae.t, dae.x, dae.z))
         return [slopes[:, 1:], ca.densify(slopes[:, 0])]
 
-    return Common(
-        dae=dae,
-        kind=kind,
-        time=kind.sym("time", 2),
-        y=kind.sym("y", n + dae.z.numel()),
-        m=m,
-        p=p,
-        tolerance=kind.sym("tolerance", 2),
-        rates=lambda t, u: call("rates", lambda: [rates], t, u)[0],
-        guards=lambda t, u: call("guards", lambda: [counted], t, u)[0],
-        watch=lambda t, u: call("watch", lambda: [found], t, u)[0],
-        reached=lambda t, u: call("reached", lambda: [rates, found, noise], t, u),
-        located=lambda t, u: call("located", lambda: [scaled], t, u)[0],
-        still=lambda t, u: call("still", lambda: [ca.densify(at_rest(dae))], t, u)[0],
-        algebra=lambda t, u: call("algebra", lambda: [dae.residual, ca.jacobian(dae.residual, dae.z)], t, u),
-        partials=lambda t, u: call("partials", partials, t, u),
-        rows=rows,
-        indicators=found.numel(),
-        constants=constants,
-    )
+    def _column(self, part: str) -> ca.SX:
+        """One part of all indicators."""
+        return ca.densify(ca.vertcat(*[getattr(indicator, part) for indicator in self._watched]))
 
 
-def step(model: Common, method: str) -> ca.Function:
+def step(model: Model, method: str) -> ca.Function:
     """A step of "dopri5" or "rodas5p" in one function: (time, y, m, p, slope, tolerance) -> (y, slope, info, dense, outside)."""
     slope, t, h = model.kind.sym("slope", model.y.numel()), model.time[0], model.time[1]
     taken, defect = taken_step(model, method, slope)
@@ -132,7 +131,7 @@ def step(model: Common, method: str) -> ca.Function:
     return ca.Function(PREFIX + method, inputs, inner.call([*inputs, *values]))
 
 
-def taken_step(model: Common, method: str, slope: ca.SX) -> tuple[StepResult, ca.SX | None]:
+def taken_step(model: Model, method: str, slope: ca.SX) -> tuple[StepResult, ca.SX | None]:
     """The step from ``slope``, and the weighted defect of its dense output at midstep if that is part of the error."""
     n, t, h = model.dae.x.numel(), model.time[0], model.time[1]
     if method == "dopri5":
@@ -144,7 +143,7 @@ def taken_step(model: Common, method: str, slope: ca.SX) -> tuple[StepResult, ca
     return _closed(model, rodas5p.step(model.rates, jacobian, time_slope, n, t, h, model.y, slope, rows)), None
 
 
-def _closed(model: Common, taken: StepResult) -> StepResult:
+def _closed(model: Model, taken: StepResult) -> StepResult:
     """The step with closed contacts closed at its end, to which the dense output is led."""
     function, n, dense = closing(model.dae), model.dae.x.numel(), taken.dense
     if function is None:
@@ -162,7 +161,7 @@ def closing(dae: HybridDae) -> ca.Function | None:
     return dae.function("closed", states)
 
 
-def error_norm(model: Common, taken: StepResult, defect: ca.SX | None) -> ca.SX:
+def error_norm(model: Model, taken: StepResult, defect: ca.SX | None) -> ca.SX:
     """The norm of all errors relative to their tolerances."""
     nominal, allowed = ca.DM(model.dae.sizes), ca.DM(allowances(model.dae.x.numel(), model.dae.z.numel()))
     scale = allowed * (
@@ -184,7 +183,7 @@ def verdict_function(indicators: int) -> ca.Function:
     return ca.Function(PREFIX + "verdict", [norm, stiffness, samples, noise], ca.cse([info]))
 
 
-def fresh(model: Common) -> ca.Function:
+def fresh(model: Model) -> ca.Function:
     """After an event: stuck speeds set to zero, the slope, Hairer's first step size, the sum of slopes.
 
     (time, y, m, p, tolerance) -> (y, slope, [h, sum])
@@ -207,24 +206,24 @@ def fresh(model: Common) -> ca.Function:
     return _function(PREFIX + "fresh", [model.time, model.y, dae.m, dae.p, model.tolerance], [y, slope, start])
 
 
-def rest(model: Common) -> ca.Function:
+def rest(model: Model) -> ca.Function:
     """At an event, before modes are found: sets the speeds of stuck laws to zero. (time, y, m, p) -> y."""
     return _function(PREFIX + "rest", [model.time, model.y, model.dae.m, model.dae.p], [_at_rest(model, model.y)])
 
 
-def _at_rest(model: Common, y: ca.SX) -> ca.SX:
+def _at_rest(model: Model, y: ca.SX) -> ca.SX:
     """Unknowns with stuck speeds set to zero."""
     return ca.vertcat(model.still(model.time[0], y), y[model.dae.x.numel() :, :])
 
 
-def _right_slope(model: Common, y: ca.SX) -> ca.SX:
+def _right_slope(model: Model, y: ca.SX) -> ca.SX:
     """The right limit of the slope if a table has a kink at this instant."""
     n, t = model.dae.x.numel(), model.time[0]
     soon = NOW * ca.fmax(1, ca.fabs(t))
     return model.rates(t + soon, ca.vertcat(y[:n, :] + soon * model.rates(t, y)[:n, :], y[n:, :]))
 
 
-def corner(model: Common) -> ca.Function:
+def corner(model: Model) -> ca.Function:
     """At a corner of time signals: like ``fresh`` without a step size, and whether modes must be resolved.
 
     (time, y, m, p) -> (y, slope, [0 if all modes hold and no law is held at its limit, sum])
@@ -243,7 +242,7 @@ def corner(model: Common) -> ca.Function:
     return short(_function(PREFIX + "corner", [model.time, model.y, dae.m, dae.p], [y, slope, found]))
 
 
-def locate(model: Common) -> ca.Function:
+def locate(model: Model) -> ca.Function:
     """Unknowns and indicators at a fraction of the step, and the least indicator among those for which ``above`` is not positive.
 
     (time, fraction, above, dense, m, p) -> (y, g, least). Algebraic unknowns get two Newton corrections.
@@ -264,14 +263,14 @@ def locate(model: Common) -> ca.Function:
     return short(_function(PREFIX + "locate", inputs, [y, ca.densify(g), smallest]))
 
 
-def _corrected(model: Common, t: ca.SX, y: ca.SX) -> ca.SX:
+def _corrected(model: Model, t: ca.SX, y: ca.SX) -> ca.SX:
     """The unknowns after a Newton step for z."""
     n = model.dae.x.numel()
     residual, jacobian = model.algebra(t, y)
     return ca.vertcat(y[:n, :], y[n:, :] - factorize(jacobian, model.rows)(residual))
 
 
-def newton(model: Common) -> ca.Function:
+def newton(model: Model) -> ca.Function:
     """A few full Newton steps for z: (time, y, m, p) -> (z, [0 if converged]); the order of pivots is fixed."""
     dae = model.dae
     n = dae.x.numel()
@@ -290,7 +289,7 @@ def newton(model: Common) -> ca.Function:
     return _function(PREFIX + "newton", [model.time, model.y, dae.m, dae.p], [z, open_])
 
 
-def update(model: Common) -> ca.Function:
+def update(model: Model) -> ca.Function:
     """One pass of the mode rules: (time, y, m, p, fire, [jumped, slack]) -> (m, flags, edges, closing).
 
     Laws that are stuck are judged at rest, where integration continues: a smooth resistance has a torque left at a speed within its
@@ -304,7 +303,7 @@ def update(model: Common) -> ca.Function:
     return _function(PREFIX + "update", [model.time, model.y, dae.m, dae.p, fire, jumped], called)
 
 
-def _rules(model: Common, y: ca.SX, fire: ca.SX, jumped: ca.SX) -> list[ca.SX]:
+def _rules(model: Model, y: ca.SX, fire: ca.SX, jumped: ca.SX) -> list[ca.SX]:
     """Held values, flags, edges and closing of one pass of the mode rules."""
     dae = model.dae
     a, b = ca.SX.sym("fire", fire.numel()), ca.SX.sym("jumped", 2)
@@ -312,13 +311,6 @@ def _rules(model: Common, y: ca.SX, fire: ca.SX, jumped: ca.SX) -> list[ca.SX]:
     results = [ca.densify(e) for e in (taken.held, taken.flags, taken.edges, taken.closing)]
     rules = ca.Function(PREFIX + "rules", [*dae.arguments, a, b], results)
     return list(rules.call([*model.arguments(model.time[0], y), fire, jumped]))
-
-
-def jacobian(model: Common) -> ca.Function:
-    """d(xdot)/dx, dense, and its norm, for choosing the method: (time, y, m, p) -> (matrix, largest row sum)."""
-    matrix = ca.jacobian(model.rates(model.time[0], model.y), model.y)
-    norm = ca.mmax(ca.sum2(ca.fabs(matrix))) if matrix.numel() else ca.SX(0)
-    return _function(PREFIX + "stiffness", [model.time, model.y, model.dae.m, model.dae.p], [matrix, norm])
 
 
 def instants(dae: HybridDae) -> ca.Function:

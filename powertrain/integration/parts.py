@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import casadi as ca
 
-from powertrain.integration.fused import Common, error_norm, taken_step
+from powertrain.integration.fused import Model, error_norm, taken_step
 from powertrain.integration.samples import WITHOUT, extremes
 from powertrain.integration.step import on_polynomial
 from powertrain.integration.step_control import verdict_of
@@ -23,12 +23,12 @@ from powertrain.numerics.vectorised import WIDTH, abreast
 assert len(CHECKS) + 1 == WIDTH
 
 
-def in_parts(model: Common, method: str) -> dict[str, Compilable]:
+def in_parts(model: Model, method: str) -> dict[str, Compilable]:
     """The parts by name."""
     return {**_advance(model, method), "samples": _samples(model), "survey": _survey(model), "verdict": _verdict(model)}
 
 
-def _advance(model: Common, method: str) -> dict[str, ca.Function]:
+def _advance(model: Model, method: str) -> dict[str, ca.Function]:
     """(time, y, m, p, slope, tolerance, constants) -> (y, dense, error norm, stiffness, time and unknowns at the samples, outside).
 
     And (m, p) -> constants.
@@ -47,7 +47,7 @@ def _advance(model: Common, method: str) -> dict[str, ca.Function]:
     }
 
 
-def _samples(model: Common) -> Compilable:
+def _samples(model: Model) -> Compilable:
     """(points, m, p) -> indicators, their noise and rates at these points, one row per point."""
     dae = model.dae
     watched = indicators(dae)
@@ -55,7 +55,7 @@ def _samples(model: Common) -> Compilable:
     return abreast(f"{PREFIX}samples", ca.vertcat(dae.t, dae.x, dae.z), [dae.m, dae.p], ca.cse(ca.densify(found)))
 
 
-def _survey(model: Common) -> Compilable:
+def _survey(model: Model) -> Compilable:
     """Samples -> the least extremes of the indicators."""
     n = model.indicators
     places = [slice(k, WIDTH * n, WIDTH) for k in range(WIDTH)]
@@ -64,7 +64,7 @@ def _survey(model: Common) -> Compilable:
     return least_of(f"{PREFIX}survey", size, places, lambda each: extremes(each[:-1], each[-1]), WITHOUT)
 
 
-def _verdict(model: Common) -> ca.Function:
+def _verdict(model: Model) -> ca.Function:
     """(error norm, stiffness, least extremes, samples) -> (info, slope)."""
     norm, stiffness, least = ca.SX.sym("norm"), ca.SX.sym("stiffness"), ca.SX.sym("least", len(WITHOUT))
     samples = ca.SX.sym("samples", WIDTH, 2 * model.indicators + model.y.numel())

@@ -8,8 +8,8 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from powertrain.integration import rodas5p
-from powertrain.integration.fused import Common, closing
-from powertrain.integration.step_control import allowances, verdict
+from powertrain.integration.fused import Model, closing, verdict_function
+from powertrain.integration.step_control import allowances
 from powertrain.language.reals import Array
 from powertrain.numerics.buffers import CHECKS, PREFIX, Bound, Memory, zeros
 
@@ -21,7 +21,7 @@ _DENSE = np.array(rodas5p.DENSE)
 class SparseStep:
     """One direction of the double buffer; ``call()`` does the same as the fused step functions, including pivoting."""
 
-    def __init__(self, model: Common, memory: Memory, side: int) -> None:
+    def __init__(self, model: Model, memory: Memory, side: int) -> None:
         self._memory, self._from, self._to = memory, memory.y[side], memory.y[1 - side]
         self._states, self._n = model.dae.x.numel(), model.y.numel()
         self._point, self._now = zeros(self._n), zeros(1)
@@ -34,7 +34,7 @@ class SparseStep:
         self._close: Bound | None = None
         self._bind(model)
 
-    def _bind(self, model: Common) -> None:
+    def _bind(self, model: Model) -> None:
         dae, memory = model.dae, self._memory
         now = ca.SX.sym("now")
         rates, g, noise = model.reached(now, model.y)
@@ -45,11 +45,8 @@ class SparseStep:
             arrays,
             [self._g, self._noise, self._outside],
         )
-        samples, noises = ca.SX.sym("samples", model.indicators, 4), ca.SX.sym("noise", model.indicators)
-        norm = ca.SX.sym("norm")
-        info = verdict(norm, ca.SX(0), ca.horzsplit(samples), noises)
-        function = ca.Function(PREFIX + "verdict", [norm, ca.vec(samples), noises], [ca.densify(info)])
-        self._verdict = Bound(function, [self._norm, self._samples, self._noise], [memory.info])
+        judged = verdict_function(model.indicators)
+        self._verdict = Bound(judged, [self._norm, zeros(1), self._samples, self._noise], [memory.info])
         diagonal = ca.Sparsity.diag(self._n)
         jacobian = ca.jacobian(rates, model.y)
         pattern = jacobian.sparsity() + diagonal

@@ -119,7 +119,6 @@ class Memory:
         self.start = zeros(2)
         self.corner = zeros(2)
         self.instants = zeros(timed)
-        self.jacobian = zeros(unknowns**2 if unknowns <= 100 else 0)
 
     def values(self, t: float, y: Array, m: Array) -> tuple[float, Array, Array, Array, Array]:
         """Time, states, algebraic unknowns, held values and parameters, from arrays as long as those of ``y`` and ``m``."""

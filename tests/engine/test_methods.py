@@ -21,7 +21,7 @@ def march(model: HybridDae, name: str, y0: np.ndarray, end: float, n: int) -> tu
     rows = None
     if model.z.numel():
         rows = [1, 0, 2]
-    common = steps.common(model, rows)
+    common = steps.Model(model, rows)
     step = steps.step(common, name)
     y, h, dense = y0, end / n, np.zeros(5 * len(y0))
     for i in range(n):

@@ -31,14 +31,14 @@ def test_a_step_that_calls_functions_is_the_step_that_is_written_out(model: Hybr
     m, p = np.zeros(model.m.numel()), 1.0 + 0.1 * np.arange(model.p.numel())
     found = []
     for kind in (ca.SX, ca.MX):
-        common = steps.common(model, rows, kind=kind)
+        common = steps.Model(model, rows, kind=kind)
         found.append(steps.step(common, name)([0.2, 0.01], y, m, p, 0.1 * y, [1e-6, 1e-8]))
     for written, called in zip(*found, strict=True):
         assert np.allclose(np.array(written), np.array(called), rtol=1e-9, atol=1e-12)
 
 
 def test_what_is_called_within_steps_computes_nothing_twice() -> None:
-    model = steps.common(coupled_clutches())
+    model = steps.Model(coupled_clutches())
     for function in (steps.step(model, "rodas5p"), steps.locate(model), steps.corner(model)):
         assert function.n_instructions() == steps.short(function).n_instructions(), function.name()
 

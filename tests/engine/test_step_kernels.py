@@ -17,6 +17,7 @@ from powertrain.dae.friction import next_mode
 from powertrain.dae.hybrid import Friction, HybridDae
 from powertrain.dae.tolerances import EPS
 from powertrain.engine.chatter import Chatter
+from powertrain.engine.simulator import Simulator
 from powertrain.integration import fused as steps
 from powertrain.modes.selflocking import refused
 
@@ -44,7 +45,7 @@ def test_the_first_step_is_hairers(t: float, still: bool, far: bool) -> None:
     first = 1e-6 if min(norm(y), norm(f(t, y))) < 1e-5 else 0.01 * norm(y) / norm(f(t, y))
     most = max(norm(f(t, y)), norm(f(t + first, y + first * f(t, y)) - f(t, y)) / first)
     expected = min(100 * first, (0.01 / most) ** 0.2 if most > 1e-15 else max(1e-6, 1e-3 * first))
-    _, slope, start = steps.fresh(steps.common(model, None))([t, 0.0], y, [], [], [rtol, atol])
+    _, slope, start = steps.fresh(steps.Model(model, None))([t, 0.0], y, [], [], [rtol, atol])
     np.testing.assert_allclose(np.array(slope).ravel(), f(t, y), rtol=1e-10, atol=1e-11)  # of the right limit
     assert float(start[0]) == pytest.approx(expected, rel=1e-9)
 
@@ -154,16 +155,22 @@ def test_jumps_beyond_round_off_are_refused_where_inertia_follows(jump: float, r
         plant.simulate(2.0, inputs=given)
 
 
-def test_the_jacobian_that_chooses_the_method() -> None:
-    """Against differences, and its norm against numpy; the model depends on time and is not symmetric."""
-    model, t, x, step = nonlinear(), 0.4, exact(0.4) + 0.1, 1e-6
-    rates = ca.Function("f", [model.t, model.x], [model.xdot])
-    found, norm = steps.jacobian(steps.common(model))([t, 0.0], x, [], [])
-    matrix = np.array(found)
-    ahead, back = (np.hstack([np.array(rates(t, x + s * step * e)) for e in np.eye(2)]) for s in (1, -1))
-    np.testing.assert_allclose(matrix, (ahead - back) / (2 * step), atol=1e-8)
-    assert float(norm) == pytest.approx(np.linalg.norm(matrix, np.inf))
-    assert abs(matrix[0, 1] - matrix[1, 0]) > 0.1
+@pytest.mark.parametrize(
+    ("slopes", "span", "method"),
+    [
+        ([[-100.0, 0.0], [-7.0, 0.5]], 124.0, "dopri5"),
+        ([[-100.0, 0.0], [-7.0, 0.5]], 126.0, "rodas5p"),  # 12,500 times the time constant of the fast state
+        ([[-100.0, 1e4], [0.0, 0.5]], 124.0, "dopri5"),  # large slopes without large eigenvalues
+        ([[0.0, 100.0], [-100.0, 0.0]], 126.0, "rodas5p"),
+        ([[np.nan, 0.0], [0.0, -100.0]], 126.0, "dopri5"),
+        ([[-np.inf, 0.0], [0.0, -100.0]], 126.0, "dopri5"),
+    ],
+)
+def test_eigenvalues_at_the_start_choose_the_method(slopes: list[list[float]], span: float, method: str) -> None:
+    t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("m", 0), ca.SX.sym("p", 4)
+    simulator = Simulator(dae(t, x, m, p, ca.reshape(p, 2, 2).T @ x, ["a", "b"]))
+    simulator.resolve(0.0, [0.0, 0.0], [], [], np.ravel(slopes))
+    assert simulator.first_method(span) == method
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
@@ -171,7 +178,7 @@ def test_a_slope_that_jumps_at_a_state_is_the_one_ahead(direction: float) -> Non
     """As that of a cam whose angle starts on a corner of its table."""
     t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("m", 0), ca.SX.sym("p", 0)
     model = dae(t, x, m, p, ca.vertcat(direction, ca.if_else(x[0] < 0.5, 2.0, 3.0)), ["angle", "lift"])
-    slope = steps.fresh(steps.common(model))([0.0, 0.0], [0.5, 0.0], [], [], [1e-6, 1e-6])[1]
+    slope = steps.fresh(steps.Model(model))([0.0, 0.0], [0.5, 0.0], [], [], [1e-6, 1e-6])[1]
     assert float(slope[1]) == (3.0 if direction > 0 else 2.0)
 
 
@@ -184,7 +191,7 @@ def one_unknown(residual: Callable[[ca.SX, ca.SX], ca.SX]) -> HybridDae:
 @pytest.mark.parametrize("start", [-0.8, 0.3, 0.9, 1.4, 1.5, -1.5])
 def test_full_steps_are_trusted_only_while_they_approach_the_root(start: float) -> None:
     """sin z = 0.1: from where the slope is small they arrive at another root, 16 rad away."""
-    find = steps.newton(steps.common(one_unknown(lambda z, x: ca.sin(z) - x), [0]))
+    find = steps.newton(steps.Model(one_unknown(lambda z, x: ca.sin(z) - x), [0]))
     z, left = (float(v) for v in find([0.0, 0.0], [0.1, start], [], []))
     assert (left == 0) == (abs(start) < 1.0)
     if abs(start) < 1.0:
@@ -193,14 +200,14 @@ def test_full_steps_are_trusted_only_while_they_approach_the_root(start: float) 
 
 def test_a_small_residual_is_no_solution_while_steps_go_on() -> None:
     """z^3 = 0 from 1e-7: every step takes a third of what is left."""
-    find = steps.newton(steps.common(one_unknown(lambda z, x: z**3), [0]))
+    find = steps.newton(steps.Model(one_unknown(lambda z, x: z**3), [0]))
     assert float(find([0.0, 0.0], [0.1, 1e-7], [], [])[1]) > 0
 
 
 @pytest.mark.parametrize("start", [0.2, -0.1, 0.0])
 def test_a_root_at_zero_is_found(start: float) -> None:
     """z + z^2 = 0: what is left of z is not compared with z itself."""
-    find = steps.newton(steps.common(one_unknown(lambda z, x: z + z**2), [0]))
+    find = steps.newton(steps.Model(one_unknown(lambda z, x: z + z**2), [0]))
     z, left = (float(v) for v in find([0.0, 0.0], [0.1, start], [], []))
     assert left == 0
     assert abs(z) < 1e-15
@@ -213,7 +220,7 @@ def test_unknowns_inside_a_step_solve_their_equations(fraction: float) -> None:
     (z,) = (float(root.real) for root in np.roots([1.0, 0.0, 1.0, -4 * x]) if abs(root.imag) < 1e-9)
     dense = np.zeros((5, 2))
     dense[:2] = [1.0, 2.0], [-0.5, (z + 1e-3 - 2.0) / fraction]
-    locate = steps.locate(steps.common(one_unknown(lambda z, x: z**3 + z - 4 * x), [0]))
+    locate = steps.locate(steps.Model(one_unknown(lambda z, x: z**3 + z - 4 * x), [0]))
     found = np.array(locate([0.0, 1.0], fraction, [], dense.ravel(), [], [])[0]).ravel()
     np.testing.assert_allclose(found, [x, z], atol=1e-11)
 
@@ -221,7 +228,7 @@ def test_unknowns_inside_a_step_solve_their_equations(fraction: float) -> None:
 @pytest.mark.parametrize("off", [1e-3, 0.5])
 def test_unknowns_at_a_corner(off: float) -> None:
     """z^3 + z = 2: two corrections suffice from 1e-3 away; from 0.5 away modes are resolved, which solves for z as well."""
-    corner = steps.corner(steps.common(one_unknown(lambda z, x: z**3 + z - 2 * x), [0]))
+    corner = steps.corner(steps.Model(one_unknown(lambda z, x: z**3 + z - 2 * x), [0]))
     y, _, found = corner([0.0, 0.0], [1.0, 1.0 + off], [], [])
     assert (float(found[0]) == 0.0) == (off < 0.1)
     if off < 0.1:
@@ -235,7 +242,7 @@ def test_what_makes_a_corner_an_event(flag: int, monkeypatch: pytest.MonkeyPatch
     flags[flag] = np.inf if flag == 3 else 1.0
     for expected, given in ((False, np.zeros(7)), (True, flags)):
         monkeypatch.setattr(steps, "_rules", lambda *_, given=given: [None, ca.SX(given)])
-        found = steps.corner(steps.common(nonlinear()))([0.0, 0.0], [1.0, 1.0], [], [])[2]
+        found = steps.corner(steps.Model(nonlinear()))([0.0, 0.0], [1.0, 1.0], [], [])[2]
         assert (float(found[0]) != 0.0) == expected
 
 
@@ -248,7 +255,7 @@ def braked() -> HybridDae:
 
 def test_a_corner_continues_at_rest_with_the_slope_ahead() -> None:
     """A stuck speed is zero again, and a slope that jumps at the corner is that of the right limit."""
-    y, slope, _ = steps.corner(steps.common(braked()))([1.0, 0.0], [1e-9, 0.3], [0.0], [])
+    y, slope, _ = steps.corner(steps.Model(braked()))([1.0, 0.0], [1e-9, 0.3], [0.0], [])
     np.testing.assert_array_equal(np.array(y).ravel(), [0.0, 0.3])
     np.testing.assert_array_equal(np.array(slope).ravel(), [0.0, 1.0])
 
@@ -259,5 +266,5 @@ def test_stuck_laws_are_judged_at_rest(
 ) -> None:
     """A speed within the error of the integration is zero for the rules, unless something has jumped; a larger one stays."""
     monkeypatch.setattr(steps, "_rules", lambda model, y, fire, jumped: [y])
-    seen = steps.update(steps.common(braked()))([0.0, 0.0], [speed, 0.3], [0.0], [], [], [jumped, 0.0])
+    seen = steps.update(steps.Model(braked()))([0.0, 0.0], [speed, 0.3], [0.0], [], [], [jumped, 0.0])
     np.testing.assert_array_equal(np.array(seen).ravel(), [judged, 0.3])
