@@ -286,6 +286,22 @@ def test_an_input_that_c_sets_keeps_its_value(tmp_path: Path) -> None:
         assert library.pt_unknowns(one)[0] == pytest.approx(run.state.x[0], rel=1e-6, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("/nowhere/cc -O1", "the C compiler /nowhere/cc cannot be run: No such file or directory"),
+        ("false", "the C compiler false failed with exit status 1"),
+    ],
+)
+def test_a_compiler_that_does_not_work_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, said: str
+) -> None:
+    exported = pt.compile(Belt()).export_c(tmp_path, inputs={"u": 1.0})
+    monkeypatch.setenv("CC", command)
+    with pytest.raises(pt.PowertrainError, match=said):
+        exported.simulate(0.1)
+
+
 @pytest.mark.skipif(shutil.which("g++") is None, reason="no C++ compiler")
 def test_a_program_in_cpp_links_the_model(tmp_path: Path) -> None:
     pt.compile(Belt()).export_c(tmp_path, inputs={"u": 1.0})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -24,7 +23,7 @@ from powertrain.language.arguments import positive, tolerances
 from powertrain.language.component import Component
 from powertrain.language.reals import Array
 from powertrain.numerics.compiled import FLAGS as OPTIMISED
-from powertrain.numerics.compiled import compiler
+from powertrain.numerics.compiled import compile_c, compiler
 from powertrain.result import Result
 
 M = TypeVar("M", bound=Component)
@@ -83,12 +82,7 @@ class CModel(Generic[M]):
         """The sources, compiled and loaded under a name of their own: a name that has been loaded is not read again."""
         with TemporaryDirectory(ignore_cleanup_errors=True) as place:
             target = Path(place) / "model.so"
-            command = [*compiler("export_c"), *FLAGS, *SOURCES, "-o", str(target), "-lm"]
-            done = subprocess.run(
-                command, cwd=self.folder, capture_output=True, text=True, errors="replace", check=False
-            )
-            if done.returncode:
-                raise PowertrainError(f"the C compiler {command[0]} failed:\n{done.stderr[-2000:]}")
+            compile_c(compiler("export_c"), FLAGS, SOURCES, target, self.folder)
             return ctypes.CDLL(str(target))
 
     def simulate(

@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
@@ -157,10 +157,7 @@ def _built(code: str, compiler: tuple[str, ...], entry: Path) -> Path:
     with tempfile.TemporaryDirectory(dir=entry.parent) as folder:
         source, built, named = Path(folder) / "steps.c", Path(folder) / "steps.so", Path(folder) / "entry"
         source.write_text(code, encoding="utf-8")
-        done = _run([*compiler, *FLAGS, str(source), "-o", str(built), "-lm"])
-        if done.returncode:
-            said = f"failed with exit status {done.returncode}:\n{done.stderr[-2000:]}"
-            raise PowertrainError(f"the C compiler {shlex.join(compiler)} {said.rstrip()}")
+        compile_c(compiler, FLAGS, [str(source)], built)
         digest = _digest(built)
         named.write_text(digest, encoding="ascii")
         library = built.replace(entry.parent / f"powertrain_{digest}.so")
@@ -189,14 +186,24 @@ def compiler(what: str = "compile=True") -> tuple[str, ...]:
     return tuple(found)
 
 
+def compile_c(
+    compiler: tuple[str, ...], flags: Sequence[str], sources: Sequence[str], library: Path, folder: Path | None = None
+) -> None:
+    """Compile sources, named relative to ``folder``, to a library. PowertrainError if the compiler fails."""
+    done = _run([*compiler, *flags, *sources, "-o", str(library), "-lm"], folder)
+    if done.returncode:
+        said = f"failed with exit status {done.returncode}:\n{done.stderr[-2000:]}"
+        raise PowertrainError(f"the C compiler {shlex.join(compiler)} {said.rstrip()}")
+
+
 @lru_cache
 def _version(compiler: tuple[str, ...]) -> str:
     """The compiler's version text; empty if it does not support the question."""
     return _run([*compiler, "--version"]).stdout
 
 
-def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
+def _run(command: list[str], folder: Path | None = None) -> subprocess.CompletedProcess[str]:
     try:
-        return subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+        return subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace", check=False)
     except OSError as error:
         raise PowertrainError(f"the C compiler {command[0]} cannot be run: {error.strerror}") from None
