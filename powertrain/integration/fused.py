@@ -156,9 +156,7 @@ def _closed(model: Model, taken: StepResult) -> StepResult:
 def closing(dae: HybridDae) -> ca.Function | None:
     """(t, x, z, m, p) -> the states with closed contacts closed; None if they remain so by integration."""
     states = closed(dae)
-    if states is None:
-        return None
-    return dae.function("closed", states)
+    return None if states is None else dae.function("closed", states)
 
 
 def error_norm(model: Model, taken: StepResult, defect: ca.SX | None) -> ca.SX:

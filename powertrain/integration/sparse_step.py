@@ -28,7 +28,6 @@ class SparseStep:
         self._rate, self._slope = zeros(self._n), zeros(self._n)
         self._g, self._noise, self._outside = zeros(model.indicators), zeros(model.indicators), memory.outside
         self._samples, self._norm = zeros(4 * max(model.indicators, 1)), zeros(1)
-        self._checks = model.indicators > 0
         self._nominal = model.dae.sizes
         self._allowed = allowances(model.dae.x.numel(), model.dae.z.numel())
         self._close: Bound | None = None
@@ -106,10 +105,9 @@ class SparseStep:
         first, second, third = _DENSE @ stages
         dense = memory.dense.reshape(5, -1)
         dense[:] = y, end - y + first, second - first, third - second, -third
-        if self._checks or self._outside.size:
-            for k, q in enumerate((*CHECKS, 1.0)):
-                self._now[0] = t + q * h
-                self._point[:n] = end if q == 1.0 else q ** np.arange(5) @ dense
-                self._watch.call()
-                self._samples.reshape(4, -1)[k] = self._g
+        for k, q in enumerate((*CHECKS, 1.0)):
+            self._now[0] = t + q * h
+            self._point[:n] = end if q == 1.0 else q ** np.arange(5) @ dense
+            self._watch.call()
+            self._samples.reshape(4, -1)[k] = self._g
         self._verdict.call()

@@ -21,7 +21,7 @@ from powertrain.modes.complementarity import Complementarity
 from powertrain.modes.discontinuities import Discontinuities
 from powertrain.modes.jam import jam_message, not_found_message, several_message
 from powertrain.modes.resting import resting
-from powertrain.modes.uniqueness import Uniqueness
+from powertrain.modes.uniqueness import others, pieces_of
 from powertrain.numerics.buffers import Bound, Memory, view
 
 Alternatives = tuple[list[int], list[tuple[float, ...]]]
@@ -62,8 +62,7 @@ class ModeResolver:
         """The places of the modes of the ``when`` laws whose resets were applied, also of those that are false again."""
         self.notes: list[str] = []
         self._unsolved: NotConsistent | None = None
-        self.uniqueness = Uniqueness(dae, memory)
-        self._pieces = set(self.uniqueness.pieces)
+        self._pieces = pieces_of(dae)
         self._rests = [f.rests for f in dae.frictions if f.rests is not None]
         self._flags, self._jump, self._begins = view(memory.flags), JUMPED, False
 
@@ -145,7 +144,7 @@ class ModeResolver:
         """Solve the complementarity problem of all laws; False after an impact."""
         if self.dae.opened is None:
             return self._jam(side, set(), 1)
-        start, pieces, against = self.memory.m.copy(), self.uniqueness.pieces, set[int]()
+        start, pieces, against = self.memory.m.copy(), self._pieces, set[int]()
         found, laws = self._linearized(side, held=False)
         if found is not None:
             return found
@@ -159,7 +158,7 @@ class ModeResolver:
             self.memory.m[pieces] = piece
             found, ray = self._linearized(side, held=True)
             laws |= ray
-            against |= set(np.flatnonzero(self.memory.m != self.memory.held).tolist()) - self._pieces
+            against |= set(np.flatnonzero(self.memory.m != self.memory.held).tolist()).difference(pieces)
             if found is not None:
                 return found
         return self._tried(side, start, laws, against)
@@ -192,7 +191,7 @@ class ModeResolver:
 
         If bounds depend on torques, a ray proves nothing.
         """
-        m, pieces, problem = self.memory.m, self.uniqueness.pieces, self._problem
+        m, pieces, problem = self.memory.m, self._pieces, self._problem
         m[:] = start
         point = self._point(side)
         rest = problem.laws.at_rest(point, problem.laws.at(point, np.zeros(problem.laws.count)), ZONE)
@@ -245,10 +244,10 @@ class ModeResolver:
             m[:] = modes
             if not self._judged(side):
                 continue
-            others = [i for i in np.flatnonzero(m != memory.held).tolist() if i not in problem.laws.index]
-            if held and not self._pieces.isdisjoint(others):
+            turned = [i for i in np.flatnonzero(m != memory.held).tolist() if i not in problem.laws.index]
+            if held and not set(turned).isdisjoint(self._pieces):
                 break
-            m[others], memory.jumped[0] = memory.held[others], self._jump * self._flags[6]
+            m[turned], memory.jumped[0] = memory.held[turned], self._jump * self._flags[6]
         return None, ray
 
     def _jam(self, side: int, laws: set[int], pieces: int) -> NoReturn:
@@ -264,12 +263,12 @@ class ModeResolver:
 
     def check_unique(self, side: int) -> None:
         """Reject modes if other modes with other torques are also consistent."""
-        others = self.uniqueness.others(side, lambda: self._consistent(side))
-        if self.uniqueness.pieces:
+        found = others(self.memory, self._pieces, side, lambda: self._consistent(side))
+        if self._pieces:
             self._judged(side)
-        if others:
-            modes, pieces = [self.memory.m.copy(), *others], self.uniqueness.pieces
-            raise SimulationError(several_message(self.dae, self.memory, side, modes, pieces))
+        if found:
+            modes = [self.memory.m.copy(), *found]
+            raise SimulationError(several_message(self.dae, self.memory, side, modes, self._pieces))
 
     def _solvable(self, side: int) -> bool:
         """Solve the algebraic equations for the present modes; False, and the unknowns as they were, if they have no solution."""
@@ -300,7 +299,7 @@ class ModeResolver:
         if not (before.any() or self._flags[4] > 0.0):
             return False
         m[self._rests] = 0.0
-        m[resting(self.dae, self._problem, self._point(side))] = 1.0
+        m[resting(self._problem, self._point(side))] = 1.0
         return not np.array_equal(m[self._rests], before)
 
     def _apply_rules(self, side: int, slack: float) -> None:

@@ -31,9 +31,9 @@ NOTHING = 1e-8
 """Rates are the same combination if they differ by less than this share of their terms."""
 
 
-def resting(dae: HybridDae, problem: Complementarity, point: OperatingPoint) -> list[int]:
+def resting(problem: Complementarity, point: OperatingPoint) -> list[int]:
     """The places in the held values that mark the friction laws at a limit that others hold at rest at ``point``."""
-    modes, count = point.m[problem.laws.index], problem.laws.frictions
+    dae, modes, count = problem.dae, point.m[problem.laws.index], problem.laws.frictions
     holds = np.concatenate([modes[:count] == STUCK, modes[count:] == CLOSED])
     limited = [k for k, law in enumerate(dae.frictions) if law.rests is not None and abs(modes[k]) == FORWARD]
     if not limited:

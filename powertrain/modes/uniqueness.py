@@ -20,35 +20,30 @@ from powertrain.numerics.buffers import Memory
 _MOST = 6
 
 
-class Uniqueness:
-    """Compares the pieces of the bounds (switches that depend on torques) that were found with all others."""
+def pieces_of(dae: HybridDae) -> list[int]:
+    """The indices of the switches that depend on torques: their combinations are the pieces of the bounds."""
+    laws = ca.vertcat(*[dae.m[friction.index] for friction in dae.frictions])
+    pieces = compress(dae.switches, depending([s.g for s in dae.switches], laws))
+    return [s.index for s in pieces if s.time is None]
 
-    def __init__(self, dae: HybridDae, memory: Memory) -> None:
-        self.memory = memory
-        laws = ca.vertcat(*[dae.m[friction.index] for friction in dae.frictions])
-        pieces = compress(dae.switches, depending([s.g for s in dae.switches], laws))
-        self.pieces = [s.index for s in pieces if s.time is None]
 
-    def others(self, side: int, consistent: Callable[[], bool]) -> list[Array]:
-        """Other consistent modes with other torques; ``memory`` is restored, except for what ``consistent`` computes."""
-        if not 0 < len(self.pieces) <= _MOST:
-            return []
-        m = self.memory.m
-        start = m.copy()
-        found, modes = [self._values(side)], []
-        for combination in product((0.0, 1.0), repeat=len(self.pieces)):
-            m[self.pieces] = combination
-            if np.array_equal(m, start) or not consistent():
-                continue
-            values = self._values(side)
-            # A torque may be round-off of the largest, so all have the uncertainty of that one.
-            if np.isfinite(values).all() and all(
-                np.any(np.abs(values - other) > SAME * (1.0 + np.abs(other).max())) for other in found
-            ):
-                found.append(values)
-                modes.append(m.copy())
-        m[:] = start
-        return modes
-
-    def _values(self, side: int) -> Array:
-        return self.memory.frictions(side).torque
+def others(memory: Memory, pieces: list[int], side: int, consistent: Callable[[], bool]) -> list[Array]:
+    """Consistent modes with other torques in other ``pieces``; ``memory`` is restored, except for what ``consistent`` computes."""
+    if not 0 < len(pieces) <= _MOST:
+        return []
+    m = memory.m
+    start = m.copy()
+    found, modes = [memory.frictions(side).torque], []
+    for combination in product((0.0, 1.0), repeat=len(pieces)):
+        m[pieces] = combination
+        if np.array_equal(m, start) or not consistent():
+            continue
+        values = memory.frictions(side).torque
+        # A torque may be round-off of the largest, so all have the uncertainty of that one.
+        if np.isfinite(values).all() and all(
+            np.any(np.abs(values - other) > SAME * (1.0 + np.abs(other).max())) for other in found
+        ):
+            found.append(values)
+            modes.append(m.copy())
+    m[:] = start
+    return modes

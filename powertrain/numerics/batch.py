@@ -35,9 +35,8 @@ TOGETHER = 64
 """Points per call of ``Lanes``."""
 building = threading.RLock()
 """Held while functions are built from expressions that several threads share."""
-np.empty(
-    1 << 21
-)  # 16 MB, freed at once: glibc now reuses freed blocks up to this size; new pages take longer to fetch than to fill
+# 16 MB, freed at once: glibc now reuses freed blocks up to this size; new pages take longer to fetch than to fill
+np.empty(1 << 21)
 
 
 class Lanes:
@@ -232,9 +231,8 @@ def _call(function: ca.Function, arguments: Sequence[ca.MX], lanes: int) -> list
 
 def _filled(value: ca.MX, lanes: int) -> ca.MX:
     value = ca.densify(value)
-    return (
-        value if value.numel() == lanes else value * ca.MX.ones(lanes, 1)
-    )  # a repetition would be one operation per lane
+    # a repetition would be one operation per lane
+    return value if value.numel() == lanes else value * ca.MX.ones(lanes, 1)
 
 
 def all_hold(margins: Sequence[Symbol]) -> Symbol:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from powertrain.modes.uniqueness import Uniqueness
+from powertrain.modes.uniqueness import others
 
 
 @pytest.mark.parametrize(
@@ -25,8 +25,8 @@ from powertrain.modes.uniqueness import Uniqueness
 def test_torques_of_the_other_side_of_a_mesh(one: list[float], other: list[float], several: bool) -> None:
     torques = {0.0: np.array(one), 1.0: np.array(other)}
     m = np.array([0.0, 3.0])
-    fake: Any = SimpleNamespace(pieces=[0], memory=SimpleNamespace(m=m), _values=lambda _: torques[float(m[0])])
-    found = Uniqueness.others(fake, 0, lambda: True)
+    fake: Any = SimpleNamespace(m=m, frictions=lambda _: SimpleNamespace(torque=torques[float(m[0])]))
+    found = others(fake, [0], 0, lambda: True)
     assert [list(modes) for modes in found] == ([[1.0, 3.0]] if several else [])
     assert m.tolist() == [0.0, 3.0]
-    assert Uniqueness.others(fake, 0, lambda: False) == []
+    assert others(fake, [0], 0, lambda: False) == []
