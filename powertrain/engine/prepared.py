@@ -90,12 +90,10 @@ class Prepared:
         if name == "rodas5p" and (numeric or self.large):
             name = "sparse"
         if name not in self._steps:
-            model = self._model
             if name == "sparse":
                 from powertrain.integration.sparse_step import SparseStep
 
-                large = [SparseStep(model, self.memory, side) for side in (0, 1)]
-                self._steps[name] = [large[0].call, large[1].call]
+                self._steps[name] = [*SparseStep(self._model, self.memory).calls]
             else:
                 self._steps[name] = self._step(name)
         return self._steps[name]
@@ -128,7 +126,7 @@ class Prepared:
         if written is not None and not (self.compile and _long(written)):
             install(self._finished({method: written}, {method: written}, install))
             return calls
-        model = steps.Model(self.dae, self._model.rows, ca.MX)
+        model = self._in_calls()
         whole = {method: steps.step(model, method) if written is None else written} if self.compile is not True else {}
         install(self._finished(whole, in_parts(model, method), install) if self.compile else whole)
         return calls
@@ -232,11 +230,15 @@ class Prepared:
         except ValueError as error:
             raise InitializationError(f"the algebraic equations are {error}") from None
 
+    def _in_calls(self) -> steps.Model:
+        """The model as functions that are called."""
+        return steps.Model(self.dae, self._model.rows, ca.MX)
+
     def _build(self) -> None:
         """Build and bind what every method needs."""
-        model, memory = self._model, self.memory
+        memory = self.memory
         if not self._functions:
-            called = self._called(model)
+            called = self._called()
             fast = {name: steps.short(function) for name, function in called.items()} if self.compile else called
             if self.compile and self.sizes[1] <= _FEW:
                 fast |= self._marking()
@@ -282,8 +284,9 @@ class Prepared:
         if self.overlaps is not None and self.overlaps.may_jump:
             self.overlaps.check(t, side)
 
-    def _called(self, model: steps.Model) -> dict[str, ca.Function]:
+    def _called(self) -> dict[str, ca.Function]:
         """The functions that both loops call besides steps, by name."""
+        model = self._model
         functions = {"fresh": steps.fresh(model), "rest": steps.rest(model)}
         functions |= {"locate": steps.locate(model), "update": steps.update(model)}
         if self.timed:
@@ -303,11 +306,10 @@ class Prepared:
 
     def functions(self, method: str) -> dict[str, ca.Function]:
         """All functions of a run with one method, for other drivers than ``loop``; a start must have been loaded."""
-        model = self._model
         step = self._written(method)
         if step is None or _long(step):
-            step = steps.step(steps.Model(self.dae, model.rows, ca.MX), method)
-        called = {name: steps.short(function) for name, function in self._called(model).items()}
+            step = steps.step(self._in_calls(), method)
+        called = {name: steps.short(function) for name, function in self._called().items()}
         found = {"method": step} | called | self._marking()
         if self.dae.whens:
             found["resets"] = reset_values(self.dae)

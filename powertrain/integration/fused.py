@@ -44,8 +44,8 @@ class Model:
         self.dae, self.rows, self.kind, self._called = dae, rows, kind, kind is not ca.SX
         self.time, self.tolerance = kind.sym("time", 2), kind.sym("tolerance", 2)
         self.y = kind.sym("y", dae.x.numel() + dae.z.numel())
-        held, p = kind.sym("m", dae.m.numel()), kind.sym("p", dae.p.numel())
-        self.m, self.p = (held, p) if self._called else (dae.m, dae.p)
+        self.m = kind.sym("m", dae.m.numel()) if self._called else dae.m
+        self.p = kind.sym("p", dae.p.numel()) if self._called else dae.p
         self._slopes = ca.densify(ca.vertcat(dae.xdot, dae.residual))
         self._watched = indicators(dae)
         self.indicators = len(self._watched)
@@ -109,7 +109,7 @@ class Model:
 
     def _column(self, part: str) -> ca.SX:
         """One part of all indicators."""
-        return ca.densify(ca.vertcat(*[getattr(indicator, part) for indicator in self._watched]))
+        return ca.SX(ca.densify(ca.vertcat(*[getattr(indicator, part) for indicator in self._watched])))
 
 
 def step(model: Model, method: str) -> ca.Function:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import casadi as ca
 import numpy as np
 from scipy.sparse import csc_array
@@ -19,12 +21,12 @@ _DENSE = np.array(rodas5p.DENSE)
 
 
 class SparseStep:
-    """One direction of the double buffer; ``call()`` does the same as the fused step functions, including pivoting."""
+    """A step from either side of the double buffer: ``calls`` do the same as the fused step functions, including pivoting."""
 
-    def __init__(self, model: Model, memory: Memory, side: int) -> None:
-        self._memory, self._from, self._to = memory, memory.y[side], memory.y[1 - side]
+    def __init__(self, model: Model, memory: Memory) -> None:
+        self._memory = memory
         self._states, self._n = model.dae.x.numel(), model.y.numel()
-        self._point, self._now = zeros(self._n), zeros(1)
+        self._point, self._end, self._now = zeros(self._n), zeros(self._n), zeros(1)
         self._rate, self._slope = zeros(self._n), zeros(self._n)
         self._g, self._noise, self._outside = zeros(model.indicators), zeros(model.indicators), memory.outside
         self._samples, self._norm = zeros(4 * max(model.indicators, 1)), zeros(1)
@@ -32,6 +34,7 @@ class SparseStep:
         self._allowed = allowances(model.dae.x.numel(), model.dae.z.numel())
         self._close: Bound | None = None
         self._bind(model)
+        self.calls = [partial(self._call, *sides) for sides in (memory.y, memory.y[::-1])]
 
     def _bind(self, model: Model) -> None:
         dae, memory = model.dae, self._memory
@@ -61,13 +64,13 @@ class SparseStep:
         if closes is not None:
             x = closes(now, model.y[: self._states], model.y[self._states :], dae.m, dae.p)
             projected = ca.Function(PREFIX + "closing", inputs, [ca.vertcat(x, model.y[self._states :])])
-            self._close = Bound(projected, arrays, [self._to])
+            self._close = Bound(projected, arrays, [self._end])
 
-    def call(self) -> None:
+    def _call(self, begin: Array, finish: Array) -> None:
         """Step from ``memory.time``; results as for the fused step functions."""
         memory, n = self._memory, self._n
         t, h = float(memory.time[0]), float(memory.time[1])
-        y = self._from[:n]
+        y = begin[:n]
         self._now[0], self._point[:n] = t, y
         self._jacobian.call()
         matrix = -self._data
@@ -89,12 +92,11 @@ class SparseStep:
             right = self._rate + rodas5p.GAMMA_SUM[i] * h * self._slope
             right[: self._states] += _C[i, :i] @ stages[:i, : self._states] / h
             stages[i] = solve(right)
-        end = self._point[:n] + stages[7]
-        self._to[:n] = end
+        self._end[:n] = self._point[:n] + stages[7]
         if self._close is not None:
-            self._now[0], self._point[:n] = t + h, end
+            self._now[0], self._point[:n] = t + h, self._end[:n]
             self._close.call()
-            end = self._to[:n]
+        finish[:n] = end = self._end[:n]
         self._describe(t, h, y, end, stages)
 
     def _describe(self, t: float, h: float, y: Array, end: Array, stages: Array) -> None:

@@ -29,7 +29,7 @@ class Admissible:
 
     def __init__(self, dae: HybridDae, memory: Memory, notes: list[str]) -> None:
         self.dae, self.memory, self.notes = dae, memory, notes
-        self._noted: set[int] = set()
+        self._noted: dict[int, str] = {}
         self._self_locking = SelfLocking(dae, memory)
         self._one_way = [(k, law, mode) for k, law in enumerate(dae.frictions) for mode in law.limitless]
         self.yielding = [law for law in dae.frictions if gives_way(law)]
@@ -92,9 +92,7 @@ class Admissible:
         )
 
     def _rests(self, k: int, law: Friction, refused: bool, side: int) -> None:
-        if not self.notes:
-            self._noted.clear()
-        if not refused and k in self._noted:
+        if not refused and self._noted.get(k) in self.notes:
             return
         _, torque, lower, upper, _ = (values[k] for values in self.memory.frictions(side))
         room = upper - lower > NO_WIDTH
@@ -109,6 +107,6 @@ class Admissible:
                 f"{law.name} ({law.where}) rests at t = {t:.9g} s {why}: nothing determines this torque, which may lie anywhere from "
                 f"{lower:.6g} to {upper:.6g} {unit}. Remove the component, or add a shaft stiffness between it and what holds it."
             )
-        self._noted.add(k)
         if room:
-            self.notes.append(resting_note(law, torque, lower, upper, t))
+            self._noted[k] = resting_note(law, torque, lower, upper, t)
+            self.notes.append(self._noted[k])

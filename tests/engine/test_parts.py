@@ -123,7 +123,7 @@ def test_a_step_by_sparse_factors_is_the_step_in_one_function(model: HybridDae, 
         memory = sparse.memory
         memory.y[side][:] = whole.memory.y[0]
         memory.time[1], memory.m[:] = h, whole.memory.m
-        sparse.call = SparseStep(steps.Model(model), memory, side).call
+        sparse.call = SparseStep(steps.Model(model), memory).calls[side]
         found = sparse.after() | {"y": memory.y[1 - side]}
         for key in ("y", "dense", "info", "outside"):
             np.testing.assert_allclose(found[key], expected[key], rtol=1e-8, atol=1e-10, err_msg=key)
@@ -134,7 +134,7 @@ def test_a_step_by_sparse_factors_without_values_is_rejected(rate: Any) -> None:
     """A root that has no value at the stages, or no slope at the start."""
     t, x, m, p = ca.SX.sym("t"), ca.SX.sym("x", 1), ca.SX.sym("m", 0), ca.SX.sym("p", 0)
     one = OneStep(dae(t, x, m, p, rate(x), ["a"]), "rodas5p")
-    one.call = SparseStep(steps.Model(dae(t, x, m, p, rate(x), ["a"])), one.memory, 0).call
+    one.call = SparseStep(steps.Model(dae(t, x, m, p, rate(x), ["a"])), one.memory).calls[0]
     assert np.isnan(one.after()["info"][0])
 
 
