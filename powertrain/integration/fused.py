@@ -18,7 +18,7 @@ from powertrain.integration.step_control import allowances, verdict
 from powertrain.modes.indicators import indicators
 from powertrain.modes.projection import at_rest, closed
 from powertrain.modes.rules import mode_pass
-from powertrain.numerics.buffers import CHECKS, PREFIX
+from powertrain.numerics.buffers import CHANGES, CHECKS, CLOSING, EDGES, IDLE, PREFIX, TORQUES
 from powertrain.numerics.hoisting import hoisted
 from powertrain.numerics.sparse_lu import factorize
 from powertrain.numerics.vertex_elimination import sparse_jacobian
@@ -233,9 +233,9 @@ def corner(model: Model) -> ca.Function:
         last = _corrected(model, t, y)
         far = ca.sum1(ca.logic_not(ca.fabs(last - y) <= SETTLED * (1 + ca.fabs(last))))
     flags = _rules(model, y, ca.SX.zeros(len(timed(dae)[1])), ca.SX.zeros(2))[1]
-    determined = ca.fabs(flags[3]) < np.inf
+    determined = ca.fabs(flags[TORQUES]) < np.inf
     slope = _right_slope(model, y)
-    unsettled = flags[0] + flags[1] + flags[2] + flags[4] + far + ca.logic_not(determined)
+    unsettled = flags[CHANGES] + flags[EDGES] + flags[CLOSING] + flags[IDLE] + far + ca.logic_not(determined)
     found = ca.vertcat(unsettled, ca.sum1(slope))
     return short(_function(PREFIX + "corner", [model.time, model.y, dae.m, dae.p], [y, slope, found]))
 

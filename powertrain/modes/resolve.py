@@ -22,7 +22,7 @@ from powertrain.modes.discontinuities import Discontinuities
 from powertrain.modes.jam import jam_message, not_found_message, several_message
 from powertrain.modes.resting import resting
 from powertrain.modes.uniqueness import others, pieces_of
-from powertrain.numerics.buffers import Bound, Memory, view
+from powertrain.numerics.buffers import CHANGES, CLOSING, IDLE, JUMPS, Bound, Memory, view
 
 Alternatives = tuple[list[int], list[tuple[float, ...]]]
 """Places in the held values and the values that they may have together."""
@@ -120,20 +120,20 @@ class ModeResolver:
             if self._jump == JUMPED and self._carry(side):
                 memory.jumped[0] = JUMPED
             solved = self._judged(side, slack)
-            if not solved and not flags[0]:
+            if not solved and not flags[CHANGES]:
                 return None
             # what is struck while held values still change the motions may not be struck by their last values
-            if solved and flags[2] and not flags[6]:
+            if solved and flags[CLOSING] and not flags[JUMPS]:
                 self._impact(side)
                 return False
             memory.jumped[0] = 0.0
-            if not flags[0]:
+            if not flags[CHANGES]:
                 return True
             key = memory.m.tobytes()
             if key in seen:
                 return None
             seen.add(key)
-            memory.m[:], memory.jumped[0] = memory.held, self._jump * flags[6]
+            memory.m[:], memory.jumped[0] = memory.held, self._jump * flags[JUMPS]
         return None
 
     @cached_property
@@ -247,7 +247,7 @@ class ModeResolver:
             turned = [i for i in np.flatnonzero(m != memory.held).tolist() if i not in problem.laws.index]
             if held and not set(turned).isdisjoint(self._pieces):
                 break
-            m[turned], memory.jumped[0] = memory.held[turned], self._jump * self._flags[6]
+            m[turned], memory.jumped[0] = memory.held[turned], self._jump * self._flags[JUMPS]
         return None, ray
 
     def _jam(self, side: int, laws: set[int], pieces: int) -> NoReturn:
@@ -296,7 +296,7 @@ class ModeResolver:
         """Mark the laws at a limit that others hold at rest in the present modes; whether this changes any mark."""
         m = self.memory.m
         before = m[self._rests]
-        if not (before.any() or self._flags[4] > 0.0):
+        if not (before.any() or self._flags[IDLE] > 0.0):
             return False
         m[self._rests] = 0.0
         m[resting(self._problem, self._point(side))] = 1.0
@@ -310,7 +310,7 @@ class ModeResolver:
 
     def _consistent(self, side: int) -> bool:
         """Whether the present modes are consistent, with finite rates."""
-        if not self._judged(side, slack=1.0) or self._flags[0]:
+        if not self._judged(side, slack=1.0) or self._flags[CHANGES]:
             return False
         self._fresh[side].call()
         return bool(np.isfinite(self.memory.slope[1 - side][: self.n]).all())

@@ -17,8 +17,9 @@ from powertrain.modes.selflocking import refused
 class Pass:
     """The next held values and what must follow.
 
-    ``flags``: number of entries that change; whens with a rising edge; barriers that are struck; sum of all torques; laws at a limit newly
-    held at rest by others; a value above zero if a law is refused (``powertrain.modes.selflocking``); and 1 if motions of laws jump.
+    ``flags``: CHANGES, number of entries that change; EDGES, whens with a rising edge; CLOSING, barriers that are struck; TORQUES, sum of
+    all torques; IDLE, laws at a limit newly held at rest by others; FORBIDDEN, a value above zero if a law is refused
+    (``powertrain.modes.selflocking``); JUMPS, 1 if motions of laws jump.
     """
 
     held: ca.SX

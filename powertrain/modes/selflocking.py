@@ -18,7 +18,7 @@ from powertrain.dae.tolerances import CROSSED, LEAST_TORQUE, ZONE
 from powertrain.errors import SimulationError
 from powertrain.language.units import with_unit
 from powertrain.modes.guards import first_violation
-from powertrain.numerics.buffers import Evaluated, Memory
+from powertrain.numerics.buffers import FORBIDDEN, Evaluated, Memory
 
 _LARGE = 1e6
 """Torque, relative to 1 + |limit|, at which the slope of a limit is judged."""
@@ -37,7 +37,7 @@ class SelfLocking:
 
         If a value has left its range, such as the load of a wheel in the air, the error names that as the cause.
         """
-        if self._memory.flags[5] <= 0.0:
+        if self._memory.flags[FORBIDDEN] <= 0.0:
             return
         t = float(self._memory.time[0])
         violated = first_violation(self._dae, self._memory.instant(side))

@@ -56,18 +56,14 @@ def _laws(dae: HybridDae) -> list[int]:
 
 
 def _header(engine: Prepared, functions: dict[str, ca.Function], inputs: Sequence[str]) -> str:
-    dae, (n, nz, nm, np_) = engine.dae, engine.sizes
-    called, resets = functions.values(), sum(len(w.resets) for w in dae.whens)
+    dae, (n, nz, held, parameters), called = engine.dae, engine.sizes, functions.values()
     sizes = {
-        "X": n, "Z": nz, "Y": max(n + nz, 1), "HELD": nm, "M": max(nm, 1), "PARAMETERS": np_, "P": max(np_, 1),
-        "G": max(len(engine.indicators), 1),
-        "INDICATORS": len(engine.indicators), "W": max(len(dae.whens), 1), "WHENS": len(dae.whens), "R": max(resets, 1),
-        "T": max(len(engine.timed), 1), "TIMED": len(engine.timed), "O": max(len(dae.guards), 1), "INPUTS": len(inputs),
-        "S": max(len(dae.schedules), 1),
-        "RESTS": sum(f.rests is not None for f in dae.frictions), "LAWS": len(_laws(dae)),
-        "FRICTIONS": len(dae.frictions), "F": max(len(dae.frictions), 1), "B": max(len(dae.barriers), 1),
+        "X": n, "Z": nz, "Y": max(n + nz, 1), "HELD": held, "PARAMETERS": parameters, "INPUTS": len(inputs),
+        "INDICATORS": len(engine.indicators), "WHENS": len(dae.whens), "RESET_VALUES": sum(len(w.resets) for w in dae.whens),
+        "TIMED": len(engine.timed), "GUARDS": len(dae.guards), "SIGNALS": len(dae.schedules), "BARRIERS": len(dae.barriers),
+        "RESTS": len(engine.catalogue.rests), "LAWS": len(_laws(dae)), "FRICTIONS": len(dae.frictions),
         "ARG": max(f.sz_arg() for f in called), "RES": max(f.sz_res() for f in called),
-        "IW": max(*(f.sz_iw() for f in called), 1), "WORK": max(*(f.sz_w() for f in called), 1),
+        "IW": max(f.sz_iw() for f in called), "WORK": max(f.sz_w() for f in called),
     }  # fmt: skip
     lines = ["/* Sizes, tables and functions of the model; written by powertrain. */", '#include "powertrain_run.h"']
     lines += [f"#define PT_{name} {size}" for name, size in sizes.items()]

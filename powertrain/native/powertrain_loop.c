@@ -226,7 +226,7 @@ static int marked(pt_model *a)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p};
     double *wanted[] = {a->mobility, a->rate, a->size, a->calm};
-    int some = a->flags[4] > 0, changed = 0, n = a->n->frictions;
+    int some = a->flags[PT_IDLE] > 0, changed = 0, n = a->n->frictions;
     for (int k = 0; k < a->n->rests; k++) some |= a->m[a->of->rests[k]] != 0;
     if (!some) return 0;
     if (!a->f->mobility) return PT_ASK;
@@ -265,16 +265,16 @@ static int newton(pt_model *a, double slack)
     for (int pass = 0; pass < PT_PASSES; pass++) {
         int solved = judged(a, slack);
         if (solved < 0) return solved;
-        if (!solved && (a->hosted || !a->flags[0])) return PT_ALGEBRA;
-        if (a->hosted && (a->flags[1] || a->flags[2])) return PT_ASK;
-        if (solved && a->flags[2] && !a->flags[6]) return PT_IMPACT;
+        if (!solved && (a->hosted || !a->flags[PT_CHANGES])) return PT_ALGEBRA;
+        if (a->hosted && (a->flags[PT_EDGES] || a->flags[PT_CLOSING])) return PT_ASK;
+        if (solved && a->flags[PT_CLOSING] && !a->flags[PT_JUMPS]) return PT_IMPACT;
         a->jumped[0] = 0;
-        if (!a->flags[0]) return 1;
+        if (!a->flags[PT_CHANGES]) return 1;
         copy(a->seen + pass * m, a->m, m);
         for (int i = 0; i < pass; i++)
             if (same(a->seen + i * m, a->m, m)) return solved ? PT_MODES : PT_ALGEBRA;
         copy(a->m, a->held, m);
-        a->jumped[0] = PT_JUMPED * a->flags[6];
+        a->jumped[0] = PT_JUMPED * a->flags[PT_JUMPS];
     }
     return PT_MODES;
 }
@@ -285,7 +285,7 @@ static int consistent(pt_model *a)
     const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
     double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
     int solved = judged(a, 1);
-    if (solved <= 0 || a->flags[0]) return fmin(solved, 0);
+    if (solved <= 0 || a->flags[PT_CHANGES]) return fmin(solved, 0);
     CALL(a, a->f->fresh, given, wanted);
     return isfinite(a->first[1]) != 0;
 }
@@ -316,14 +316,14 @@ static int resolve(pt_model *a)
         int found = newton(a, 0);
         if (found == PT_MODES && !a->hosted) found = one_by_one(a);
         if (found < 0) return found;
-        int some = a->flags[1] ? apply_resets(a, begins) : 0; /* conditions are judged with consistent modes */
+        int some = a->flags[PT_EDGES] ? apply_resets(a, begins) : 0; /* conditions are judged with consistent modes */
         if (some < 0) return some;
         if (some) {
             begins = 0;
             continue;
         }
         clear(a->fire, a->n->timed);
-        return a->flags[5] > 0 ? PT_REFUSED : PT_OK;
+        return a->flags[PT_FORBIDDEN] > 0 ? PT_REFUSED : PT_OK;
     }
     return PT_RESETS;
 }

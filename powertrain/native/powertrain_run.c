@@ -7,18 +7,19 @@
 #include "model.h"
 #include "powertrain_loop.h"
 
-/* A run with all its memory. */
+/* A run with all its memory; C has no arrays without a number. */
 typedef struct {
     pt_model model;
-    double y[2][PT_Y], slope[2][PT_Y], m[PT_M], p[PT_P];
-    double time[2], tolerance[2], info[PT_INFO + 4], dense[5 * PT_Y], outside[PT_O], fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
-    double held[PT_M], flags[7], edges[PT_W], closing[PT_B], fire[PT_T], jumped[2], first[2], corners[2], instants[PT_T];
-    double nearer[PT_Y], resets[PT_R], open, mobility[PT_F * PT_F], rate[PT_F], terms[PT_F], size[PT_F], calm[PT_RESTS + 1];
-    double seen[PT_PASSES * PT_M], held_left[PT_M], before[PT_M], left[PT_Y], lows[PT_G];
+    double y[2][PT_Y], slope[2][PT_Y], m[PT_HELD + 1], p[PT_PARAMETERS + 1], time[2], tolerance[2], info[PT_INFO + 4], dense[5 * PT_Y];
+    double outside[PT_GUARDS + 1], fraction, above[PT_INDICATORS + 1], at[PT_Y], g[PT_INDICATORS + 1], worst;
+    double held[PT_HELD + 1], flags[PT_FLAGS], edges[PT_WHENS + 1], closing[PT_BARRIERS + 1], fire[PT_TIMED + 1], jumped[2], first[2];
+    double corners[2], instants[PT_TIMED + 1], nearer[PT_Y], resets[PT_RESET_VALUES + 1], open, mobility[PT_FRICTIONS * PT_FRICTIONS + 1];
+    double rate[PT_FRICTIONS + 1], terms[PT_FRICTIONS + 1], size[PT_FRICTIONS + 1], calm[PT_RESTS + 1];
+    double seen[PT_PASSES * PT_HELD + 1], held_left[PT_HELD + 1], before[PT_HELD + 1], left[PT_Y], lows[PT_INDICATORS + 1];
     const double *arg[PT_ARG];
-    double *res[PT_RES], w[PT_WORK];
-    long long iw[PT_IW];
-    int which[PT_W], holds[PT_F], overridden[PT_S];
+    double *res[PT_RES], w[PT_WORK + 1];
+    long long iw[PT_IW + 1];
+    int which[PT_WHENS + 1], holds[PT_FRICTIONS + 1], overridden[PT_SIGNALS + 1];
 } Instance;
 
 static const pt_dimensions dimensions = {PT_X, PT_Z, PT_Y, PT_HELD, PT_INDICATORS, PT_WHENS, PT_TIMED, PT_RESTS, PT_LAWS, PT_FRICTIONS, 0, 0};

@@ -20,6 +20,9 @@ CHECKS = (0.25, 0.5, 0.75)
 INFO = 5
 """Entries of ``Memory.info`` before the indicators' minima; see ``powertrain.integration.step_control``."""
 
+CHANGES, EDGES, CLOSING, TORQUES, IDLE, FORBIDDEN, JUMPS = FLAGS = range(7)
+"""Entries of ``Memory.flags``, see ``powertrain.modes.rules``."""
+
 
 class Bound:
     """A Function with its arguments and results bound to arrays; ``call()`` evaluates it.
@@ -111,7 +114,7 @@ class Memory:
         self.g = zeros(indicators)
         self.worst = zeros(1)
         self.held = zeros(held)
-        self.flags = zeros(7)
+        self.flags = zeros(len(FLAGS))
         self.edges = zeros(len(dae.whens))
         self.closing = zeros(len(dae.barriers))
         self.fire = zeros(timed)
