@@ -23,7 +23,7 @@ from powertrain.components.rotational import IdealGear, Inertia, SpringDamper
 from powertrain.components.translational import Flange, Mass
 from powertrain.integration import rodas5p
 from powertrain.language.map import Axis
-from powertrain.numerics.buffers import Bound
+from powertrain.numerics.buffers import bound
 
 Array = NDArray[np.float64]
 NAME = "driveline"
@@ -247,11 +247,11 @@ def radau(ode: dict[str, ca.SX], x0: Array, p: Array) -> Callable[[], Array]:
     jacobian = ca.densify(ca.jacobian(ode["ode"], ode["x"]).T)
     j = ca.Function("radau_j", [ode["t"], ode["x"], ode["p"]], [jacobian])
     time, y, parameters, rates, matrix = np.zeros(1), np.zeros(n), p.copy(), np.zeros(n), np.zeros(n * n)
-    bound = [Bound(function, (time, y, parameters), (result,)) for function, result in ((f, rates), (j, matrix))]
+    calls = [bound(function, (time, y, parameters), (result,)) for function, result in ((f, rates), (j, matrix))]
 
     def evaluate(k: int, t: float, x: Array, result: Array) -> Array:
         time[0], y[:] = t, x
-        bound[k].call()
+        calls[k]()
         return result.copy()
 
     def run() -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from powertrain.dae.tolerances import EPS
 from powertrain.language.reals import Array
-from powertrain.numerics.buffers import CHECKS, INFO, Bound, Memory, view
+from powertrain.numerics.buffers import CHECKS, INFO, Call, Memory, view
 
 AIM = 0.1 * EPS
 """A located indicator is below zero by this much, a tenth of the hysteresis, or at most twice as much."""
@@ -26,8 +26,8 @@ _PLACES = (0.0, *CHECKS, 1.0)
 class Locator:
     """Finds the first indicator that falls below zero in the last step of ``memory``."""
 
-    def __init__(self, locate: Bound, memory: Memory) -> None:
-        self._kept, self._call, self._above, self._g = locate, locate.call, memory.above, memory.g
+    def __init__(self, locate: Call, memory: Memory) -> None:
+        self._call, self._above, self._g = locate, memory.above, memory.g
         self._fraction, self._worst, self._info = view(memory.fraction), view(memory.worst), view(memory.info)
 
     def find(self, depth: float = 0.0) -> float | None:

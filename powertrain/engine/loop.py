@@ -112,7 +112,7 @@ class Run:
         """Set stuck speeds to zero, evaluate the slope at the present instant and return a first step size."""
         memory = self.memory
         memory.time[0] = self.t
-        self.engine.fresh[self.side].call()
+        self.engine.fresh[self.side]()
         self.side = 1 - self.side
         found: list[float] = memory.start.tolist()
         h, total = found
@@ -325,7 +325,7 @@ class Run:
         """What has been stuck, with the held values before the event, is at rest."""
         now = self.memory.m.copy()
         self.memory.m[:] = held
-        self.engine.rest[self.side].call()
+        self.engine.rest[self.side]()
         self.side, self.memory.m[:] = 1 - self.side, now
 
     def _keep(self, instant: Instant, applied: Sequence[int] = ()) -> None:
@@ -355,7 +355,7 @@ class Run:
     def _turns(self) -> bool:
         """Continue past a corner of continuous signals with the same step size; False if modes must be resolved there."""
         memory = self.memory
-        self.engine.corner[self.side].call()
+        self.engine.corner[self.side]()
         unsettled, total = memory.corner.tolist()
         if unsettled != 0.0 or not -np.inf < total < np.inf:
             return False

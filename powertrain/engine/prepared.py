@@ -32,7 +32,7 @@ from powertrain.modes.discontinuities import reset_values
 from powertrain.modes.indicators import Indicator, indicators
 from powertrain.modes.resolve import ModeResolver
 from powertrain.numerics.background import Builds, Install
-from powertrain.numerics.buffers import Bound, Evaluated, Memory
+from powertrain.numerics.buffers import Call, Evaluated, Memory, bound
 from powertrain.numerics.compiled import Compilable, Library, compile_functions
 from powertrain.numerics.pivots import match_rows
 
@@ -75,7 +75,6 @@ class Prepared:
         self.algebra = AlgebraicSolver(dae, self.memory) if dae.z.numel() else None
         self._steps: dict[str, Calls] = {}
         self._machine_code: dict[str, Library] = {}
-        self._kept: list[Bound | Parts] = []
         self._builds = Builds()
         self._functions: dict[str, ca.Function] = {}
         self._general: dict[str, ca.Function] = {}
@@ -157,18 +156,14 @@ class Prepared:
         if isinstance(functions, Library):
             self._machine_code[method] = functions
         if "advance" in functions:
-            parts = Parts(functions, self.memory)
-            self._kept.append(parts)
-            return parts.calls
-        self._kept += (bound := [self._bind_step(functions[method], side) for side in (0, 1)])
-        return [each.call for each in bound]
+            return Parts(functions, self.memory).calls
+        return [self._bind_step(functions[method], side) for side in (0, 1)]
 
-    def _bind_step(self, function: ca.Function, side: int) -> Bound:
+    def _bind_step(self, function: ca.Function, side: int) -> Call:
         memory, other = self.memory, 1 - side
         arguments = [memory.time, memory.y[side], memory.m, memory.p, memory.slope[side], memory.tolerance]
-        return Bound(
-            function, arguments, [memory.y[other], memory.slope[other], memory.info, memory.dense, memory.outside]
-        )
+        results = [memory.y[other], memory.slope[other], memory.info, memory.dense, memory.outside]
+        return bound(function, arguments, results)
 
     def _load(
         self, t: float, x: ArrayLike, z: ArrayLike | None, m: ArrayLike | None, p: ArrayLike, rtol: float, atol: float
@@ -216,7 +211,7 @@ class Prepared:
         """The instants of the timed laws for the present held values."""
         if not self.timed:
             return []
-        self.instants.call()
+        self.instants()
         instants: list[float] = self.memory.instants.tolist()
         return instants
 
@@ -245,22 +240,22 @@ class Prepared:
             self._functions = self._finished(called, fast, self._rebuild)
         functions, m, p = self._functions, memory.m, memory.p
 
-        def both(name: str, given: Sequence[Array], results: Sequence[Array], slope: bool = False) -> list[Bound]:
+        def both(name: str, given: Sequence[Array], results: Sequence[Array], slope: bool = False) -> list[Call]:
             """A function from either side of the double buffer; with ``slope``, y and slope on the other side come before its results."""
             others = [[memory.y[k], memory.slope[k]] if slope else [] for k in (1, 0)]
             return [
-                Bound(functions[name], [memory.time, y, m, p, *given], [*other, *results])
+                bound(functions[name], [memory.time, y, m, p, *given], [*other, *results])
                 for y, other in zip(memory.y, others, strict=True)
             ]
 
         self.fresh = both("fresh", [memory.tolerance], [memory.start], slope=True)
-        self.rest = [Bound(functions["rest"], [memory.time, memory.y[k], m, p], [memory.y[1 - k]]) for k in (0, 1)]
+        self.rest = [bound(functions["rest"], [memory.time, memory.y[k], m, p], [memory.y[1 - k]]) for k in (0, 1)]
         located = [memory.time, memory.fraction, memory.above, memory.dense, m, p]
-        self.locator = Locator(Bound(functions["locate"], located, [memory.at, memory.g, memory.worst]), memory)
+        self.locator = Locator(bound(functions["locate"], located, [memory.at, memory.g, memory.worst]), memory)
         results = [memory.held, memory.flags, memory.edges, memory.closing]
         update = both("update", [memory.fire, memory.jumped], results)
         if self.timed:
-            self.instants = Bound(functions["instants"], [m, p], [memory.instants])
+            self.instants = bound(functions["instants"], [m, p], [memory.instants])
         if self._turning:
             self.corner = both("corner", [], [memory.corner], slope=True)
         if self.algebra is not None and "newton" in functions:

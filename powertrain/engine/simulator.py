@@ -99,7 +99,7 @@ class Simulator(Prepared):
     def _jump(self, t: float, held: Array) -> None:
         """Give inputs other values. SimulationError if what may not jump follows them."""
         memory = self.memory
-        self.rest[0].call()
+        self.rest[0]()
         memory.y[0][:] = memory.y[1]
         self.keep_left(t, 0)
         memory.m[: held.size] = held
@@ -112,7 +112,7 @@ class Simulator(Prepared):
         """The modes of all laws at one instant, from the guess ``m``: consistent (x, z, m). Raises InitializationError."""
         self._load(t, x, z, m, p, TOLERANCE, TOLERANCE)
         self._settle(t)
-        self.fresh[0].call()
+        self.fresh[0]()
         n, nz, held, _ = self.sizes
         y = self.memory.y[1]
         return y[:n].copy(), y[n : n + nz].copy(), self.memory.m[:held].copy()
@@ -151,7 +151,7 @@ class Simulator(Prepared):
         m = memory.m.copy()
         memory.m[[law.index for law in self.dae.frictions]] = FORWARD
         memory.m[beyond] = STUCK
-        self.rest[0].call()
+        self.rest[0]()
         memory.y[0][:], memory.m[:] = memory.y[1], m
 
     def _resolve_start(self) -> None:

@@ -6,8 +6,6 @@ computed side by side, and so are the indicators in their survey. The results eq
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import casadi as ca
 
 from powertrain.integration.fused import Model, error_norm, taken_step
@@ -15,7 +13,7 @@ from powertrain.integration.samples import WITHOUT, extremes
 from powertrain.integration.step import on_polynomial
 from powertrain.integration.step_control import verdict_of
 from powertrain.modes.indicators import indicators
-from powertrain.numerics.buffers import CHECKS, PREFIX, Bound, Memory, view, zeros
+from powertrain.numerics.buffers import CHECKS, PREFIX, Call, Memory, bound, view, zeros
 from powertrain.numerics.compiled import Compilable
 from powertrain.numerics.least import least_of
 from powertrain.numerics.vectorised import WIDTH, abreast
@@ -82,39 +80,31 @@ class Parts:
             zeros(n) for n in (functions["samples"].nnz_in(0), functions["samples"].nnz_out(0))
         )
         self._norm, self._stiffness, self._least = memory.info[:1], zeros(1), zeros(len(WITHOUT))
-        self._prepare = Bound(functions["constants"], [memory.m, memory.p], self._constants)
-        self._samples = Bound(functions["samples"], [self._points, memory.m, memory.p], [self._found])
-        self._survey = Bound(functions["survey"], [self._found], [self._least])
-        self._sides = [self._side(side) for side in (0, 1)]
+        self._prepare = bound(functions["constants"], [memory.m, memory.p], self._constants)
+        self._samples = bound(functions["samples"], [self._points, memory.m, memory.p], [self._found])
+        self._survey = bound(functions["survey"], [self._found], [self._least])
         self._prepared = b"", b""
-        self.calls = [self._call(*sides) for sides in self._sides]
+        self.calls = [self._step(side) for side in (0, 1)]
 
-    def _side(self, side: int) -> tuple[Bound, Bound]:
-        """The advance from one side of the double buffer, and the verdict."""
+    def _step(self, side: int) -> Call:
+        """The step from one side of the double buffer."""
         memory, norm, stiffness, other = self._memory, self._norm, self._stiffness, 1 - side
         given = [memory.time, memory.y[side], memory.m, memory.p, memory.slope[side], memory.tolerance]
         taken = [memory.y[other], memory.dense, norm, stiffness, self._points, memory.outside]
+        advance = bound(self._functions["advance"], [*given, *self._constants], taken)
         judged = [memory.info, memory.slope[other]]
-        return (
-            Bound(self._functions["advance"], [*given, *self._constants], taken),
-            Bound(self._functions["verdict"], [norm, stiffness, self._least, self._found], judged),
-        )
-
-    def _call(self, advance: Bound, verdict: Bound) -> Callable[[], None]:
-        """One step."""
-        m, p, error = self._memory.m, self._memory.p, view(self._norm)
-        prepare, samples, survey = self._prepare.call, self._samples.call, self._survey.call
-        begin, end = advance.call, verdict.call
+        verdict = bound(self._functions["verdict"], [norm, stiffness, self._least, self._found], judged)
+        m, p, error = memory.m, memory.p, view(norm)
 
         def call() -> None:
             now = m.tobytes(), p.tobytes()
             if now != self._prepared:
-                prepare()
+                self._prepare()
                 self._prepared = now
-            begin()
+            advance()
             if error[0] <= 1.0:
-                samples()
-                survey()
-                end()
+                self._samples()
+                self._survey()
+                verdict()
 
         return call

@@ -13,7 +13,7 @@ from powertrain.integration import rodas5p
 from powertrain.integration.fused import Model, closing, verdict_function
 from powertrain.integration.step_control import allowances
 from powertrain.language.reals import Array
-from powertrain.numerics.buffers import CHECKS, PREFIX, Bound, Memory, zeros
+from powertrain.numerics.buffers import CHECKS, PREFIX, Call, Memory, bound, zeros
 
 _A = np.array([[*row, *[0.0] * (8 - len(row))] for row in rodas5p.A])
 _C = np.array([[*row, *[0.0] * (8 - len(row))] for row in rodas5p.C])
@@ -32,7 +32,7 @@ class SparseStep:
         self._samples, self._norm = zeros(4 * max(model.indicators, 1)), zeros(1)
         self._nominal = model.dae.sizes
         self._allowed = allowances(model.dae.x.numel(), model.dae.z.numel())
-        self._close: Bound | None = None
+        self._close: Call | None = None
         self._bind(model)
         self.calls = [partial(self._call, *sides) for sides in (memory.y, memory.y[::-1])]
 
@@ -41,14 +41,14 @@ class SparseStep:
         now = ca.SX.sym("now")
         rates, g, noise = model.reached(now, model.y)
         inputs, arrays = [now, model.y, dae.m, dae.p], [self._now, self._point, memory.m, memory.p]
-        self._rates = Bound(ca.Function(PREFIX + "rates", inputs, ca.cse([rates])), arrays, [self._rate])
-        self._watch = Bound(
+        self._rates = bound(ca.Function(PREFIX + "rates", inputs, ca.cse([rates])), arrays, [self._rate])
+        self._watch = bound(
             ca.Function(PREFIX + "watch", inputs, ca.cse([g, noise, ca.densify(model.guards(now, model.y))])),
             arrays,
             [self._g, self._noise, self._outside],
         )
         judged = verdict_function(model.indicators)
-        self._verdict = Bound(judged, [self._norm, zeros(1), self._samples, self._noise], [memory.info])
+        self._verdict = bound(judged, [self._norm, zeros(1), self._samples, self._noise], [memory.info])
         diagonal = ca.Sparsity.diag(self._n)
         jacobian = ca.jacobian(rates, model.y)
         pattern = jacobian.sparsity() + diagonal
@@ -56,7 +56,7 @@ class SparseStep:
         full = ca.project(jacobian, pattern)
         time_slope = ca.densify(ca.jacobian(rates, now))
         function = ca.Function(PREFIX + "jacobian", inputs, ca.cse([full, time_slope]))
-        self._jacobian = Bound(function, arrays, [self._data, self._slope])
+        self._jacobian = bound(function, arrays, [self._data, self._slope])
         columns, rows = np.array(pattern.get_col(), dtype=np.int64), np.array(pattern.row(), dtype=np.int64)
         self._diagonal = np.flatnonzero((rows == columns) & (rows < self._states))
         self._pattern = (rows, np.array(pattern.colind()))
@@ -64,7 +64,7 @@ class SparseStep:
         if closes is not None:
             x = closes(now, model.y[: self._states], model.y[self._states :], dae.m, dae.p)
             projected = ca.Function(PREFIX + "closing", inputs, [ca.vertcat(x, model.y[self._states :])])
-            self._close = Bound(projected, arrays, [self._end])
+            self._close = bound(projected, arrays, [self._end])
 
     def _call(self, begin: Array, finish: Array) -> None:
         """Step from ``memory.time``; results as for the fused step functions."""
@@ -72,7 +72,7 @@ class SparseStep:
         t, h = float(memory.time[0]), float(memory.time[1])
         y = begin[:n]
         self._now[0], self._point[:n] = t, y
-        self._jacobian.call()
+        self._jacobian()
         matrix = -self._data
         matrix[self._diagonal] += 1.0 / (h * rodas5p.GAMMA)
         stages = np.zeros((8, n))
@@ -86,7 +86,7 @@ class SparseStep:
         for i in range(8):
             self._now[0] = t + rodas5p.ALPHA[i] * h
             self._point[:n] = y + _A[i, :i] @ stages[:i]
-            self._rates.call()
+            self._rates()
             if not np.isfinite(self._rate).all():
                 return
             right = self._rate + rodas5p.GAMMA_SUM[i] * h * self._slope
@@ -95,7 +95,7 @@ class SparseStep:
         self._end[:n] = self._point[:n] + stages[7]
         if self._close is not None:
             self._now[0], self._point[:n] = t + h, self._end[:n]
-            self._close.call()
+            self._close()
         finish[:n] = end = self._end[:n]
         self._describe(t, h, y, end, stages)
 
@@ -110,6 +110,6 @@ class SparseStep:
         for k, q in enumerate((*CHECKS, 1.0)):
             self._now[0] = t + q * h
             self._point[:n] = end if q == 1.0 else q ** np.arange(5) @ dense
-            self._watch.call()
+            self._watch()
             self._samples.reshape(4, -1)[k] = self._g
-        self._verdict.call()
+        self._verdict()

@@ -9,9 +9,10 @@ import casadi as ca
 import numpy as np
 
 from powertrain.language.reals import Array
+from powertrain.numerics.buffers import Call
 from powertrain.numerics.folding import folded
 
-Calls: TypeAlias = list[Callable[[], None]]
+Calls: TypeAlias = list[Call]
 """A step in both directions of the double buffer; machine code replaces it in the list when it is ready."""
 OFTEN = 20_000
 """Steps in the same modes after which a special function is built: building one costs what it saves in so many steps."""

@@ -9,7 +9,7 @@ from powertrain.dae.hybrid import HybridDae
 from powertrain.dae.tolerances import BALANCED, FOUND, KINK, ROUND_OFF
 from powertrain.language.reals import Array
 from powertrain.modes.selflocking import SelfLocking
-from powertrain.numerics.buffers import Bound, Evaluated, Memory, zeros
+from powertrain.numerics.buffers import Call, Evaluated, Memory, bound, zeros
 from powertrain.numerics.newton import Index, newton
 
 _ITERATIONS = 60
@@ -25,14 +25,14 @@ class AlgebraicSolver:
     def __init__(self, dae: HybridDae, memory: Memory) -> None:
         self.dae, self.n = dae, dae.x.numel()
         self._memory, self._self_locking = memory, SelfLocking(dae, memory)
-        self._quick: list[Bound] = []
+        self._quick: list[Call] = []
         self._nearer, self._unsettled = zeros(dae.z.numel()), zeros(1)
         self._algebra = Evaluated(dae.function("algebra", *ca.cse([dae.residual, ca.jacobian(dae.residual, dae.z)])))
 
     def hasten(self, function: ca.Function) -> None:
         """Try ``function`` first: (time, y, m, p) -> z after a few Newton steps, and 0 if ``solve`` would give the same z."""
         memory, results = self._memory, [self._nearer, self._unsettled]
-        self._quick = [Bound(function, [memory.time, side, memory.m, memory.p], results) for side in memory.y]
+        self._quick = [bound(function, [memory.time, side, memory.m, memory.p], results) for side in memory.y]
 
     def equations(self, side: int) -> tuple[Array, Array]:
         """d(residual)/dz and the residuals at the current point."""
@@ -43,7 +43,7 @@ class AlgebraicSolver:
         """Correct z in ``memory.y[side]``; raises NotConsistent."""
         z = self._memory.y[side][self.n :]
         if self._quick:
-            self._quick[side].call()
+            self._quick[side]()
             if self._unsettled[0] == 0.0:
                 z[:] = self._nearer
                 return

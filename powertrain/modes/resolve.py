@@ -22,7 +22,7 @@ from powertrain.modes.discontinuities import Discontinuities
 from powertrain.modes.jam import jam_message, not_found_message, several_message
 from powertrain.modes.resting import resting
 from powertrain.modes.uniqueness import others, pieces_of
-from powertrain.numerics.buffers import CHANGES, CLOSING, IDLE, JUMPS, Bound, Memory, view
+from powertrain.numerics.buffers import CHANGES, CLOSING, IDLE, JUMPS, Call, Memory, view
 
 Alternatives = tuple[list[int], list[tuple[float, ...]]]
 """Places in the held values and the values that they may have together."""
@@ -48,8 +48,8 @@ class ModeResolver:
         self,
         dae: HybridDae,
         memory: Memory,
-        update: Sequence[Bound],
-        fresh: Sequence[Bound],
+        update: Sequence[Call],
+        fresh: Sequence[Call],
         algebra: AlgebraicSolver | None,
         carry: Callable[[int], bool],
     ) -> None:
@@ -305,14 +305,14 @@ class ModeResolver:
     def _apply_rules(self, side: int, slack: float) -> None:
         """One pass of the mode rules; ``slack`` as in ``mode_pass``."""
         self.memory.jumped[1] = slack
-        self._update[side].call()
+        self._update[side]()
         self.memory.jumped[1] = 0.0
 
     def _consistent(self, side: int) -> bool:
         """Whether the present modes are consistent, with finite rates."""
         if not self._judged(side, slack=1.0) or self._flags[CHANGES]:
             return False
-        self._fresh[side].call()
+        self._fresh[side]()
         return bool(np.isfinite(self.memory.slope[1 - side][: self.n]).all())
 
     def _reset(self, side: int) -> bool:

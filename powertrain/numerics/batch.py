@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column
-from powertrain.numerics.buffers import Bound, view, zeros
+from powertrain.numerics.buffers import Call, bound, view, zeros
 from powertrain.numerics.lookup import Lookup, looked_up
 from powertrain.numerics.tape import grouped, replayed
 from powertrain.numerics.vectorised import VectorTape, vector_tape
@@ -49,7 +49,7 @@ class Lanes:
         self.sizes, self.size = [s.numel() for s in inputs], outputs.numel()
         self._given = [zeros(n * TOGETHER) for n in self.sizes[:-1]]
         self._common, self._found = zeros(self.sizes[-1]), zeros(self.size * TOGETHER)
-        self._bound = Bound(wide, [*self._given, self._common], [self._found])
+        self._call = bound(wide, [*self._given, self._common], [self._found])
 
     def __call__(self, points: Sequence[Array], common: Array) -> Array:
         """One row of values per point; ``points`` are arrays for all inputs but the last, one row per point."""
@@ -64,7 +64,7 @@ class Lanes:
             for lane, values in zip(lanes, rows, strict=True):
                 lane[:width] = values[first : first + width]
                 lane[width:] = values[first + width - 1]
-            self._bound.call()
+            self._call()
             result[first : first + width] = found[:width]
         return result
 
@@ -110,20 +110,20 @@ class Tape:
         """The same for separate rows of ``count`` values."""
         rows = list(rows)
         result = np.empty((self.outputs, count))
-        given, found, bound = self._block
+        given, found, call = self._block
         for first in range(0, count, self.lanes):
             last = min(first + self.lanes, count)
             for lane, row in zip(given, rows, strict=True):
                 lane[: last - first], lane[last - first :] = row[first:last], row[last - 1]
-            bound.call()
+            call()
             result[:, first:last] = found[:, : last - first]
         return result
 
     @cached_property
-    def _block(self) -> tuple[Rows, Rows, Bound]:
+    def _block(self) -> tuple[Rows, Rows, Call]:
         """Arguments and results at ``lanes`` points, and the function that computes them."""
         given, found = np.zeros((self.inputs, self.lanes)), np.zeros((self.outputs, self.lanes))
-        return given, found, Bound(self.function, [*given, self._common], list(found))
+        return given, found, bound(self.function, [*given, self._common], list(found))
 
 
 _FEW, _MANY = 32, 1024

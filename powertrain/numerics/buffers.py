@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
 import casadi as ca
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from powertrain.dae.hybrid import FrictionValues, HybridDae
 from powertrain.language.reals import Array
 
+Call: TypeAlias = Callable[[], None]
 PREFIX = "powertrain_"
 """Prefix of the names of CasADi functions."""
 CHECKS = (0.25, 0.5, 0.75)
@@ -24,24 +25,21 @@ CHANGES, EDGES, CLOSING, TORQUES, IDLE, FORBIDDEN, JUMPS = FLAGS = range(7)
 """Entries of ``Memory.flags``, see ``powertrain.modes.rules``."""
 
 
-class Bound:
-    """A Function with its arguments and results bound to arrays; ``call()`` evaluates it.
+def bound(function: ca.Function, arguments: Sequence[Array], results: Sequence[Array]) -> Call:
+    """A call that evaluates a Function, with its arguments and results in these arrays.
 
-    CasADi's handle keeps neither the buffer object nor the arrays alive, so this object does; keep it as long as ``call`` is used.
+    CasADi's handle keeps neither the buffer object nor the arrays alive, so the call does.
     """
-
-    __slots__ = ("_kept", "call")
-
-    def __init__(self, function: ca.Function, arguments: Sequence[Array], results: Sequence[Array]) -> None:
-        buffer, call = _buffer(function)
-        for i, array in enumerate(arguments):
-            _check(array, function.nnz_in(i))
-            buffer.set_arg(i, view(array))
-        for i, array in enumerate(results):
-            _check(array, function.nnz_out(i))
-            buffer.set_res(i, view(array))
-        self._kept = (function, buffer, tuple(arguments), tuple(results))
-        self.call: Callable[[], None] = call
+    buffer, handle = _buffer(function)
+    for i, array in enumerate(arguments):
+        _check(array, function.nnz_in(i))
+        buffer.set_arg(i, view(array))
+    for i, array in enumerate(results):
+        _check(array, function.nnz_out(i))
+        buffer.set_res(i, view(array))
+    call: Any = partial(handle)
+    call.kept = (function, buffer, tuple(arguments), tuple(results))
+    return cast(Call, call)
 
 
 class Evaluated:
@@ -58,13 +56,13 @@ class Evaluated:
         self._sizes = [function.nnz_in(i) for i in range(function.n_in())]
         self._found = zeros(ends[-1])
         results = [self._found[part] if part.stop > part.start else zeros(0) for part in self._parts]
-        self._bound = Bound(function, self._given, results)
+        self._call = bound(function, self._given, results)
 
     def __call__(self, *values: float | Array) -> list[Array]:
         """The results, in arrays that no later call changes."""
         for given, size, value in zip(self._given, self._sizes, values, strict=True):
             given[:size] = value
-        self._bound.call()
+        self._call()
         found = self._found.copy()
         return [found[part].reshape(shape, order="F") for part, shape in zip(self._parts, self._shapes, strict=True)]
 

@@ -37,8 +37,7 @@ class Step:
         )
 
     def find(self, depth: float = 0.0) -> float | None:
-        locate: Any = SimpleNamespace(call=self.call)
-        return Locator(locate, self.memory).find(depth)
+        return Locator(self.call, self.memory).find(depth)
 
 
 CURVES: dict[str, Curve] = {

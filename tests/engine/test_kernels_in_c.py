@@ -131,8 +131,7 @@ def test_both_loops_search_at_the_same_places(name: str) -> None:
             step.call()
 
         if in_python:
-            locate: Any = type("Locate", (), {"call": staticmethod(value)})
-            found.append((Locator(locate, step.memory).find(depth), asked))
+            found.append((Locator(value, step.memory).find(depth), asked))
             continue
         arrays = {key: getattr(step.memory, key) for key in ("above", "g", "fraction", "worst", "info")}
         model = Model(arrays | {"lows": np.zeros(len(curves))}, indicators=len(curves))
