@@ -30,7 +30,7 @@ Rows = NDArray[np.float64]
 
 
 LANES = 256
-_DEPTH = 20
+"""Points per call of a ``Tape`` of a map."""
 TOGETHER = 64
 """Points per call of ``Lanes``."""
 building = threading.RLock()
@@ -233,32 +233,6 @@ def _filled(value: ca.MX, lanes: int) -> ca.MX:
     value = ca.densify(value)
     # a repetition would be one operation per lane
     return value if value.numel() == lanes else value * ca.MX.ones(lanes, 1)
-
-
-def all_hold(margins: Sequence[Symbol]) -> Symbol:
-    """One if no margin is negative (or nan), else zero."""
-    result = Symbol(1)
-    for margin in margins:
-        result = result * (margin >= 0)
-    return result
-
-
-def separated(margins: Iterable[Symbol]) -> list[Symbol]:
-    """The margins with the operands of each minimum in its place: it is not negative where none of them is."""
-    found = list[Symbol]()
-    for margin in margins:
-        found += separated([margin.dep(0), margin.dep(1)]) if margin.is_op(ca.OP_FMIN) else [margin]
-    return found
-
-
-def different(expressions: Sequence[Symbol]) -> list[Symbol]:
-    """The expressions without duplicates and without constants that are not negative."""
-    kept: list[Symbol] = []
-    for expression in expressions:
-        trivial = expression.is_constant() and float(expression) >= 0.0
-        if not trivial and not any(ca.is_equal(expression, other, _DEPTH) for other in kept):
-            kept.append(expression)
-    return kept
 
 
 def dependence(expressions: Sequence[Symbol], symbols: Sequence[Symbol]) -> NDArray[np.bool_]:

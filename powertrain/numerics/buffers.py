@@ -30,7 +30,8 @@ def bound(function: ca.Function, arguments: Sequence[Array], results: Sequence[A
 
     CasADi's handle keeps neither the buffer object nor the arrays alive, so the call does.
     """
-    buffer, handle = _buffer(function)
+    pair: tuple[Any, Any] = function.buffer()
+    buffer, handle = pair
     for i, array in enumerate(arguments):
         _check(array, function.nnz_in(i))
         buffer.set_arg(i, view(array))
@@ -65,11 +66,6 @@ class Evaluated:
         self._call()
         found = self._found.copy()
         return [found[part].reshape(shape, order="F") for part, shape in zip(self._parts, self._shapes, strict=True)]
-
-
-def _buffer(function: ca.Function) -> tuple[Any, Callable[[], None]]:
-    buffer, call = function.buffer()
-    return buffer, call
 
 
 def view(array: Array) -> Any:

@@ -22,7 +22,7 @@ from powertrain.equilibrium.system import Equilibrium, with_modes
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
 from powertrain.modes.guards import guard_margin
-from powertrain.numerics.batch import LANES, Tape, all_hold, column_tape, dependence, different, separated
+from powertrain.numerics.batch import LANES, Tape, column_tape, dependence
 from powertrain.numerics.vectorised import VectorTape
 
 _WIDTH = 4096
@@ -30,6 +30,8 @@ _WIDTH = 4096
 _KNOWN = 64
 """The number of combinations that are known at most."""
 _ALTERNATIVES = 64
+_DEPTH = 20
+"""Depth to which margins are compared."""
 _LARGEST = 16384
 """Points that the solver takes together where combinations cannot be known."""
 Key = tuple[float, ...]
@@ -173,8 +175,8 @@ class KnownModes:
         rivals = []
         for other in self._alternatives(key):
             found = with_modes([self.choices[k].margins[m] for k, m in other.items()], modes, given | other)
-            rivals.append([rival - 2 * EPS for rival in separated(found)])
-        return exact[: len(self._wanted)], different(separated(exact[len(self._wanted) :])), rivals
+            rivals.append([rival - 2 * EPS for rival in _separated(found)])
+        return exact[: len(self._wanted)], _different(_separated(exact[len(self._wanted) :])), rivals
 
     def _expressions(self, key: Key) -> list[Symbol]:
         """The requested values of one combination, and whether these modes and no others hold."""
@@ -217,3 +219,29 @@ class KnownModes:
         for _ in members:
             reach = reach | (reach.astype(int) @ reach.astype(int) > 0)
         return [k for i, k in enumerate(members) if reach[i, i]]
+
+
+def all_hold(margins: Sequence[Symbol]) -> Symbol:
+    """One if no margin is negative (or nan), else zero."""
+    result = Symbol(1)
+    for margin in margins:
+        result = result * (margin >= 0)
+    return result
+
+
+def _separated(margins: Sequence[Symbol]) -> list[Symbol]:
+    """The margins with the operands of each minimum in its place: it is not negative where none of them is."""
+    found = list[Symbol]()
+    for margin in margins:
+        found += _separated([margin.dep(0), margin.dep(1)]) if margin.is_op(ca.OP_FMIN) else [margin]
+    return found
+
+
+def _different(expressions: Sequence[Symbol]) -> list[Symbol]:
+    """The expressions without duplicates and without constants that are not negative."""
+    kept: list[Symbol] = []
+    for expression in expressions:
+        trivial = expression.is_constant() and float(expression) >= 0.0
+        if not trivial and not any(ca.is_equal(expression, other, _DEPTH) for other in kept):
+            kept.append(expression)
+    return kept

@@ -8,8 +8,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.numerics.batch import TOGETHER, Columns, Lanes, Tape, all_hold
+from powertrain.numerics.batch import TOGETHER, Columns, Lanes, Tape
 from powertrain.numerics.many import Many
+from powertrain.steadystate.known_modes import all_hold
 
 
 @pytest.mark.parametrize("seed", range(5))
