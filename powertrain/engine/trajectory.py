@@ -151,19 +151,16 @@ class Trajectory:
         """
         asked = np.atleast_1d(np.asarray(times, dtype=np.float64))
         asked = asked[(asked >= self.start) & (asked <= self.end)]
-        ordered = bool((asked[1:] >= asked[:-1]).all())
         if not (with_events and self.instants):
-            return self._samples(asked, *(self._evaluate(asked) if ordered else self._unordered(asked)))
-        merged, places = self._merged(asked if ordered else np.sort(asked))
+            return self._samples(asked, *self._evaluate(asked))
+        merged, places = self._merged(np.sort(asked))
         y, held = self._evaluate(merged)
         y[places], held[places] = self._limits(self.instants)
         return self._samples(merged, y, held)
 
     def in_steps(self, times: Array, steps: NDArray[np.int_]) -> Samples:
         """The dense output of given steps, one for each time."""
-        q, c = ((times - self.times[steps]) / self.sizes[steps])[:, None], self.dense[steps]
-        y = (((c[:, 4] * q + c[:, 3]) * q + c[:, 2]) * q + c[:, 1]) * q + c[:, 0]
-        return self._samples(times, y, self.held[self.mode_of_step[steps]])
+        return self._samples(times, *self._polynomials(times, steps))
 
     def limits(self, instants: Sequence[Instant]) -> Samples:
         """The left and the right limit at each instant of events."""
@@ -179,32 +176,26 @@ class Trajectory:
     def _samples(self, times: Array, y: NDArray[np.float64], held: NDArray[np.float64]) -> Samples:
         return Samples(times, y[:, : self.states], y[:, self.states :], held)
 
-    def _unordered(self, times: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        distinct, places = np.unique(times, return_inverse=True)
-        y, held = self._evaluate(distinct)
-        return y[places], held[places]
-
     def _evaluate(self, times: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Unknowns and held values at ascending times, one row per time; each column of the unknowns is contiguous."""
+        """Unknowns and held values at some times, one row per time."""
         if not len(self.times):
             return np.tile(self.final, (len(times), 1)), np.tile(self.final_held, (len(times), 1))
-        first = np.append(times.searchsorted(self.times), len(times))
-        counts = first[1:] - first[:-1]
-        asked = counts.nonzero()[0]
-        counts = counts[asked]
-        q = times - self.times[asked].repeat(counts)
-        q /= self.sizes[asked].repeat(counts)
-        columns = self.dense[asked].transpose(1, 2, 0).copy()
+        y, held = self._polynomials(times, self.times.searchsorted(times, "right") - 1)
+        last = times == self.end
+        y[last], held[last] = self.final, self.final_held
+        return y, held
+
+    def _polynomials(self, times: Array, steps: NDArray[np.int_]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The same by the dense output of given steps; each column of the unknowns is contiguous."""
+        first = np.flatnonzero(np.diff(steps, prepend=-1))
+        counts = np.diff(first, append=len(steps))
+        q = (times - self.times[steps]) / self.sizes[steps]
+        columns = self.dense[steps[first]].transpose(1, 2, 0).copy()
         y = columns[4].repeat(counts, axis=1)
         for k in (3, 2, 1, 0):
             y *= q
             y += columns[k].repeat(counts, axis=1)
-        held = self.held.take(self.mode_of_step[asked].repeat(counts), axis=0)
-        if len(times) and times[-1] == self.end:
-            last = times.searchsorted(self.end)
-            y[:, last:] = self.final[:, None]
-            held[last:] = self.final_held
-        return y.T, held
+        return y.T, self.held.take(self.mode_of_step[steps], axis=0)
 
     def _merged(self, times: Array) -> tuple[Array, NDArray[np.int64]]:
         """The ascending times with the instants of all events added twice, and the indices of those."""
