@@ -68,7 +68,7 @@ class Lookup:
             self._shares.append((x - first) / self._lengths[-1])
             strides.append(stride)
             stride *= len(points)
-        place = sum(float(n) * each for n, each in zip(strides, intervals, strict=True))
+        place = reduce(add, (float(n) * each for n, each in zip(strides, intervals, strict=True)))
         corners = product((0, 1), repeat=self._count)  # the last axis the fastest
         offsets = [float(sum(i * n for i, n in zip(c, strides, strict=True))) for c in corners]
         self._corners = searches.entries(table.values.tolist(), [place + offset for offset in offsets])

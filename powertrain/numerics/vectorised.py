@@ -291,9 +291,6 @@ class Value:
     def __add__(self, other: Value | float) -> Value:
         return self.writer.operate(ca.OP_ADD, [self, self._of(other)])
 
-    def __radd__(self, other: float) -> Value:
-        return self if other == 0.0 else self + other
-
     def __sub__(self, other: Value) -> Value:
         return self.writer.operate(ca.OP_SUB, [self, other])
 
