@@ -85,7 +85,6 @@ class SteadyLaws:
         self.driving = {k: modes for k in np.flatnonzero(self.tied) if (modes := _driving(balance, int(k))).size}
         self.rates = np.flatnonzero(balance.rate_of >= 0)
         self.rated = balance.rate_of[self.rates]
-        self.common = np.zeros(balance.common.numel())
         varying, self.pattern, self._outputs = _equations(balance)
         self._equations = Columns("steady_equations", varying, balance.common, self._outputs, compile)
         self._compile = compile
@@ -102,13 +101,6 @@ class SteadyLaws:
         dae = self.balance.dae
         others = {*dae.state_names, *(s.name() for s in scalars(dae.z))}
         return np.flatnonzero([name not in others for name in self.balance.names])
-
-    def set_common(self, values: Array) -> None:
-        """Parameters and inputs that are the same for all points."""
-        self.common = values.copy()
-        self._rules.set_common(values)
-        self._starts.set_common(values)
-        self._equations.set_common(values)
 
     def starts(self, grid: Array) -> tuple[Array, Array]:
         """The unknowns (point, unknown) as guessed and as at the start of a run; zero where these have no value."""
@@ -147,7 +139,8 @@ class SteadyLaws:
         if not self._compile:
             return None
         try:
-            return NewtonAbreast(*self._arguments, self.balance.common, self.pattern, self._outputs, self.unknowns)
+            common = self.balance.common.symbols
+            return NewtonAbreast(*self._arguments, common, self.pattern, self._outputs, self.unknowns)
         except (NotWritten, OSError):
             return None
 
@@ -311,10 +304,6 @@ class Linearized:
         outputs = [e.nz[k] for e in parts for k in range(e.nnz())]
         varying = scalars(ca.vertcat(b.grid, b.modes, moved))
         self._columns = Columns("steady_balance", varying, b.common, outputs)
-
-    def set_common(self, values: Array) -> None:
-        """Parameters and inputs that are the same for all points."""
-        self._columns.set_common(values)
 
     def __call__(self, at: Iterates, lossless: bool) -> LawValues:
         """Everything at the points; ``lossless``: torques that depend on others are left out."""

@@ -34,7 +34,7 @@ from powertrain.equilibrium.placed import (
 from powertrain.equilibrium.starts import starts
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, key, scalars
-from powertrain.numerics.batch import dependence
+from powertrain.numerics.batch import Common, dependence
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Balance:
     start: Symbol
     initial: Symbol
     modes: Symbol
-    common: Symbol
+    common: Common
     tau: Symbol
     rows: Symbol
     rate_of: NDArray[np.intp]
@@ -79,7 +79,7 @@ class Equilibrium:
     u: list[Symbol]
     u_names: list[str]
     modes: list[Symbol]
-    common: Symbol
+    common: Common
     rows: list[Symbol]
     torques_in: list[Symbol]
     solved: list[Symbol]

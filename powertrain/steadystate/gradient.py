@@ -113,7 +113,6 @@ def _slopes(plant: Plant[Any], q: Question, map_: SteadyMap, names: list[str]) -
         lambda slopes: slopes.map is map_,
         lambda: _Slopes(map_, [q.asked.axes.index(n) for n in names]),
     )  # fmt: skip
-    found.columns.set_common(q.common)
     return found
 
 

@@ -51,15 +51,10 @@ class KnownModes:
         self._relevant: dict[Key, list[int]] = {}
         self._parts: dict[Key, tuple[list[Symbol], list[Symbol], list[list[Symbol]]]] = {}
         self.keys: list[Key] = []
-        self.common: Array = np.zeros(1)
         self._fits, self._width, self._block = np.empty(max(_WIDTH, VectorTape.most)), _WIDTH, LANES
         self._tape: tuple[int, Tape | VectorTape] | None = None
         self._called = 0
         self._refused: set[Key] = set()
-
-    def set_common(self, values: Array) -> None:
-        """Parameters and inputs that are the same for all points."""
-        self.common = values.copy()
 
     def fill(
         self,
@@ -119,9 +114,11 @@ class KnownModes:
                 *values, fits = self._expressions(key)
                 first, open_ = fits * open_, open_ * ca.logic_not(fits)
                 found = [f + ca.if_else(first, v, 0) for f, v in zip(found, [*values, Symbol(number)], strict=True)]
-            tape = column_tape("steady_known", problem.grid, problem.common, ca.cse(found), _WIDTH, self._compile)
+            tape = column_tape(
+                "steady_known", problem.grid, problem.common.symbols, ca.cse(found), _WIDTH, self._compile
+            )
             self._tape, self._called = (len(self.keys), tape), 0
-        self._tape[1].set_common(self.common)
+        self._tape[1].set_common(self.problem.common.values)
         return self._tape[1]
 
     def enter(self, modes: Array) -> bool:

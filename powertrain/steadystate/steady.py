@@ -327,7 +327,7 @@ def steady_map(plant: Plant[Any], q: Question, compile: bool = False) -> SteadyM
     """The prepared map with the values of the question, kept for the next call with the same names."""
     values = q.common[: len(plant.compiled.parameters)]
     map_ = kept(plant, "maps", q, compile, lambda m: m.valid(values), lambda: _prepared(plant, q, values, compile))
-    map_.set_common(q.common)
+    map_.problem.common.set(q.common)
     return map_
 
 

@@ -48,12 +48,6 @@ class SteadyMap:
         """Whether the formulation is also valid for these parameters."""
         return not self.problem.together or np.array_equal(parameters, self._parameters)
 
-    def set_common(self, values: Array) -> None:
-        """Parameters and inputs that are the same for all points."""
-        self.solver.set_common(values)
-        if self._rows is not None:
-            self._rows.known.set_common(values)
-
     def run(self, grid: Grid, look: Look, progress: bool | None, *, keep: bool = False) -> tuple[Grid, MapResults]:
         """Solve all points of a grid; return the grid, with its dimensions in the order of the results, and the results.
 
