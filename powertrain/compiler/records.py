@@ -14,7 +14,7 @@ from powertrain.compiler.generic import generic_values
 from powertrain.compiler.law_torques import LawTorque
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.torques import is_prescribed, limits_follow
-from powertrain.dae.hybrid import Contact, Friction, Guard, HybridDae, Opened, Reset, Switch, TimeSignal, When
+from powertrain.dae.hybrid import Contact, Friction, HybridDae, Opened, Reset, Switch, TimeSignal, When
 from powertrain.dae.tolerances import alone_tolerance
 from powertrain.errors import ModelError
 from powertrain.language.law import Law
@@ -174,12 +174,6 @@ def switch_records(entries: Sequence[SwitchEntry], resolver: Resolver, held: Hel
             entries, values, _event_times(values, resolver, held), resolver.open_conditions(entries), strict=True
         )
     )
-
-
-def guard_record(g: Guard, resolver: Resolver) -> Guard:
-    """The limits of a quantity."""
-    value, low, high = resolver.model([g.value, g.low, g.high])
-    return replace(g, value=value, low=low, high=high)
 
 
 def when_record(

@@ -35,7 +35,7 @@ from powertrain.numerics.sparse_lu import factorize
 
 
 class Resolver:
-    """Holds every assigned unknown twice: ``opened``, for given torques of the laws, and with these torques substituted.
+    """Expressions ``opened``, for given torques of the laws, and closed, with these torques substituted.
 
     ``implicit``: the laws whose torques remain unknowns.
     """
@@ -43,22 +43,16 @@ class Resolver:
     def __init__(self, reduced: Reduced, solved: Solved, torques: list[LawTorque], x: Symbol) -> None:
         self.reduced, self.x = reduced, x
         self._residuals = solved.residuals
-        assigned = list(solved.expressions)
-        if assigned:
-            if reduced.flat.calls:
-                assigned = substituted_in_place(solved.names, assigned)
-            else:
-                assigned = list(ca.substitute_inplace(solved.names, assigned, [], False)[0])
-        self.names, self._opened = column(solved.names), column(assigned)
+        assigned = column(substituted_in_place(solved.names, solved.expressions))
+        self.names = column(solved.names)
         self.roots, self.tau, self._given = _torque_symbols(torques)
         self._tau_column = column(self.tau)
-        self._opened = self._in_torques([self._opened])[0]
+        self._opened = self._in_torques([assigned])[0]
         laws = [self._open_law(t, own) for t, own in zip(torques, self.tau, strict=True)]
         laws = self._through_implicit(laws, column(solved.implicit))
         self.laws = set_apart(laws, Motion(x, column(self._open_rates()), column(solved.implicit)))
         found = solve_torques(self.laws)
         self.torque, self._creep = column(found.tau), found.creep
-        self.assigned = self.close([self._opened])[0]
         self._implicit_laws, self.implicit = found.residuals, found.implicit
         self._largest: dict[frozenset[int], Symbol] = {}
         self.z = [*solved.implicit, *(self.tau[i] for i in found.implicit)]
