@@ -94,20 +94,17 @@ class Resolver:
 
     def model(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of any variable of the model in terms of (t, x, z, m, p)."""
-        if not expressions:
-            return []
         return self._with_derivatives(self.now(self.reduced.rewrite(expressions)))
 
     def model_opened(self, expressions: list[Symbol]) -> list[Symbol]:
         """The same for given torques of the laws."""
-        return self._with_derivatives(self.opened(self.reduced.rewrite(expressions))) if expressions else []
+        return self._with_derivatives(self.opened(self.reduced.rewrite(expressions)))
 
     def _with_derivatives(self, found: list[Symbol]) -> list[Symbol]:
         """Expressions with values for the derivatives that do not appear in the equations."""
-        left = self._not_assigned(found)
-        return (
-            _substituted(found, column(left), ca.densify(column([self._derived(s) for s in left]))) if left else found
-        )
+        if left := self._not_assigned(found):
+            return _substituted(found, column(left), ca.densify(column([self._derived(s) for s in left])))
+        return found
 
     def _not_assigned(self, expressions: list[Symbol]) -> list[Symbol]:
         """Derivatives that do not appear in the equations and therefore have no assignment."""

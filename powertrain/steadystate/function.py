@@ -18,9 +18,10 @@ from powertrain.language.component import Component
 from powertrain.language.reals import Array
 from powertrain.language.symbols import column
 from powertrain.plant import Plant, plant_of
+from powertrain.signals import Selector
 from powertrain.steadystate.dataset import dataset
 from powertrain.steadystate.results import Look
-from powertrain.steadystate.steady import What, question, steady_map
+from powertrain.steadystate.steady import question, steady_map
 
 _ACCURACY = 1e-10
 """Accuracy of the unknowns, relative to their size at the given point plus one."""
@@ -51,7 +52,7 @@ class SteadyFunction:
 def steady_function(
     plant: Plant[Any] | Component,
     at: Mapping[str, float],
-    outputs: str | Iterable[What] | Mapping[str, What],
+    outputs: str | Iterable[Selector] | Mapping[str, Selector],
     *,
     parameters: Mapping[str, float] | None = None,
     inputs: Mapping[str, float] | None = None,

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from powertrain.dae.hybrid import Friction, Switch
 from powertrain.dae.tolerances import EPS, INFINITE
 from powertrain.equilibrium.operating import Solver
+from powertrain.equilibrium.points import LARGEST
 from powertrain.equilibrium.system import Equilibrium, with_modes
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
@@ -30,8 +31,6 @@ _WIDTH = 4096
 _KNOWN = 64
 """The number of combinations that are known at most."""
 _ALTERNATIVES = 64
-_LARGEST = 16384
-"""Points that the solver takes together where combinations cannot be known."""
 Key = tuple[float, ...]
 Careful = Callable[[int, int], Array | None]
 """Solves the points from the first to before the last one by one, stores them, and returns the modes of the first good one."""
@@ -98,7 +97,7 @@ class KnownModes:
         modes = careful(first, end)
         self._called += 1
         unknown = modes is not None and not self.enter(modes)
-        self._block = min(2 * self._block, _LARGEST) if unknown else LANES
+        self._block = min(2 * self._block, LARGEST) if unknown else LANES
         return end
 
     @property

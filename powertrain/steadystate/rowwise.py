@@ -15,15 +15,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.equilibrium.points import Index, Mask
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, scalars
 from powertrain.numerics.batch import LANES, Rows, Tape
 from powertrain.numerics.replay import RowForms, row_forms
 from powertrain.steadystate.known_modes import Key, KnownModes
-
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 
 _CACHED = 1 << 16
 """Numbers that fit into the processor's cache."""

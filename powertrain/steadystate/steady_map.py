@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import OK
+from powertrain.equilibrium.points import LARGEST, OK
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.reals import Array
 from powertrain.numerics.batch import Rows
 from powertrain.steadystate.axes import Grid
 from powertrain.steadystate.known_modes import KnownModes
-from powertrain.steadystate.results import LARGEST, DataVariable, Look, MapResults, block
+from powertrain.steadystate.results import DataVariable, Look, MapResults, block
 from powertrain.steadystate.rowwise import RowMap, RowPieces, make_plan
 
 _FAST = 2048
