@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Any
+from typing import Any, TypeAlias
 from weakref import WeakKeyDictionary
 
 import casadi as ca
@@ -29,6 +29,8 @@ from powertrain.numerics.batch import Lanes, building
 from powertrain.numerics.many import Many
 from powertrain.numerics.newton import newton
 
+Selector: TypeAlias = "str | Callable[[Any], Any]"
+"""The name of a signal, or a function of the model such as ``lambda m: m.J1.w``."""
 BLOCK = 64
 """Signals computed together where neighbours share most of their arithmetic."""
 _SHARED = 4
@@ -141,7 +143,7 @@ class Signals:
         hint = "; a selector gives derivatives: lambda m: powertrain.der(m.J1.w)" if derivative else ""
         return ParameterError(f"the model has no signal {name}{hint or suggestion(name, known)}")
 
-    def pick(self, what: str | Callable[[Any], Any]) -> Picked:
+    def pick(self, what: Selector) -> Picked:
         """The signal or parameter of a name, or what a selector gives. ParameterError where there is none."""
         if not isinstance(what, str):
             return self._selected(what)

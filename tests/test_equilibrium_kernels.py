@@ -28,6 +28,7 @@ from powertrain.equilibrium.laws import Linearized, NextModes, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Iterates, SolvedPoints
 from powertrain.equilibrium.solutions import Solutions
 from powertrain.equilibrium.system import Balance
+from powertrain.numerics.batch import Common
 
 Matrix = np.ndarray[Any, Any]
 
@@ -48,7 +49,7 @@ def by_hand(n: int, count: int, rows: Any, speed: Any, lower: Any, upper: Any, m
         np.zeros(n),
         ca.SX.zeros(n),
         modes,
-        none,
+        Common(none),
         tau,
         laws[0],
         rate_of,

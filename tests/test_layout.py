@@ -44,7 +44,7 @@ ORDER = [
     "numerics: tape buffers lookup hoisting vertex_elimination pivots sparse_lu newton elimination compiled background vectorised least",
     "numerics: batch many newton_abreast",
     "numerics: replay folding",
-    "compiler: matching calls cancellation generic",
+    "compiler: matching calls cancellation generic intervals",
     "compiler: texts operations walks flat connections flatten binding jumps domains alias index state_selection law_torques "
     "structure blocks torques resolver continuity records assemble",
     "modes: lemke",

@@ -95,6 +95,14 @@ def test_a_law_that_rests_only_where_another_law_gives_it_a_torque(load: float) 
         np.testing.assert_allclose(ends, [values.min(), values.max()], rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.parametrize(("load", "end"), [(LIMIT, "high"), (-LIMIT, "low")])
+def test_derivatives_at_the_ends_are_those_of_the_values_there(load: float, end: str) -> None:
+    """At the end where the gear carries the load and the torque of the bearing, in the worse of both directions of power."""
+    found = pt.steady_gradient(HeldGear(), {"load": load}, "load", outputs=["motor.flange.tau"])
+    assert found[f"motor.flange.tau_{end}"].item() == pytest.approx(2.0 * load / 0.9, rel=1e-9)
+    assert found[f"d(motor.flange.tau)/d(load)_{end}"].item() == pytest.approx(1.0 / 0.9, rel=1e-9)
+
+
 def test_affine_outputs_alone() -> None:
     found = pt.steady(Rubbing(), {"w": 0.0, "load": [0.0, 1.0]}, outputs=["tau", "affine"])
     np.testing.assert_allclose(found["affine_low"], [-5.0, -8.0])

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import casadi as ca
@@ -26,12 +26,10 @@ from powertrain.language.connectors import Output
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, scalars
 from powertrain.plant import Plant, plant_of
-from powertrain.signals import Picked, signals_of
+from powertrain.signals import Picked, Selector, signals_of
 
 if TYPE_CHECKING:
     from powertrain.analysis.linear_model import LinearModel
-
-Selector: TypeAlias = "str | Callable[[Any], Any]"
 
 
 @interruptible()

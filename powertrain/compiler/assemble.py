@@ -22,7 +22,6 @@ from powertrain.compiler.records import (
     Held,
     contact_record,
     friction_record,
-    guard_record,
     held_values,
     opened_record,
     switch_records,
@@ -40,7 +39,7 @@ from powertrain.language.fields import NOMINAL
 from powertrain.language.law import Law
 from powertrain.language.laws import FrictionLaw, UnilateralLaw, WhenLaw, schedule
 from powertrain.language.recorder import Place, reading
-from powertrain.language.symbols import Symbol, column, free_symbols, key, scalars, time
+from powertrain.language.symbols import Symbol, column, free_symbols, key, mapped, scalars, time
 from powertrain.language.units import rate_unit
 
 
@@ -181,7 +180,7 @@ def _assemble(
         schedules=tuple(
             TimeSignal(e.place.path or "input", held.place(e.held[0]), e.times, e.values) for e in recorder.schedules
         ),
-        guards=tuple(guard_record(g, resolver) for g in recorder.guards),
+        guards=tuple(mapped(g, resolver.model) for g in recorder.guards),
         residual_places=tuple(resolver.z_places),
         smooth=smooth,
         relative=tuple(k for k, s in enumerate(x) if key(s) in loose and ca.depends_on(carried, s)),

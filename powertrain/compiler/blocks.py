@@ -74,7 +74,7 @@ def _square(system: Differentiated, states: list[Base], values: dict[int, float]
         if (b, order) not in known
     ]
     by = column(unknowns)
-    jacobian = calls.jacobian(residuals, by) if reduced.flat.calls else ca.jacobian(column(residuals), by)
+    jacobian = calls.jacobian(residuals, by)
     numbers = np.array(generic_values(jacobian, values).nonzeros(), float)
     entries: list[dict[int, Symbol]] = [{} for _ in residuals]
     numeric: list[dict[int, float]] = [{} for _ in residuals]

@@ -8,12 +8,13 @@ limit of the domain.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import casadi as ca
 
 from powertrain.compiler.flat import Flat, rewritten
+from powertrain.compiler.intervals import ALL, POSITIVE, UNIT, Interval, interval_of
 from powertrain.compiler.operations import operation
 from powertrain.dae.tolerances import LIMIT
 from powertrain.language.dimensions import unit_of
@@ -21,20 +22,16 @@ from powertrain.language.recorder import Guard, Place
 from powertrain.language.symbols import Symbol, key
 from powertrain.numerics.tape import again, graph_of
 
-Interval = tuple[float, float]
-_ALL: Interval = (-math.inf, math.inf)
-_ONE: Interval = (-1.0, 1.0)
-_POSITIVE: Interval = (0.0, math.inf)
 _DOMAINS: dict[int, tuple[str, Interval]] = {
-    ca.OP_SQRT: ("the argument of a square root", _POSITIVE),
-    ca.OP_LOG: ("the argument of a logarithm", _POSITIVE),
+    ca.OP_SQRT: ("the argument of a square root", POSITIVE),
+    ca.OP_LOG: ("the argument of a logarithm", POSITIVE),
     ca.OP_LOG1P: ("the argument of log1p", (-1.0, math.inf)),
-    ca.OP_ASIN: ("the argument of an arcsine", _ONE),
-    ca.OP_ACOS: ("the argument of an arccosine", _ONE),
-    ca.OP_ATANH: ("the argument of an inverse hyperbolic tangent", _ONE),
+    ca.OP_ASIN: ("the argument of an arcsine", UNIT),
+    ca.OP_ACOS: ("the argument of an arccosine", UNIT),
+    ca.OP_ATANH: ("the argument of an inverse hyperbolic tangent", UNIT),
     ca.OP_ACOSH: ("the argument of an inverse hyperbolic cosine", (1.0, math.inf)),
-    ca.OP_POW: ("the base of a power", _POSITIVE),
-    ca.OP_CONSTPOW: ("the base of a power", _POSITIVE),
+    ca.OP_POW: ("the base of a power", POSITIVE),
+    ca.OP_CONSTPOW: ("the base of a power", POSITIVE),
 }
 """What may leave its domain in an operation, and the domain of its first operand."""
 
@@ -89,9 +86,10 @@ def unsafe_arguments(expression: Symbol, known: Mapping[int, Interval]) -> Itera
     ranges: dict[int, Interval] = {}
     for place, (node, operands) in graph.items():
         if not operands:
-            ranges[place] = (float(node), float(node)) if node.is_constant() else known.get(place, _ALL)
+            ranges[place] = (float(node), float(node)) if node.is_constant() else known.get(place, ALL)
         else:
-            ranges[place] = _range(node, [ranges[key(o)] for o in operands], len({key(o) for o in operands}) == 1)
+            same = len({key(o) for o in operands}) == 1
+            ranges[place] = interval_of(operation(node), [ranges[key(o)] for o in operands], same)
     for at in _always_computed(expression, graph):
         node, operands = graph[at]
         if operation(node) not in _DOMAINS or _may_be_whole(operands):
@@ -119,65 +117,3 @@ def _always_computed(expression: Symbol, graph: Mapping[int, tuple[Symbol, list[
         node, operands = graph[place]
         stack += [key(o) for o in operands[: 1 if operation(node) == ca.OP_IF_ELSE_ZERO else None]]
     return list(found)
-
-
-def _range(node: Symbol, inside: list[Interval], same: bool) -> Interval:
-    """The range of an operation for the ranges of its operands."""
-    code = operation(node)
-    if code not in _RANGES:
-        return _ALL
-    found = _square(inside[0]) if code == ca.OP_MUL and same else _RANGES[code](*inside)
-    return _ALL if any(map(math.isnan, found)) else found
-
-
-def _square(a: Interval) -> Interval:
-    ends = sorted((a[0] * a[0], a[1] * a[1]))
-    return (0.0 if a[0] <= 0.0 <= a[1] else ends[0], ends[1])
-
-
-def _product(a: Interval, b: Interval) -> Interval:
-    ends = [0.0 if 0.0 in (x, y) else x * y for x in a for y in b]
-    return min(ends), max(ends)
-
-
-def _quotient(a: Interval, b: Interval) -> Interval:
-    if b[0] < 0.0 < b[1] or (b[0] == 0.0 == b[1]):
-        return _ALL
-    ends = sorted(1.0 / e if e else math.copysign(math.inf, b[0] + b[1]) for e in b)
-    return _product(a, (ends[0], ends[1]))
-
-
-def _size(a: Interval) -> Interval:
-    return (0.0 if a[0] <= 0.0 <= a[1] else min(map(abs, a)), max(map(abs, a)))
-
-
-def _power(a: Interval, b: Interval) -> Interval:
-    return _POSITIVE if a[0] >= 0.0 or (b[0] == b[1] and b[0] % 2.0 == 0.0) else _ALL
-
-
-_RANGES: dict[int, Callable[..., Interval]] = {
-    ca.OP_ADD: lambda a, b: (a[0] + b[0], a[1] + b[1]),
-    ca.OP_SUB: lambda a, b: (a[0] - b[1], a[1] - b[0]),
-    ca.OP_NEG: lambda a: (-a[1], -a[0]),
-    ca.OP_MUL: _product,
-    ca.OP_TWICE: lambda a: (2.0 * a[0], 2.0 * a[1]),
-    ca.OP_DIV: _quotient,
-    ca.OP_INV: lambda a: _quotient((1.0, 1.0), a),
-    ca.OP_SQ: _square,
-    ca.OP_FABS: _size,
-    ca.OP_FMAX: lambda a, b: (max(a[0], b[0]), max(a[1], b[1])),
-    ca.OP_FMIN: lambda a, b: (min(a[0], b[0]), min(a[1], b[1])),
-    ca.OP_SQRT: lambda a: (math.sqrt(max(a[0], 0.0)), math.sqrt(max(a[1], 0.0))),
-    ca.OP_POW: _power,
-    ca.OP_CONSTPOW: _power,
-    ca.OP_EXP: lambda a: _POSITIVE,
-    ca.OP_COSH: lambda a: (1.0, math.inf),
-    ca.OP_HYPOT: lambda a, b: _POSITIVE,
-    ca.OP_SIN: lambda a: _ONE,
-    ca.OP_COS: lambda a: _ONE,
-    ca.OP_TANH: lambda a: _ONE,
-    ca.OP_IF_ELSE_ZERO: lambda a, b: (min(b[0], 0.0), max(b[1], 0.0)),
-    **dict.fromkeys((ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR), lambda a, b: (0.0, 1.0)),
-    ca.OP_NOT: lambda a: (0.0, 1.0),
-}
-"""The range of an operation from those of its operands; others may have any value."""

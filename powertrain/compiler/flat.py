@@ -11,7 +11,7 @@ from powertrain.language.component import Component
 from powertrain.language.connectors import Connector
 from powertrain.language.law import Law
 from powertrain.language.recorder import Guard, Place, Recorder, reading
-from powertrain.language.symbols import Symbol
+from powertrain.language.symbols import Symbol, mapped
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Flat:
     """A model without hierarchy, and its ``components``, each before its parts, whose quantities are symbols.
 
     ``bindings``: by the keys of the parameters' symbols. ``nodes``: the ports that meet in each node. ``given``: unknowns alone on the left
-    of an equation, with the path of the component that states it. ``calls``: whether an equation calls a function, as large maps do.
+    of an equation, with the path of the component that states it.
     """
 
     recorder: Recorder = field(default_factory=Recorder)
@@ -106,7 +106,6 @@ class Flat:
     nodes: list[tuple[Face, ...]] = field(default_factory=list)
     open_ports: list[tuple[Component, Connector]] = field(default_factory=list)
     given: dict[int, str] = field(default_factory=dict)
-    calls: bool = False
 
     def lines(self) -> Iterator[tuple[Place, Symbol]]:
         """Every expression that is integrated, solved or monitored for events, with its source line."""
@@ -142,15 +141,16 @@ def rewritten(flat: Flat, change: Callable[[list[Symbol]], Sequence[Symbol]]) ->
 def _with_each(flat: Flat, new: Callable[[Symbol], Symbol]) -> Flat:
     switches = [replace(s, g=new(s.g)) for s in flat.recorder.switches]
     relations = [replace(r, g=new(r.g)) for r in flat.recorder.relations]
-    guards, conditions = (
-        [replace(g, value=new(g.value), low=new(g.low), high=new(g.high)) for g in listed]
-        for listed in (flat.recorder.guards, flat.conditions)
-    )
+
+    def each(listed: list[Symbol]) -> list[Symbol]:
+        return [new(e) for e in listed]
+
+    guards, conditions = ([mapped(g, each) for g in listed] for listed in (flat.recorder.guards, flat.conditions))
     return replace(
         flat,
         recorder=replace(flat.recorder, switches=switches, relations=relations, guards=guards),
         equations=[Equation(new(e.residual), e.place) for e in flat.equations],
         initial=[Equation(new(e.residual), e.place) for e in flat.initial],
-        laws=[(place, law.mapped(lambda listed: [new(e) for e in listed])) for place, law in flat.laws],
+        laws=[(place, law.mapped(each)) for place, law in flat.laws],
         conditions=conditions,
     )

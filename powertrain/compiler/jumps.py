@@ -6,7 +6,6 @@ Values that change only at events (parameters, modes, discrete variables, and va
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -54,7 +53,6 @@ def refuse_jumps(flat: Flat) -> Flat:
             jump = find_jump(settled[key(expression)], held.setting)
             if jump is not None:
                 raise ModelError(_said(jump, place, held))
-    flat = replace(flat, calls=any(mark & _CALLS for mark in found))
     return rewritten(flat, lambda listed: [settled.get(key(e), e) for e in listed]) if settled else flat
 
 

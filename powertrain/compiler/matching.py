@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
+
+import casadi as ca
 
 
 class Matching:
@@ -54,39 +57,7 @@ class Matching:
 
 
 def components(successors: Sequence[Sequence[int]]) -> list[list[int]]:
-    """Strongly connected components of a directed graph, each after all to which it points (Tarjan, without recursion)."""
-    n = len(successors)
-    order, low, on_stack = [-1] * n, [0] * n, [False] * n
-    stack: list[int] = []
-    result: list[list[int]] = []
-    counter = 0
-    for root in range(n):
-        if order[root] >= 0:
-            continue
-        work = [(root, 0)]
-        while work:
-            node, i = work.pop()
-            if i == 0:
-                order[node] = low[node] = counter
-                counter += 1
-                stack.append(node)
-                on_stack[node] = True
-            if i < len(successors[node]):
-                work.append((node, i + 1))
-                child = successors[node][i]
-                if order[child] < 0:
-                    work.append((child, 0))
-                elif on_stack[child]:
-                    low[node] = min(low[node], order[child])
-                continue
-            if low[node] == order[node]:
-                members = [stack.pop()]
-                while members[-1] != node:
-                    members.append(stack.pop())
-                for member in members:
-                    on_stack[member] = False
-                result.append(members[::-1])
-            if work:
-                parent = work[-1][0]
-                low[parent] = min(low[parent], low[node])
-    return result
+    """Strongly connected components of a directed graph, each after all to which it points."""
+    n, arrows = len(successors), [(head, tail) for tail, heads in enumerate(successors) for head in heads]
+    _, vertices, ends = ca.Sparsity.triplet(n, n, [head for head, _ in arrows], [tail for _, tail in arrows]).scc()
+    return [list(vertices[first:last]) for first, last in pairwise(ends)]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from powertrain.compiler.intervals import ALL, Interval, interval_of
 from powertrain.language.symbols import Symbol, column, free_symbols, key
 from powertrain.numerics.tape import again, graph_of
 
@@ -23,23 +24,6 @@ KINKS = frozenset(
 )
 """Operations that are not smooth. If dividend and divisor vanish together and one has a kink, the quotient jumps: |w|/w."""
 _TRUTHS = COMPARISONS | EQUALITIES | LOGIC - {ca.OP_IF_ELSE_ZERO}
-_SIGNS: dict[int, Callable[..., int]] = {
-    ca.OP_ADD: lambda a, b: max(a, b) if min(a, b) else 0,
-    ca.OP_MUL: min,
-    ca.OP_DIV: lambda a, b: min(a, b, 1),
-    ca.OP_TWICE: lambda a: a,
-    ca.OP_INV: lambda a: min(a, 1),
-    ca.OP_SQ: lambda a: max(a, 1),
-    ca.OP_FABS: lambda a: max(a, 1),
-    ca.OP_SQRT: lambda a: max(a, 1),
-    ca.OP_EXP: lambda a: 1,
-    ca.OP_COSH: lambda a: 2,
-    ca.OP_HYPOT: lambda a, b: max(a, b, 1),
-    ca.OP_FMAX: max,
-    ca.OP_FMIN: min,
-    ca.OP_IF_ELSE_ZERO: lambda a, b: min(b, 1),
-}
-"""The sign of an operation, as in ``Ways``, from those of its operands; that of others is unknown."""
 TRIFLE = 1e-12
 """A number below this only avoids a division by zero: beside values of 1 to 1e3 it is round-off, and w/(|w| + 1e-15) is a sign."""
 
@@ -63,21 +47,18 @@ def operation(node: Symbol) -> int:
 
 @dataclass(frozen=True)
 class Ways:
-    """How the value of an operation varies: whether it changes between events, whether it has a kink that does, and its sign.
-
-    ``sign`` is 2 where the value is certainly above zero, by more than a trifle, 1 where it is not below, else 0.
-    """
+    """How the value of an operation varies: whether it changes between events, whether it has a kink that does, and within what range."""
 
     moves: bool = False
     bends: bool = False
-    sign: int = 0
+    range: Interval = ALL
 
     @classmethod
     def of(cls, op: int, inner: Sequence[Ways]) -> Ways:
         """The ways of an operation from those of its operands."""
-        moves, signs = any(n.moves for n in inner), [n.sign for n in inner]
-        sign = _SIGNS[op](*signs) if op in _SIGNS else 0
-        return cls(moves, any(n.bends for n in inner) or (moves and op in KINKS), sign)
+        moves = any(n.moves for n in inner)
+        bends = any(n.bends for n in inner) or (moves and op in KINKS)
+        return cls(moves, bends, interval_of(op, [n.range for n in inner]))
 
     @classmethod
     def of_node(cls, node: Symbol, inner: Sequence[Ways], moves: Callable[[Symbol], bool]) -> Ways:
@@ -85,14 +66,15 @@ class Ways:
         if node.is_symbolic():
             return cls(moves(node))
         if node.is_constant():
-            return cls(sign=int(float(node) >= 0.0) + int(float(node) >= TRIFLE))
+            return cls(range=(float(node), float(node)))
         return cls.of(operation(node), inner)
 
 
 def may_jump(op: int, inner: Sequence[Ways]) -> bool:
     """Whether an operation on such operands may jump; a quotient jumps only where its divisor is zero."""
     if op == ca.OP_DIV:
-        return inner[1].moves and inner[1].sign < 2 and any(n.bends for n in inner)
+        low, high = inner[1].range
+        return inner[1].moves and low < TRIFLE and high > -TRIFLE and any(n.bends for n in inner)
     return (op in JUMPING or op == ca.OP_TAN) and any(n.moves for n in inner)
 
 

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from powertrain.compiler.flat import Flat
 from powertrain.compiler.generic import generic_values
 from powertrain.compiler.law_torques import LawTorque
+from powertrain.compiler.operations import affine_root
 from powertrain.compiler.resolver import Resolver
 from powertrain.compiler.torques import is_prescribed, limits_follow
-from powertrain.dae.hybrid import Contact, Friction, Guard, HybridDae, Opened, Reset, Switch, TimeSignal, When
+from powertrain.dae.hybrid import Contact, Friction, HybridDae, Opened, Reset, Switch, TimeSignal, When
 from powertrain.dae.tolerances import alone_tolerance
 from powertrain.errors import ModelError
 from powertrain.language.law import Law
@@ -176,12 +177,6 @@ def switch_records(entries: Sequence[SwitchEntry], resolver: Resolver, held: Hel
     )
 
 
-def guard_record(g: Guard, resolver: Resolver) -> Guard:
-    """The limits of a quantity."""
-    value, low, high = resolver.model([g.value, g.low, g.high])
-    return replace(g, value=value, low=low, high=high)
-
-
 def when_record(
     place: Place, law: Law, flag: Symbol, resolver: Resolver, held: Held, x: list[Symbol], units: list[str]
 ) -> When:
@@ -234,12 +229,4 @@ def _event_times(conditions: list[Symbol], resolver: Resolver, held: Held) -> li
     modes = {key(t.mode) for t in resolver.laws} | {key(s.mode) for s in switches}
     moving = column([*scalars(resolver.x), *resolver.z, *(s for s in held.symbols if key(s) in modes)])
     moves = depending(conditions, moving)
-    return [None if moved else _event_time(g) for g, moved in zip(conditions, moves, strict=True)]
-
-
-def _event_time(g: Symbol) -> Symbol | None:
-    """The instant at which a function of time changes sign; None if it is not affine or depends on nothing."""
-    slope = ca.jacobian(g, time)
-    if slope.is_zero() or ca.depends_on(slope, time):
-        return None
-    return -ca.substitute(g, time, 0) / slope
+    return [None if moved else affine_root(g, time) for g, moved in zip(conditions, moves, strict=True)]

@@ -35,7 +35,7 @@ from powertrain.numerics.sparse_lu import factorize
 
 
 class Resolver:
-    """Holds every assigned unknown twice: ``opened``, for given torques of the laws, and with these torques substituted.
+    """Expressions ``opened``, for given torques of the laws, and closed, with these torques substituted.
 
     ``implicit``: the laws whose torques remain unknowns.
     """
@@ -43,22 +43,16 @@ class Resolver:
     def __init__(self, reduced: Reduced, solved: Solved, torques: list[LawTorque], x: Symbol) -> None:
         self.reduced, self.x = reduced, x
         self._residuals = solved.residuals
-        assigned = list(solved.expressions)
-        if assigned:
-            if reduced.flat.calls:
-                assigned = substituted_in_place(solved.names, assigned)
-            else:
-                assigned = list(ca.substitute_inplace(solved.names, assigned, [], False)[0])
-        self.names, self._opened = column(solved.names), column(assigned)
+        assigned = column(substituted_in_place(solved.names, solved.expressions))
+        self.names = column(solved.names)
         self.roots, self.tau, self._given = _torque_symbols(torques)
         self._tau_column = column(self.tau)
-        self._opened = self._in_torques([self._opened])[0]
+        self._opened = self._in_torques([assigned])[0]
         laws = [self._open_law(t, own) for t, own in zip(torques, self.tau, strict=True)]
         laws = self._through_implicit(laws, column(solved.implicit))
         self.laws = set_apart(laws, Motion(x, column(self._open_rates()), column(solved.implicit)))
         found = solve_torques(self.laws)
         self.torque, self._creep = column(found.tau), found.creep
-        self.assigned = self.close([self._opened])[0]
         self._implicit_laws, self.implicit = found.residuals, found.implicit
         self._largest: dict[frozenset[int], Symbol] = {}
         self.z = [*solved.implicit, *(self.tau[i] for i in found.implicit)]
@@ -100,20 +94,17 @@ class Resolver:
 
     def model(self, expressions: list[Symbol]) -> list[Symbol]:
         """Expressions of any variable of the model in terms of (t, x, z, m, p)."""
-        if not expressions:
-            return []
         return self._with_derivatives(self.now(self.reduced.rewrite(expressions)))
 
     def model_opened(self, expressions: list[Symbol]) -> list[Symbol]:
         """The same for given torques of the laws."""
-        return self._with_derivatives(self.opened(self.reduced.rewrite(expressions))) if expressions else []
+        return self._with_derivatives(self.opened(self.reduced.rewrite(expressions)))
 
     def _with_derivatives(self, found: list[Symbol]) -> list[Symbol]:
         """Expressions with values for the derivatives that do not appear in the equations."""
-        left = self._not_assigned(found)
-        return (
-            _substituted(found, column(left), ca.densify(column([self._derived(s) for s in left]))) if left else found
-        )
+        if left := self._not_assigned(found):
+            return _substituted(found, column(left), ca.densify(column([self._derived(s) for s in left])))
+        return found
 
     def _not_assigned(self, expressions: list[Symbol]) -> list[Symbol]:
         """Derivatives that do not appear in the equations and therefore have no assignment."""

@@ -348,4 +348,4 @@ def necessary(law: Friction, mode: float) -> list[ca.SX]:
 
 def held_at_rest(law: Friction) -> ca.SX:
     """1 where a law at its limit is held at rest by others, at a steady state: nothing accelerates."""
-    return ca.fabs(law.w) <= ZONE
+    return _at_rest(law) >= 0

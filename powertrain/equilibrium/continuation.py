@@ -125,7 +125,6 @@ class Continuation:
         If Newton's method leads to a root beyond the limits of the model, such as a battery's low voltage, continuation steps follow.
         """
         laws, every = self.laws, np.ones(self.laws.count, bool)
-        self._steps.linearized.set_common(laws.common)
         rest, modes = beginnings(laws, grid, side).rest, np.zeros(laws.balance.modes.numel())
         start, initial = laws.starts(grid)
         begun = [start] if np.array_equal(start, initial) else [start, initial]

@@ -98,7 +98,7 @@ def _newton(
     """Newton steps for the modes at all points, and where they converged; stuck laws are compliant to their own torques."""
     n, fixed, every = laws.unknowns, laws.fixed(at, rest, lossless), np.arange(len(at.y))
     if not halvings and laws.abreast is not None:
-        z, fine = laws.abreast(fixed, at.z, laws.common, still=STILL, most=most)
+        z, fine = laws.abreast(fixed, at.z, laws.balance.common.values, still=STILL, most=most)
         return Iterates(at.grid, z[:, :n], at.modes, z[:, n:]), fine
 
     def equations(which: Index, z: Array) -> tuple[Array, Array]:

@@ -48,11 +48,6 @@ class Creep:
         varying = [*varying, *scalars(creep)]
         self._excess = Columns("steady_excess", varying, problem.common, scalars(ca.fabs(rows) - allowed), compile)
 
-    def set_common(self, values: Array) -> None:
-        """Parameters and inputs that are the same for all points."""
-        self._equations.set_common(values)
-        self._excess.set_common(values)
-
     def settle(self, grid: Rows, u: Rows, modes: Rows) -> Mask:
         """Change ``u`` where the equations are not zero in ``modes``; return where they are zero now."""
         good = self._balanced(grid, u, modes, np.zeros_like(u))

@@ -12,11 +12,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, reduce
-from itertools import pairwise
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from powertrain.dae import contact, friction, switch
 from powertrain.dae.contact import CLOSED
@@ -28,6 +26,7 @@ from powertrain.equilibrium.system import Balance
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, scalars
 from powertrain.numerics.batch import Columns, dependence, picked
+from powertrain.numerics.buffers import Evaluated
 from powertrain.numerics.elimination import Pattern
 from powertrain.numerics.newton_abreast import NewtonAbreast
 from powertrain.numerics.vectorised import NotWritten
@@ -85,7 +84,6 @@ class SteadyLaws:
         self.driving = {k: modes for k in np.flatnonzero(self.tied) if (modes := _driving(balance, int(k))).size}
         self.rates = np.flatnonzero(balance.rate_of >= 0)
         self.rated = balance.rate_of[self.rates]
-        self.common = np.zeros(balance.common.numel())
         varying, self.pattern, self._outputs = _equations(balance)
         self._equations = Columns("steady_equations", varying, balance.common, self._outputs, compile)
         self._compile = compile
@@ -102,13 +100,6 @@ class SteadyLaws:
         dae = self.balance.dae
         others = {*dae.state_names, *(s.name() for s in scalars(dae.z))}
         return np.flatnonzero([name not in others for name in self.balance.names])
-
-    def set_common(self, values: Array) -> None:
-        """Parameters and inputs that are the same for all points."""
-        self.common = values.copy()
-        self._rules.set_common(values)
-        self._starts.set_common(values)
-        self._equations.set_common(values)
 
     def starts(self, grid: Array) -> tuple[Array, Array]:
         """The unknowns (point, unknown) as guessed and as at the start of a run; zero where these have no value."""
@@ -147,7 +138,8 @@ class SteadyLaws:
         if not self._compile:
             return None
         try:
-            return NewtonAbreast(*self._arguments, self.balance.common, self.pattern, self._outputs, self.unknowns)
+            common = self.balance.common.symbols
+            return NewtonAbreast(*self._arguments, common, self.pattern, self._outputs, self.unknowns)
         except (NotWritten, OSError):
             return None
 
@@ -299,40 +291,21 @@ class LawValues(Motion):
 
 
 class Linearized:
-    """Values and slopes of the laws, for continuation: more than Newton's method for given modes needs. Serves one thread."""
+    """Values and slopes of the laws at one point, for continuation: more than Newton's method for given modes needs. Serves one thread."""
 
     def __init__(self, laws: SteadyLaws) -> None:
-        b, self._tied = laws.balance, laws.tied
+        b, self._tied, self._common = laws.balance, laws.tied, laws.balance.common
         moved, values = ca.vertcat(b.y, b.tau), [b.rows, b.speed, b.lower, b.upper, b.conditions]
-        parts = [*values, *(ca.jacobian(e, moved) for e in values), column(rest_zones(b))]
-        self._shapes = [e.shape for e in parts]
-        self._ends = np.cumsum([0, *(e.numel() for e in parts)])
-        self._places = np.concatenate([first + _by_rows(e) for first, e in zip(self._ends, parts, strict=False)])
-        outputs = [e.nz[k] for e in parts for k in range(e.nnz())]
-        varying = scalars(ca.vertcat(b.grid, b.modes, moved))
-        self._columns = Columns("steady_balance", varying, b.common, outputs)
-
-    def set_common(self, values: Array) -> None:
-        """Parameters and inputs that are the same for all points."""
-        self._columns.set_common(values)
+        parts = [*values, column(rest_zones(b)), *(ca.jacobian(e, moved) for e in values)]
+        given = [b.grid, b.modes, moved, b.common.symbols]
+        self._parts = Evaluated(ca.Function("powertrain_linearized", given, ca.cse([ca.densify(e) for e in parts])))
 
     def __call__(self, at: Iterates, lossless: bool) -> LawValues:
-        """Everything at the points; ``lossless``: torques that depend on others are left out."""
-        with np.errstate(all="ignore"):
-            found = self._columns.of_points([at.grid, at.modes, at.y, at.tau])
-        entries = np.zeros((int(self._ends[-1]), len(at.y)))
-        entries[self._places] = found
-        cuts = zip(self._shapes, pairwise(self._ends), strict=True)
-        parts = [entries[first:last].reshape(*shape, len(at.y)).transpose(2, 0, 1) for shape, (first, last) in cuts]
-        rows, speed, lower, upper, g, zone = (part[:, :, 0] for part in (*parts[:5], parts[-1]))
-        rows_, speed_, lower_, upper_, g_ = parts[5:-1]
+        """Everything at the point; ``lossless``: torques that depend on others are left out."""
+        parts = [each[None] for each in self._parts(at.grid[0], at.modes[0], at.z[0], self._common.values)]
+        rows, speed, lower, upper, g, zone = (each[:, :, 0] for each in parts[:6])
+        rows_, speed_, lower_, upper_, g_ = parts[6:]
         if lossless:
             for each in (lower, upper, lower_, upper_):
                 each[:, self._tied] = 0.0
         return LawValues(rows, speed, rows_, speed_, zone, lower, upper, g, lower_, upper_, g_)
-
-
-def _by_rows(expression: ca.SX) -> NDArray[np.intp]:
-    """The positions of its structural entries, counted row by row."""
-    pattern = expression.sparsity()
-    return np.array(pattern.row(), np.intp) * expression.shape[1] + np.array(pattern.get_col(), np.intp)

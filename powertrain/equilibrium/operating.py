@@ -34,7 +34,7 @@ class Solver:
     """Solves one steady problem at given points. Serves one thread. ``compile``: with machine code, if unknowns are implicit."""
 
     def __init__(self, problem: Equilibrium, compile: bool = False) -> None:
-        self.problem, self.choices, self._common = problem, choices(problem), np.zeros(problem.common.numel())
+        self.problem, self.choices = problem, choices(problem)
         self._moving = np.array([k for k, law in enumerate(problem.laws) if not isinstance(law, Switch)], np.intp)
         self.groups = order(problem, self.choices)
         many = any(prod(len(self.choices[k].modes) for k in g.laws) > COMBINATIONS for g in self.groups if g.coupled)
@@ -59,15 +59,6 @@ class Solver:
                 ("values", [*wanted, *guards]), ("within", within), ("speeds", speeds), ("torques", limits)
             )
         )  # fmt: skip
-
-    def set_common(self, values: Array) -> None:
-        """Parameters and inputs that are the same for all points."""
-        self._common = values
-        for each in (self._values, self._speeds, self._torques, self._limits):
-            each.set_common(values)
-        (self._combinations if self.explicit else self._solutions.laws).set_common(values)
-        if not self.explicit:
-            self._creep.set_common(values)
 
     def solve(self, grid: Rows, side: Rows | None = None) -> Points:
         """The points of ``grid`` (one row per axis); ``side`` is the side (1 or -1) from which laws at rest are approached."""
@@ -104,7 +95,6 @@ class Solver:
 
         For implicit unknowns; the search begins at ``near``.
         """
-        self._between.laws.set_common(self._common)
         found = self._between.solve(grid.T, side[self._moving].T, rest[self._moving].T, near)
         u, modes = self._unknowns(found), found.modes.T
         return u, modes, found.done & self._creep.settle(grid, u, modes)

@@ -19,7 +19,7 @@ from powertrain.dae.hybrid import Contact, Friction, Law, TimeSignal
 from powertrain.errors import ParameterError
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, key, scalars
-from powertrain.numerics.batch import dependence
+from powertrain.numerics.batch import Common, dependence
 from powertrain.numerics.pivots import leading_columns
 
 Turning = dict[int, dict[int, float]]
@@ -62,7 +62,7 @@ class Placed:
         contacts = [replace(c, rounding=Symbol(0)) for c in dae.contacts]
         self.laws: list[Law] = [*frictions, *dae.switches, *contacts]
         inputs = {n: Symbol.sym(n) for n in compiled.inputs}
-        self.common = ca.vertcat(dae.p, column(list(inputs.values())))
+        self.common = Common(ca.vertcat(dae.p, column(list(inputs.values()))))
         m = [Symbol(v) for v in dae.held_start.tolist()]
         for name, place in compiled.discretes.items():
             m[place] = self.axis.get(name, m[place])

@@ -16,6 +16,8 @@ Index = NDArray[np.intp]
 
 T = TypeVar("T", bound=np.generic)
 
+LARGEST = 16384
+"""The number of points that are solved together at most."""
 OK, STUCK_POINT, SEVERAL, NONE, IMMOVABLE, OUTSIDE, DIVERGED, UNDEFINED = range(8)
 
 

@@ -21,7 +21,6 @@ from powertrain.dae.hybrid import Contact, Friction, Law, Switch
 from powertrain.dae.tolerances import INFINITE, SAME
 from powertrain.equilibrium.points import NONE, OK, SEVERAL, Index, Mask, Points
 from powertrain.equilibrium.system import Equilibrium, moved_by_unknowns
-from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
 from powertrain.numerics.batch import Columns, Rows, dependence
 
@@ -126,11 +125,6 @@ class Combinations:
     def __init__(self, problem: Equilibrium, found: Sequence[LawModes], groups: Sequence[Group]) -> None:
         self._laws, self._searches = len(found), [Search(problem, found, group) for group in groups]
 
-    def set_common(self, values: Array) -> None:
-        """Parameters and inputs that are the same for all points."""
-        for search in self._searches:
-            search.set_common(values)
-
     def solve(self, grid: Rows, side: Rows) -> Points:
         """The points of ``grid``; ``side`` as in ``Solver.solve``."""
         laws, count = self._laws, grid.shape[1]
@@ -179,11 +173,6 @@ class Search:
         margins = [possible(c, mode, hidden) for c in self.choices for mode in c.modes]
         self._table = Columns("steady_laws", varying, problem.common, rows)
         self._possible = Columns("steady_possible", varying, problem.common, margins)
-
-    def set_common(self, values: Array) -> None:
-        """Parameters and inputs that are the same for all points."""
-        self._table.set_common(values)
-        self._possible.set_common(values)
 
     def extend(self, trials: Trials, side: Rows) -> tuple[Trials, Mask]:
         """All extensions of the trials by this group, and which of its laws are responsible where there are none."""

@@ -41,7 +41,7 @@ def _determined(placed: Placed, y: Mapping[str, Symbol], cyclic: Sequence[Symbol
     One after the other, a variable gives the unknown on which it depends linearly, if it depends on no other that is still open.
     """
     known, names, none = dict[str, Symbol](), {key(s): n for n, s in y.items()}, ca.SX.zeros(len(cyclic))
-    given = {key(s) for s in (*placed.axis.values(), *scalars(placed.common))}
+    given = {key(s) for s in (*placed.axis.values(), *scalars(placed.common.symbols))}
     for values in told:
         known = {n: Symbol(v) for n, v in values.items() if n in y} | known
         others = [n for n in values if n in placed.compiled.variables and n not in y]

@@ -7,9 +7,8 @@ input or parameter to be found), or it holds a state whose own rate is then not 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -33,8 +32,8 @@ from powertrain.equilibrium.placed import (
 )
 from powertrain.equilibrium.starts import starts
 from powertrain.language.reals import Array
-from powertrain.language.symbols import Symbol, column, key, scalars
-from powertrain.numerics.batch import dependence
+from powertrain.language.symbols import Symbol, column, key, mapped, scalars
+from powertrain.numerics.batch import Common, dependence
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ class Balance:
     start: Symbol
     initial: Symbol
     modes: Symbol
-    common: Symbol
+    common: Common
     tau: Symbol
     rows: Symbol
     rate_of: NDArray[np.intp]
@@ -79,7 +78,7 @@ class Equilibrium:
     u: list[Symbol]
     u_names: list[str]
     modes: list[Symbol]
-    common: Symbol
+    common: Common
     rows: list[Symbol]
     torques_in: list[Symbol]
     solved: list[Symbol]
@@ -154,8 +153,8 @@ def _reduced(
         solved=[e for k, e in zip(old, new, strict=True) if key(k) in wanted],
         outputs=final(asked.wanted),
         rates=final([dae.xdot[state_of(placed.compiled, n)] for n in asked.held]),
-        laws=[_mapped(law, final) for law in placed.laws],
-        guards=[_mapped(g, final) for g in guards],
+        laws=[mapped(law, final) for law in placed.laws],
+        guards=[mapped(g, final) for g in guards],
         turning=lost,
         together=bool(turning) or cancelled,
         balance=balance,
@@ -181,13 +180,6 @@ def _cyclic(dae: HybridDae, unknowns: Sequence[Unknown]) -> list[int]:
 def _changed(expressions: Sequence[Symbol], old: Sequence[Symbol], new: Sequence[Symbol]) -> list[Symbol]:
     """Expressions with some symbols replaced by others."""
     return list(ca.substitute(list(expressions), [column(list(old))], [column(list(new))]))
-
-
-def _mapped(record: Any, final: Callable[[list[Symbol]], list[Symbol]]) -> Any:
-    """The same law with all its expressions changed."""
-    names = [f.name for f in fields(record) if isinstance(getattr(record, f.name), ca.SX) and f.name != "time"]
-    values = final([getattr(record, n) for n in names])
-    return replace(record, **dict(zip(names, values, strict=True)))
 
 
 def _balance(placed: Placed, moving: Sequence[int], unknowns: Sequence[Unknown], turning: Turning) -> Balance:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Self
 
-from powertrain.language.symbols import Symbol
+from powertrain.language.symbols import Symbol, mapped
 
 
 class Law:
@@ -13,7 +13,4 @@ class Law:
 
     def mapped(self, change: Callable[[list[Symbol]], list[Symbol]]) -> Self:
         """The same law with all its expressions changed."""
-        values = vars(self)
-        names = [name for name, value in values.items() if isinstance(value, Symbol)]
-        changed = dict(zip(names, change([values[name] for name in names]), strict=True))
-        return type(self)(**{**values, **changed})
+        return mapped(self, change)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from dataclasses import fields, replace
+from typing import Any, TypeAlias, TypeVar
 
 import casadi as ca
 
 Symbol: TypeAlias = ca.SX
+R = TypeVar("R")
 
 time: Symbol = ca.SX.sym("time")
 """Simulated time in seconds, for use in equations."""
@@ -49,3 +51,11 @@ def depending(expressions: Sequence[Symbol], symbols: Symbol) -> list[bool]:
 def column(expressions: Sequence[Symbol]) -> Symbol:
     """A column vector, also of nothing."""
     return ca.vertcat(*expressions) if expressions else Symbol(0, 1)
+
+
+def mapped(record: R, change: Callable[[list[Symbol]], Sequence[Symbol]]) -> R:
+    """The same record (a dataclass) with all its expressions changed."""
+    each: Any = record
+    names = [f.name for f in fields(each) if isinstance(getattr(each, f.name), Symbol)]
+    changed: R = replace(each, **dict(zip(names, change([getattr(each, name) for name in names]), strict=True)))
+    return changed

@@ -129,28 +129,32 @@ class Tape:
 _FEW, _MANY = 32, 1024
 
 
+class Common:
+    """What all points of a problem have in common, as its parameters: the symbols, and their values, set once for all of its columns."""
+
+    def __init__(self, symbols: Symbol) -> None:
+        self.symbols, self.values = symbols, np.zeros(symbols.numel())
+
+    def set(self, values: Array) -> None:
+        """Set the values."""
+        self.values = values.copy()
+
+
 class Columns:
-    """``outputs`` as functions of scalars that differ between points (``varying``) and of a column common to all.
+    """``outputs`` as functions of scalars that differ between points (``varying``) and of what these have in common.
 
     ``compile``: as machine code, if they can be written in C.
     """
 
     def __init__(
-        self, name: str, varying: Sequence[Symbol], common: Symbol, outputs: Sequence[Symbol], compile: bool = False
+        self, name: str, varying: Sequence[Symbol], common: Common, outputs: Sequence[Symbol], compile: bool = False
     ) -> None:
         self._name, self._common = name, common
         self._outputs = ca.cse([ca.densify(o) for o in outputs]) if outputs else []
         self.needed = np.flatnonzero(dependence(outputs, varying).any(axis=0))
         self._arguments = [varying[int(i)] for i in self.needed]
-        self._values = zeros(common.numel())
         self._tapes: dict[int, Tape | VectorTape] = {}
         self._compile = compile
-
-    def set_common(self, values: Array) -> None:
-        """Set the values common to all points."""
-        self._values = values.copy()
-        for each in self._tapes.values():
-            each.set_common(values)
 
     def __call__(self, rows: Rows) -> Rows:
         """One row per output for one row per varying scalar."""
@@ -165,9 +169,9 @@ class Columns:
         lanes = 0 if self._compile else _MANY if count > _MANY // 4 else _FEW
         if lanes not in self._tapes:
             self._tapes[lanes] = column_tape(
-                self._name, self._arguments, self._common, self._outputs, lanes or _MANY, self._compile
+                self._name, self._arguments, self._common.symbols, self._outputs, lanes or _MANY, self._compile
             )
-            self._tapes[lanes].set_common(self._values)
+        self._tapes[lanes].set_common(self._common.values)
         return self._tapes[lanes].of_rows(rows, count)
 
 

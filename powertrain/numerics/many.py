@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column, scalars
-from powertrain.numerics.batch import Columns, Lanes
+from powertrain.numerics.batch import Columns, Common, Lanes
 
 _MANY = 4096
 """From this number of points on, building functions for columns of points pays."""
@@ -26,7 +26,7 @@ class Many:
     def __init__(self, inputs: Sequence[Symbol], outputs: Symbol) -> None:
         given = scalars(outputs)
         self.size = len(given)
-        self._inputs = inputs
+        self._inputs, self._common = inputs, Common(inputs[-1])
         self._places = [k for k, e in enumerate(given) if not e.is_constant()]
         self._outputs = [given[k] for k in self._places]
         self._constant = np.array([float(e) if e.is_constant() else 0.0 for e in given])
@@ -38,7 +38,7 @@ class Many:
     @cached_property
     def _many(self) -> Columns:
         varying = [s for group in self._inputs[:-1] for s in scalars(group)]
-        return Columns("samples", varying, self._inputs[-1], self._outputs)
+        return Columns("samples", varying, self._common, self._outputs)
 
     def __call__(self, points: Sequence[Array], common: Array) -> NDArray[np.float64]:
         """One row of values per point; ``points`` are arrays for all inputs but the last, one row per point."""
@@ -49,7 +49,7 @@ class Many:
         if len(found) < _MANY:
             found[:, self._places] = self._few(points, common)
             return found
-        self._many.set_common(common)
+        self._common.set(common)
         varying = [a.reshape(len(found), -1)[:, k] for a, k in self._needed(points)]
         found[:, self._places] = self._many.of_needed(varying, len(found)).T
         return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from reprlib import repr as short
 from typing import Any, Protocol
@@ -19,9 +19,8 @@ from powertrain.language.arguments import by_name, count, listed, number
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol, column
 from powertrain.result import Result
-from powertrain.signals import signals_of
+from powertrain.signals import Selector, signals_of
 
-Selector = str | Callable[[Any], Any]
 Modes = Mapping[str, float] | tuple[Result[Any], float]
 
 

@@ -322,19 +322,18 @@ class _LeastSquares:
         self.evaluations = 0
         self._at: tuple[bytes, list[Result[Any]]] = (b"", [])
 
+    def named(self, values: Array, experiment: int | None = None) -> dict[str, float]:
+        """The values of the parameters, or of the starts of an experiment."""
+        return {u.name: float(v) for u, v in zip(self.asked, values, strict=True) if u.experiment == experiment}
+
     def runs(self, values: Array) -> list[Result[Any]]:
         """The runs of all experiments."""
         if self._at[0] == values.tobytes():
             return self._at[1]
         found = []
         for k, e in enumerate(self.experiments):
-            parameters = dict(e.parameters) | {
-                u.name: float(v) for u, v in zip(self.asked, values, strict=True) if u.experiment is None
-            }
-            starts = dict(e.starts) | {
-                u.name: float(v) for u, v in zip(self.asked, values, strict=True) if u.experiment == k
-            }
-            given: dict[str, Any] = {"parameters": parameters, "starts": starts, "inputs": e.inputs}
+            given: dict[str, Any] = {"parameters": {**e.parameters, **self.named(values)}, "inputs": e.inputs}
+            given["starts"] = {**e.starts, **self.named(values, k)}
             found.append(self.plant.simulate(e.grid[-1], start=e.begin, **given, **self.options))
         self.evaluations += 1
         self._at = values.tobytes(), found
@@ -389,7 +388,7 @@ def _summary(problem: _LeastSquares, asked: Sequence[FitUnknown], values: Array,
         dict(zip(labels, values.tolist(), strict=True)), dict(zip(labels, errors.tolist(), strict=True)),
         {u.label: u.unit for u in asked}, covariance, tuple(named), tuple(problem.runs(values)),
         tuple(problem.experiments), float(left @ left), spread, problem.evaluations, message,
-        {u.name: float(v) for u, v in zip(asked, values, strict=True) if u.experiment is None},
+        problem.named(values),
         {u.label: u.low if side < 0 else u.high for u, side in zip(asked, active.tolist(), strict=True) if side},
         constant_in_tables(problem.plant.compiled, [u.name for u in asked]),
     )  # fmt: skip

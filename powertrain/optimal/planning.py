@@ -17,12 +17,13 @@ from powertrain.language.arguments import by_name, count, listed, number, single
 from powertrain.language.arguments import limits as bounded
 from powertrain.language.component import Component
 from powertrain.language.reals import Array
-from powertrain.optimal.dynamics import Dynamics, Selector, dynamics
+from powertrain.optimal.dynamics import Dynamics, dynamics
 from powertrain.optimal.phases import Collocated, Guess, Phase, guess
 from powertrain.optimal.plan import Plan
 from powertrain.optimal.rounding import rounded
 from powertrain.plant import Plant, plant_of
 from powertrain.result import Result
+from powertrain.signals import Selector
 from powertrain.variational.gradients import number_of
 from powertrain.variational.objectives import Objective, objective
 

@@ -6,9 +6,9 @@ direction in which it flows. Losses, deliveries to loads, supplies and storage a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from powertrain.power.powergraph import PowerGraph
 from powertrain.power.powerterms import from_result, from_steady, power_outputs
 from powertrain.power.variator import NEGATIVE, VARIATOR_CASES, kinematic_share
 from powertrain.result import Result
+from powertrain.signals import Selector
 from powertrain.steadystate.steady import steady
 
 if TYPE_CHECKING:
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Matrix = NDArray[np.float64]
-What: TypeAlias = "str | Callable[[Any], Any]"
 
 
 def power_flow(
@@ -43,7 +43,7 @@ def power_flow(
     *,
     at: float | Sequence[float] | Array | None = None,
     whole: str | Sequence[str] = (),
-    outputs: Mapping[str, What] | None = None,
+    outputs: Mapping[str, Selector] | None = None,
     variator: str | None = None,
     shafts: tuple[str, str] | None = None,
     ratio: str | None = None,
@@ -105,7 +105,7 @@ def power_flow(
 
 def _share(
     compiled: Compiled, variator: str | None, shafts: tuple[str, str] | None, ratio: str | None
-) -> dict[str, What]:
+) -> dict[str, Selector]:
     if variator is None or shafts is None:
         if variator is not None or shafts is not None:
             raise ParameterError("variator=... and shafts=(port at the input, port at the output) belong together")

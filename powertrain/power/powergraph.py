@@ -5,16 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from powertrain.analysis.energy_terms import Part
 from powertrain.compiler.flat import Face
 from powertrain.errors import ParameterError, suggestion
 from powertrain.language.arguments import names
 from powertrain.signals import fits_pattern
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

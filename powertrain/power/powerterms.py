@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,13 +18,12 @@ from powertrain.plant import Plant, plant_of
 from powertrain.power.powergraph import PowerGraph, power_graph
 from powertrain.power.variator import named_port, pair, port_motion
 from powertrain.result import Result
-from powertrain.signals import Picked, signals_of
+from powertrain.signals import Picked, Selector, signals_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Matrix = NDArray[np.float64]
-What: TypeAlias = "str | Callable[[Any], Any]"
 _TEXTS = {
     "power": ("W", "Power into the component"),
     "speed": ("", "Speed of the port"),
@@ -36,7 +35,7 @@ _TEXTS = {
 }
 
 
-def power_outputs(plant: Plant[Any] | Component) -> dict[str, What]:
+def power_outputs(plant: Plant[Any] | Component) -> dict[str, Selector]:
     """The ``outputs`` of ``pt.steady`` that ``pt.power_flow(plant, dataset)`` needs: names, and selectors of the terms."""
     compiled = plant_of(plant).compiled
     terms = written_terms(compiled)
@@ -62,7 +61,7 @@ def _motions(compiled: Compiled, ports: Sequence[str]) -> dict[str, Symbol]:
 
 
 def from_result(
-    result: Result[Any], at: ArrayLike | None, whole: str | Sequence[str], outputs: Mapping[str, What]
+    result: Result[Any], at: ArrayLike | None, whole: str | Sequence[str], outputs: Mapping[str, Selector]
 ) -> tuple[PowerGraph, xr.Dataset]:
     """The terms at times of a simulation, by default at all its samples."""
     compiled, trajectory = result.compiled, result.trajectory

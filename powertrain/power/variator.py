@@ -9,7 +9,6 @@ import casadi as ca
 from powertrain.compiler.assemble import Compiled
 from powertrain.dae.hybrid import HybridDae
 from powertrain.errors import ParameterError, suggestion
-from powertrain.language.component import Component
 from powertrain.language.connectors import Connector
 from powertrain.language.fields import Variable
 from powertrain.language.laws import der
@@ -78,13 +77,11 @@ def port_motion(compiled: Compiled, name: str) -> Symbol:
 
 def named_port(compiled: Compiled, name: str) -> Connector:
     """The port of a path."""
-    ports: dict[str, Component] = {
-        c._path: c for c in signals_of(compiled).source.components if isinstance(c, Connector) and c._path
-    }
-    found = ports.get(name)
-    if not isinstance(found, Connector):
+    components = signals_of(compiled).source.components
+    ports = {c._path: c for c in components if isinstance(c, Connector) and c._path}
+    if name not in ports:
         raise ParameterError(f"the model has no port {name}{suggestion(name, ports)}")
-    return found
+    return ports[name]
 
 
 def pair(port: Connector) -> tuple[Symbol | None, Symbol | None]:

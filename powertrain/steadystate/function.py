@@ -18,9 +18,10 @@ from powertrain.language.component import Component
 from powertrain.language.reals import Array
 from powertrain.language.symbols import column
 from powertrain.plant import Plant, plant_of
+from powertrain.signals import Selector
 from powertrain.steadystate.dataset import dataset
 from powertrain.steadystate.results import Look
-from powertrain.steadystate.steady import What, question, steady_map
+from powertrain.steadystate.steady import question, steady_map
 
 _ACCURACY = 1e-10
 """Accuracy of the unknowns, relative to their size at the given point plus one."""
@@ -51,7 +52,7 @@ class SteadyFunction:
 def steady_function(
     plant: Plant[Any] | Component,
     at: Mapping[str, float],
-    outputs: str | Iterable[What] | Mapping[str, What],
+    outputs: str | Iterable[Selector] | Mapping[str, Selector],
     *,
     parameters: Mapping[str, float] | None = None,
     inputs: Mapping[str, float] | None = None,
@@ -151,12 +152,12 @@ def _function(
     first, second = len(problem.outputs), len(problem.outputs) + len(margins)
     y, margin, rows = (column(part) for part in (parts[:first], parts[first:second], parts[second:]))
     grid, unknown = column(problem.grid), column(problem.u)
-    values = ca.Function("powertrain_steady_values", [unknown, grid, problem.common], [y, margin])
+    values = ca.Function("powertrain_steady_values", [unknown, grid, problem.common.symbols], [y, margin])
     V, P = ca.MX.sym("v", len(v)), ca.MX.sym("p", count)
     whole = ca.vertcat(P, ca.DM(common[count:]))
     found: Any = ca.DM(0, 1)
     if problem.u:
-        conditions = ca.Function("powertrain_steady_rows", [unknown, grid, problem.common], [rows])
+        conditions = ca.Function("powertrain_steady_rows", [unknown, grid, problem.common.symbols], [rows])
         found = _root(conditions, u, v, common)(u, ca.vertcat(V, whole))
     outputs = values(found, V, whole)
     return ca.Function("powertrain_steady", [V, P], list(outputs), ["v", "p"], ["y", "margin"]), tuple(margins)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -19,15 +18,15 @@ from powertrain.language.symbols import column
 from powertrain.language.units import quotient
 from powertrain.numerics.batch import Columns, Rows
 from powertrain.plant import Plant, plant_of
+from powertrain.signals import Selector
 from powertrain.steadystate.dataset import dataset
+from powertrain.steadystate.intervals import ends_of
 from powertrain.steadystate.results import Look
-from powertrain.steadystate.steady import Question, What, kept, question, steady_map
+from powertrain.steadystate.steady import Question, kept, question, steady_map
 from powertrain.steadystate.steady_map import SteadyMap
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_MOST_ENDS = 8
 
 
 def steady_gradient(
@@ -35,7 +34,7 @@ def steady_gradient(
     grid: Mapping[str, ArrayLike],
     wrt: str | Sequence[str],
     *,
-    outputs: str | Iterable[What] | Mapping[str, What],
+    outputs: str | Iterable[Selector] | Mapping[str, Selector],
     parameters: Mapping[str, float] | None = None,
     inputs: Mapping[str, float] | None = None,
     free: Sequence[str] | None = None,
@@ -113,7 +112,6 @@ def _slopes(plant: Plant[Any], q: Question, map_: SteadyMap, names: list[str]) -
         lambda slopes: slopes.map is map_,
         lambda: _Slopes(map_, [q.asked.axes.index(n) for n in names]),
     )  # fmt: skip
-    found.columns.set_common(q.common)
     return found
 
 
@@ -148,16 +146,9 @@ class _Slopes:
 
     def ends(self, grid: Rows) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Derivatives of the least and greatest outputs if laws rest under a prescribed motion."""
-        resting = np.flatnonzero(self.solver.solve(grid).rest.any(axis=1))[:_MOST_ENDS]
-        values, slopes = [], []
-        for ends in product((1.0, -1.0), repeat=len(resting)):
-            side = np.ones((len(self.problem.laws), grid.shape[1]))
-            side[resting] = np.array(ends)[:, None]
-            points = self.solver.solve(grid, side)
-            y, s = self.at(grid, points.u, points.modes)
-            values.append(y)
-            slopes.append(s)
-        y, s = np.array(values), np.array(slopes)
+        resting = np.flatnonzero(self.solver.solve(grid).rest.any(axis=1))
+        ends = [self.at(grid, end.u, end.modes) for end in ends_of(self.solver, grid, resting)]
+        y, s = (np.array(each) for each in zip(*ends, strict=True))
         low, high = y.argmin(axis=0)[None, :, None], y.argmax(axis=0)[None, :, None]
         return np.take_along_axis(s, low, 0)[0], np.take_along_axis(s, high, 0)[0]
 

@@ -41,12 +41,9 @@ POLE = 1e4
 def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, NDArray[np.int8]]:
     """Least and greatest values at the points of ``grid`` at which ``laws`` rest, and the status of the ends: the greatest of all.
 
-    With several laws at rest, the lines between all ends are searched. A law whose bounds coincide at the first end, because it carries no
-    torque there, may rest at another one.
+    With several laws at rest, the lines between all ends are searched.
     """
-    ends = _ends(solver, grid, laws)
-    while len(resting := np.flatnonzero(np.any([end.rest.any(axis=1) for end in ends], axis=0))) > len(laws):
-        laws, ends = resting, _ends(solver, grid, resting)
+    ends = ends_of(solver, grid, laws)
     values = [solver.values(grid, end.u, end.modes)[0] for end in ends]
     low, high = np.minimum.reduce(values), np.maximum.reduce(values)
     status: NDArray[np.int8] = np.maximum.reduce([end.status for end in ends])
@@ -61,14 +58,18 @@ def ranges(solver: Solver, grid: Rows, laws: Index) -> tuple[Rows, Rows, NDArray
     return low, high, status
 
 
-def _ends(solver: Solver, grid: Rows, laws: Index) -> list[Points]:
-    """The solutions with all combinations of the sides from which ``laws`` approach rest."""
+def ends_of(solver: Solver, grid: Rows, laws: Index) -> list[Points]:
+    """The solutions with all combinations of the sides from which ``laws`` approach rest.
+
+    A law whose bounds coincide at the first end, because it carries no torque there, may rest at another one.
+    """
     ends = []
     for combination in product((1.0, -1.0), repeat=min(len(laws), MOST_LAWS)):
         side = np.ones((len(solver.choices), grid.shape[1]))
         side[laws[:MOST_LAWS]] = np.array(combination)[:, None]
         ends.append(solver.solve(grid, side))
-    return ends
+    resting = np.flatnonzero(np.any([end.rest.any(axis=1) for end in ends], axis=0))
+    return ends_of(solver, grid, resting) if len(resting) > len(laws) else ends
 
 
 class StuckLine:

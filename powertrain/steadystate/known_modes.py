@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from powertrain.dae.hybrid import Friction, Switch
 from powertrain.dae.tolerances import EPS, INFINITE
 from powertrain.equilibrium.operating import Solver
+from powertrain.equilibrium.points import LARGEST
 from powertrain.equilibrium.system import Equilibrium, with_modes
 from powertrain.language.reals import Array
 from powertrain.language.symbols import Symbol
@@ -32,8 +33,6 @@ _KNOWN = 64
 _ALTERNATIVES = 64
 _DEPTH = 20
 """Depth to which margins are compared."""
-_LARGEST = 16384
-"""Points that the solver takes together where combinations cannot be known."""
 Key = tuple[float, ...]
 Careful = Callable[[int, int], Array | None]
 """Solves the points from the first to before the last one by one, stores them, and returns the modes of the first good one."""
@@ -53,15 +52,10 @@ class KnownModes:
         self._relevant: dict[Key, list[int]] = {}
         self._parts: dict[Key, tuple[list[Symbol], list[Symbol], list[list[Symbol]]]] = {}
         self.keys: list[Key] = []
-        self.common: Array = np.zeros(1)
         self._fits, self._width, self._block = np.empty(max(_WIDTH, VectorTape.most)), _WIDTH, LANES
         self._tape: tuple[int, Tape | VectorTape] | None = None
         self._called = 0
         self._refused: set[Key] = set()
-
-    def set_common(self, values: Array) -> None:
-        """Parameters and inputs that are the same for all points."""
-        self.common = values.copy()
 
     def fill(
         self,
@@ -105,7 +99,7 @@ class KnownModes:
         modes = careful(first, end)
         self._called += 1
         unknown = modes is not None and not self.enter(modes)
-        self._block = min(2 * self._block, _LARGEST) if unknown else LANES
+        self._block = min(2 * self._block, LARGEST) if unknown else LANES
         return end
 
     @property
@@ -121,9 +115,11 @@ class KnownModes:
                 *values, fits = self._expressions(key)
                 first, open_ = fits * open_, open_ * ca.logic_not(fits)
                 found = [f + ca.if_else(first, v, 0) for f, v in zip(found, [*values, Symbol(number)], strict=True)]
-            tape = column_tape("steady_known", problem.grid, problem.common, ca.cse(found), _WIDTH, self._compile)
+            tape = column_tape(
+                "steady_known", problem.grid, problem.common.symbols, ca.cse(found), _WIDTH, self._compile
+            )
             self._tape, self._called = (len(self.keys), tape), 0
-        self._tape[1].set_common(self.common)
+        self._tape[1].set_common(self.problem.common.values)
         return self._tape[1]
 
     def enter(self, modes: Array) -> bool:

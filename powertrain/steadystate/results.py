@@ -10,13 +10,11 @@ from numpy.typing import NDArray
 
 from powertrain.dae.tolerances import ALIKE
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Points
+from powertrain.equilibrium.points import LARGEST, NONE, OK, OUTSIDE, SEVERAL, STUCK_POINT, UNDEFINED, Points
 from powertrain.language.reals import Array
 from powertrain.numerics.batch import Rows
 from powertrain.steadystate.intervals import ranges
 
-LARGEST = 16384
-"""The number of points that are solved together."""
 MOST_LAWS = 62
 """Number of laws that can have a bit in the results."""
 

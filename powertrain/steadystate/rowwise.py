@@ -15,15 +15,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from powertrain.equilibrium.points import Index, Mask
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.reals import Array
-from powertrain.language.symbols import Symbol
+from powertrain.language.symbols import Symbol, scalars
 from powertrain.numerics.batch import LANES, Rows, Tape
 from powertrain.numerics.replay import RowForms, row_forms
 from powertrain.steadystate.known_modes import Key, KnownModes
-
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 
 _CACHED = 1 << 16
 """Numbers that fit into the processor's cache."""
@@ -44,11 +42,12 @@ class _Lines:
     def __init__(self, problem: Equilibrium, forms: RowForms, slow: list[Symbol], ends: Symbol) -> None:
         pairs = [Symbol(0) if part is None else part for form in forms.outputs for part in (form.a, form.b)]
         rows = list(ca.cse([forms.fits, *pairs]))
-        self._tape = Tape("steady_lines", slow, ca.vertcat(problem.common, ends), rows, LANES)
+        self._common = problem.common
+        self._tape = Tape("steady_lines", slow, ca.vertcat(self._common.symbols, ends), rows, LANES)
 
-    def __call__(self, slow: Rows, x: Array, common: Array) -> tuple[Mask, Rows]:
+    def __call__(self, slow: Rows, x: Array) -> tuple[Mask, Rows]:
         """Which rows fit where x is along them, and a and b of all outputs."""
-        self._tape.set_common(np.concatenate([common, [x.min(), x.max()]]))
+        self._tape.set_common(np.append(self._common.values, [x.min(), x.max()]))
         found = self._tape(slow)
         return found[0] != 0.0, found[1:]
 
@@ -125,7 +124,7 @@ class RowMap:
                 rows = np.flatnonzero(piece.open & (piece.fitted == number) if again else piece.open)
                 if not rows.size or (lines := self._of(key, fast)) is None:
                     continue
-                fits, numbers = lines(slow[:, rows], piece.x, self.known.common)
+                fits, numbers = lines(slow[:, rows], piece.x)
                 piece.numbers[:, rows[fits]] = numbers[:, fits]
                 piece.fitted[rows[fits]], piece.open[rows[fits]] = number, False
 
@@ -134,7 +133,7 @@ class RowMap:
         if (key, fast) not in self._lines:
             problem, ends = self.known.problem, Symbol.sym("ends", 2)
             slow = [s for i, s in enumerate(problem.grid) if i != fast]
-            others = [*slow, *(problem.common[i] for i in range(problem.common.numel())), ends[0], ends[1]]
+            others = [*slow, *scalars(problem.common.symbols), ends[0], ends[1]]
             forms = row_forms(problem.grid[fast], ends, others, *self.known.parts(key))
             self._lines[key, fast] = None if forms is None else _Lines(problem, forms, slow, ends)
         return self._lines[key, fast]

@@ -10,7 +10,7 @@ import threading
 import weakref
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,7 +25,7 @@ from powertrain.language.labelled import check_stated, check_unit
 from powertrain.language.reals import Array
 from powertrain.language.units import rate_unit
 from powertrain.plant import Plant, plant_of
-from powertrain.signals import Picked, Signals, signals_of
+from powertrain.signals import Picked, Selector, Signals, signals_of
 from powertrain.steadystate.axes import Grid, make_grid
 from powertrain.steadystate.dataset import dataset, described
 from powertrain.steadystate.results import DataVariable, Look
@@ -34,7 +34,6 @@ from powertrain.steadystate.steady_map import SteadyMap
 if TYPE_CHECKING:
     import xarray as xr
 
-What: TypeAlias = "str | Callable[[Any], Any]"
 T = TypeVar("T")
 _KEPT = 16
 
@@ -44,7 +43,7 @@ def steady(
     plant: Plant[Any] | Component,
     grid: Mapping[str, ArrayLike],
     *,
-    outputs: str | Iterable[What] | Mapping[str, What] | None = None,
+    outputs: str | Iterable[Selector] | Mapping[str, Selector] | None = None,
     parameters: Mapping[str, float] | None = None,
     inputs: Mapping[str, float] | None = None,
     free: Sequence[str] | None = None,
@@ -327,7 +326,7 @@ def steady_map(plant: Plant[Any], q: Question, compile: bool = False) -> SteadyM
     """The prepared map with the values of the question, kept for the next call with the same names."""
     values = q.common[: len(plant.compiled.parameters)]
     map_ = kept(plant, "maps", q, compile, lambda m: m.valid(values), lambda: _prepared(plant, q, values, compile))
-    map_.set_common(q.common)
+    map_.problem.common.set(q.common)
     return map_
 
 

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powertrain.equilibrium.operating import Solver
-from powertrain.equilibrium.points import OK
+from powertrain.equilibrium.points import LARGEST, OK
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.reals import Array
 from powertrain.numerics.batch import Rows
 from powertrain.steadystate.axes import Grid
 from powertrain.steadystate.known_modes import KnownModes
-from powertrain.steadystate.results import LARGEST, DataVariable, Look, MapResults, block
+from powertrain.steadystate.results import DataVariable, Look, MapResults, block
 from powertrain.steadystate.rowwise import RowMap, RowPieces, make_plan
 
 _FAST = 2048
@@ -47,12 +47,6 @@ class SteadyMap:
     def valid(self, parameters: Array) -> bool:
         """Whether the formulation is also valid for these parameters."""
         return not self.problem.together or np.array_equal(parameters, self._parameters)
-
-    def set_common(self, values: Array) -> None:
-        """Parameters and inputs that are the same for all points."""
-        self.solver.set_common(values)
-        if self._rows is not None:
-            self._rows.known.set_common(values)
 
     def run(self, grid: Grid, look: Look, progress: bool | None, *, keep: bool = False) -> tuple[Grid, MapResults]:
         """Solve all points of a grid; return the grid, with its dimensions in the order of the results, and the results.

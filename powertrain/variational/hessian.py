@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
-import casadi as ca
-
+from powertrain.compiler.calls import calling
 from powertrain.errors import ParameterError
 from powertrain.language.component import Component
-from powertrain.language.symbols import Symbol, column
+from powertrain.language.symbols import Symbol, column, scalars
 from powertrain.language.units import quotient
 from powertrain.plant import Plant, plant_of
 from powertrain.variational.differences import differences
@@ -103,5 +102,4 @@ def _calls(model: Model) -> bool:
     dae = model.system.dae
     integrand = Symbol(0) if model.of.integrand is None else model.of.integrand
     asked = column([dae.xdot, dae.residual, model.saltation.asked, model.of.expressions, integrand])
-    tape = dae.function("called", asked)
-    return any(tape.instruction_id(k) == ca.OP_CALL for k in range(tape.n_instructions()))
+    return bool(calling(scalars(asked)))

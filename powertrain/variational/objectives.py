@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,8 +11,7 @@ from numpy.typing import ArrayLike
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import number, row
 from powertrain.language.reals import Array
-
-Signal = str | Callable[[Any], Any]
+from powertrain.signals import Selector
 
 
 @dataclass(frozen=True)
@@ -21,7 +19,7 @@ class Term:
     """One term of an objective: ``kind`` is "at", "integral", "maximum", "minimum" or "squares"; ``times`` in s."""
 
     kind: str
-    signal: Signal
+    signal: Selector
     factor: float = 1.0
     times: tuple[float, ...] = ()
     values: tuple[float, ...] = ()
@@ -50,32 +48,32 @@ class Objective:
     __rmul__ = __mul__
 
 
-def final(signal: Signal) -> Objective:
+def final(signal: Selector) -> Objective:
     """The value of a signal at the end of the run."""
     return Objective((Term("at", signal),))
 
 
-def at(signal: Signal, time: float) -> Objective:
+def at(signal: Selector, time: float) -> Objective:
     """The value of a signal at ``time`` (s); at an event its right limit."""
     return Objective((Term("at", signal, times=(number("time", time, "s"),)),))
 
 
-def integral(signal: Signal) -> Objective:
+def integral(signal: Selector) -> Objective:
     """The integral of a signal over the time of the run."""
     return Objective((Term("integral", signal),))
 
 
-def maximum(signal: Signal) -> Objective:
+def maximum(signal: Selector) -> Objective:
     """The largest value of a signal in the run."""
     return Objective((Term("maximum", signal),))
 
 
-def minimum(signal: Signal) -> Objective:
+def minimum(signal: Selector) -> Objective:
     """The smallest value of a signal in the run."""
     return Objective((Term("minimum", signal),))
 
 
-def squares(signal: Signal, times: ArrayLike, values: ArrayLike, sigma: float = 1.0) -> Objective:
+def squares(signal: Selector, times: ArrayLike, values: ArrayLike, sigma: float = 1.0) -> Objective:
     """The sum of ((signal - value) / sigma)^2 over measured values.
 
     Parameters

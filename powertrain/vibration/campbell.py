@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powertrain.analysis.linearization import Selector
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import row
 from powertrain.language.component import Component
 from powertrain.plant import Plant, plant_of
+from powertrain.signals import Selector
 from powertrain.vibration.eigenmodes import MEANINGS, properties, shapes_of, vibrations
 from powertrain.vibration.energies import energies_of
 from powertrain.vibration.operating_line import Line, operating_line

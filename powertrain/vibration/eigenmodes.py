@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powertrain.analysis.linearization import Selector, linear_at
+from powertrain.analysis.linearization import linear_at
 from powertrain.analysis.operating_point import Point, operating_point
 from powertrain.dae.hybrid import OperatingPoint
 from powertrain.errors import ParameterError
 from powertrain.language.arguments import listed
 from powertrain.language.component import Component
 from powertrain.plant import Plant, plant_of
+from powertrain.signals import Selector
 from powertrain.vibration.eigenvectors import Eigenvectors, eigenvectors
 from powertrain.vibration.energies import energies_of
 

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from powertrain.analysis.linearization import Selector
 from powertrain.errors import ParameterError
 from powertrain.given_runs import complete
 from powertrain.language.arguments import count, limits, positive
 from powertrain.language.reals import Array
 from powertrain.result import Result
-from powertrain.signals import Picked, signals_of
+from powertrain.signals import Picked, Selector, signals_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powertrain.analysis.linearization import Selector, linear_at
+from powertrain.analysis.linearization import linear_at
 from powertrain.errors import ModelError, ParameterError
 from powertrain.language.arguments import by_name, listed, number
 from powertrain.language.component import Component
 from powertrain.plant import Plant, plant_of
-from powertrain.signals import signals_of
+from powertrain.signals import Selector, signals_of
 from powertrain.vibration.eigenvectors import eigenvectors
 from powertrain.vibration.operating_line import Along, Line, OperatingLine, operating_line
 

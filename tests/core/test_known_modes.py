@@ -17,6 +17,7 @@ from powertrain.dae.hybrid import Friction, Guard, Switch
 from powertrain.dae.switch import steady_margins
 from powertrain.dae.tolerances import INFINITE
 from powertrain.equilibrium.search import LawModes, order
+from powertrain.numerics.batch import Common
 from powertrain.steadystate.known_modes import KnownModes
 
 Matrix = np.ndarray[Any, Any]
@@ -56,7 +57,7 @@ class Affine:
         valid = Guard("guard", "hand", grid[0] + grid[1], ca.SX(-np.inf), ca.SX(self.most), "1", "error")
         outputs = [grid[0] + e + p for e in ca.vertsplit(ca.DM(self.B) @ ca.vertcat(*m))]
         problem: Any = SimpleNamespace(
-            grid=grid, modes=m, common=p, u=[], laws=laws, guards=[valid], outputs=outputs[:1], rates=outputs[1:],
+            grid=grid, modes=m, common=Common(p), u=[], laws=laws, guards=[valid], outputs=outputs[:1], rates=outputs[1:],
             solved=[INFINITE * (1.0 + grid[1] - self.steep)] if np.isfinite(self.steep) else [],
         )  # fmt: skip
         solver: Any = SimpleNamespace(choices=choices, groups=order(problem, choices))
@@ -83,7 +84,7 @@ class Affine:
 
     def fill(self, known: KnownModes, x: Matrix, y: Matrix, p: float) -> Matrix:
         """The wanted values at all points of the map."""
-        known.set_common(np.array([p]))
+        known.problem.common.set(np.array([p]))
         wanted, modes = self.brute_force(x, y, p)
         results = [np.full(len(x), np.nan) for _ in wanted]
         self.asked.clear()

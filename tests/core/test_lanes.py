@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.numerics.batch import TOGETHER, Columns, Lanes, Tape
+from powertrain.numerics.batch import TOGETHER, Columns, Common, Lanes, Tape
 from powertrain.numerics.many import Many
 from powertrain.steadystate.known_modes import all_hold
 
@@ -57,9 +57,10 @@ def test_many_points_are_those_of_one(count: int, made: Any, monkeypatch: pytest
 
 def test_arrays_that_were_given_may_change_later() -> None:
     x, p = ca.SX.sym("x"), ca.SX.sym("p")
-    columns, common = Columns("test", [x], p, [x * p]), np.array([2.0])
-    columns.set_common(common)
-    common[0] = 5.0
+    common, values = Common(p), np.array([2.0])
+    columns = Columns("test", [x], common, [x * p])
+    common.set(values)
+    values[0] = 5.0
     np.testing.assert_array_equal(columns(np.array([[1.0, 3.0]])), [[2.0, 6.0]])
 
 
@@ -71,10 +72,12 @@ def test_margins_hold_down_to_zero() -> None:
 def test_what_is_common_may_change_between_calls() -> None:
     """Of tapes for few and for many points alike, and of one that is made later; columns that nothing depends on are left out."""
     x, y, p = (ca.SX.sym(name) for name in "xyp")
-    columns = Columns("test", [x, y], p, [x * p, p + 1])
+    common = Common(p)
+    columns, others = Columns("test", [x, y], common, [x * p, p + 1]), Columns("test", [x], common, [x - p])
     few, many = np.arange(6.0).reshape(2, 3), np.linspace(0, 1, 1200).reshape(2, 600)
     assert columns.needed.tolist() == [0]
-    for common, rows in ((2.0, [few]), (3.0, [few, many]), (-5.0, [many, few])):
-        columns.set_common(np.array([common]))
+    for value, rows in ((2.0, [few]), (3.0, [few, many]), (-5.0, [many, few])):
+        common.set(np.array([value]))
         for each in rows:
-            np.testing.assert_allclose(columns(each), [each[0] * common, np.full(each.shape[1], common + 1)])
+            np.testing.assert_allclose(columns(each), [each[0] * value, np.full(each.shape[1], value + 1)])
+            np.testing.assert_allclose(others(each[:1]), [each[0] - value])

@@ -16,7 +16,7 @@ import powertrain as pt
 from benchmarks import implicit_map
 from powertrain.design import SplitPathBench
 from powertrain.language.symbols import Symbol
-from powertrain.numerics.batch import Columns, Tape
+from powertrain.numerics.batch import Columns, Common, Tape
 from powertrain.numerics.compiled import InC, compile_functions
 from powertrain.numerics.vectorised import VectorTape, abreast, vector_tape
 from powertrain.trials.operating import on_rolling_road
@@ -160,8 +160,9 @@ def test_calls_of_other_functions_stay_with_the_virtual_machine() -> None:
     np.testing.assert_allclose(
         np.array(one_by_one([0.0, 1.0, 2.0, 3.0], 2.0)).ravel(), np.sin([0.0, 1.0, 2.0, 3.0]) + 2.0
     )
-    columns = Columns("test", [x], y, [called(x) + y], compile=True)
-    columns.set_common(np.array([2.0]))
+    common = Common(y)
+    columns = Columns("test", [x], common, [called(x) + y], compile=True)
+    common.set(np.array([2.0]))
     np.testing.assert_allclose(columns(np.array([[0.0, 1.0]])), [[2.0, np.sin(1.0) + 2.0]], rtol=1e-15)
 
 
