@@ -752,6 +752,44 @@ def test_plots_over_ratio_and_map() -> None:
         plot_efficiency_map(flow, "V", "ratio")
 
 
+@pytest.mark.parametrize(("eta", "step"), [(1.0, 0.05), (0.95, 0.35)])
+def test_every_efficiency_has_a_colour(eta: float, step: float) -> None:
+    """Also 1 and what round-off adds to it, and what is above the last whole step."""
+    r, load = np.linspace(1.1, 1.5, 9), np.linspace(-50.0, -10.0, 9)
+    efficiencies = {f"{part}.{name}": eta for part in (CVU_PATH, MESH_PATH) for name in ("eta_ab", "eta_ba")}
+    plant = pt.compile(Rig(gearbox=SplitPathTransmission(layout="bHa")))
+    flow = pt.power_flow(plant, {"V": ratio("bHa", r), "load": load}, parameters=efficiencies)
+    assert float(flow.efficiency.min()) > 2 * 0.35
+    ax = plot_efficiency_map(flow, "V", "load", step=step)
+    paths, x = ax.collections[0].get_paths(), ratio("bHa", np.array([1.12, 1.23, 1.34, 1.47]))
+    assert all(any(path.contains_point((V, tau)) for path in paths) for V in x for tau in (-48.0, -31.0, -12.0))
+
+
+def test_plots_refuse_what_they_cannot_show(example: pt.PowerFlow) -> None:
+    plant = pt.compile(Rig())
+    line = pt.power_flow(plant, {"V": [0.3, 0.4], "load": 100.0})
+    several = pt.power_flow(plant, {"V": [0.3, 0.4], "load": [50.0, 100.0]})
+    idle = pt.power_flow(plant, {"V": [0.3, 0.4], "load": 0.0})
+    refused: list[tuple[str, Any]] = [
+        (r"step = 0: contours .* 0\.001 to 0\.5 apart", lambda: plot_efficiency_map(several, "V", "load", step=0)),
+        (r"step = 0\.7: contours", lambda: plot_efficiency_map(several, "V", "load", step=0.7)),
+        ("largest = -1 must be positive", lambda: plot_variator(line, CVU_PATH, "V", largest=-1.0)),
+        ("power is not one value for each point", lambda: plot_variator(line, CVU_PATH, "power")),
+        ("no point has an efficiency", lambda: plot_variator(idle, CVU_PATH, "V")),
+        ("component = None is not a string", lambda: plot_variator(line, None, "V")),  # type: ignore[arg-type]
+        ("give the names of three ports", lambda: plot_lever(example, MESH_PATH, ("a", "b"))),  # type: ignore[arg-type]
+        ("ratio = nan is not a finite number", lambda: plot_lever(example, MESH_PATH, ratio=np.nan)),
+        ("ax = 'left' is not an Axes", lambda: plot_lever(example, MESH_PATH, ax="left")),  # type: ignore[arg-type]
+        (r"names = \['cvu'\]: pass a dictionary", lambda: example.plot(names=["cvu"])),
+    ]
+    for message, draw in refused:
+        with pytest.raises(pt.ParameterError, match=message):
+            draw()
+    unknown = example.data.assign(speed=example.data.speed * np.nan)
+    with pytest.raises(pt.ParameterError, match=r"speeds and torques of gearbox\.differential are not known"):
+        plot_lever(pt.PowerFlow(example.graph, unknown), MESH_PATH)
+
+
 def test_contours_pass_a_line_of_points_at_rest() -> None:
     """At r = 1 the mesh rests, and the efficiency is an interval; the map shows what is around it, and the points as dots."""
     bench = SplitPathBench(transmission=SplitPathTransmission(layout="Hba"))

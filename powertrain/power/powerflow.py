@@ -166,7 +166,7 @@ class PowerFlow:
         ``into(part)/out_of(source)``.
         """
         stored = self.data["stored"]
-        charging, released = (np.maximum(each, 0.0).sum("component", skipna=False) for each in (stored, -stored))
+        charging, released = (each.clip(min=0.0).sum("component", skipna=False) for each in (stored, -stored))
         given = self.input + released
         least = self._shaped(self._directed.floor)
         return self._named((self.output + charging) / given.where(given > least), "1", "Efficiency")
