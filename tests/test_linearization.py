@@ -28,7 +28,7 @@ from powertrain import (
     variable,
 )
 from powertrain.analysis.linearization import linearize
-from powertrain.analysis.reduction import Matrices, substitute_inputs
+from powertrain.analysis.reduction import Matrices, _independent, substitute_inputs
 from powertrain.components import blocks
 from powertrain.components import rotational as rot
 from powertrain.components import translational as tr
@@ -371,11 +371,13 @@ class Held(pt.Component):
 
 
 def test_stuck_on_a_driven_shaft() -> None:
-    system = linearize(Held(), ["source.w_ref"], ["load.w", "end.w"], at={"load.w": 1.0, "end.w": 1.0})
+    shown = ["load.w", "end.w", "load.phi"]
+    system = linearize(Held(), ["source.w_ref"], shown, at={"load.w": 1.0, "end.w": 1.0})
     s = 1j * FREQUENCIES
     assert system.linearization.modes["clutch.mode"] == 0
     assert np.allclose(response(system)[0, 0], 1.0)
     assert np.allclose(response(system)[1, 0], (s + 10.0) / (2 * s**2 + s + 10.0))
+    assert np.allclose(response(system)[2, 0], 1 / s)
 
 
 class Cubic(CompliantWithRelativeStates):
@@ -719,3 +721,129 @@ def test_inputs_without_their_derivatives_have_the_same_response(order: int) -> 
 
         for found, expected in zip(responses(proper), responses(full), strict=True):
             np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10)
+
+
+class Cam(pt.Component):
+    """A follower of 0.5 kg on a spring of 400 N/m is lifted by a cam: x = phi^2/2 m while they touch."""
+
+    flange: rot.Flange = pt.port(rot.Flange)
+    x: Variable = variable("m", "Lift", start=0.08)
+    v: Variable = variable("m/s", "Speed of the follower")
+    force: Variable = variable("N", "Force between them")
+
+    def equations(self) -> Equations:
+        yield self.flange.tau == self.force * self.flange.phi
+        yield self.v == pt.der(self.x)
+        yield 0.5 * pt.der(self.v) == self.force - 400.0 * self.x
+        yield pt.unilateral(self.x - self.flange.phi**2 / 2, self.force)
+
+
+def test_a_contact_on_a_curve_takes_position_and_speed_away() -> None:
+    """(J + m phi^2) phi'' = tau - k phi^3/2 around rest: the force k phi^2/2 turns with the slope phi, hence 3 k phi^2/2."""
+    phi = 0.4
+    model = joined(
+        rot.ConstantTorque(tau_constant=400.0 * phi**3 / 2), rot.Inertia(J=0.02), Cam(),
+        joints="0.flange=1.flange_a 1.flange_b=2.flange",
+    )  # fmt: skip
+    at = {"parts[1].phi": phi, "parts[2].x": phi**2 / 2}
+    system = linearize(model, ["parts[1].flange_a.tau"], ["parts[1].phi", "parts[2].x"], at=at)
+    assert len(system.A) == 2
+    note = system.linearization
+    assert set(note.values) == {*note.states, *note.removed}
+    assert sorted(value for value in note.values.values() if value) == pytest.approx(sorted(at.values()))
+    assert [note.units[name] for name in (*note.outputs, *note.inputs)] == ["rad", "m", "N.m"]
+    expected = 1 / ((0.02 + 0.5 * phi**2) * (1j * FREQUENCIES) ** 2 + 600.0 * phi**2)
+    np.testing.assert_allclose(response(system)[:, 0], [expected, phi * expected], rtol=1e-9)
+
+
+class Bent(pt.Component):
+    """der(h) = u - z with z^3 exp(z) = h: at h = 0 the slope of z is infinite, and 1e24 where Newton ends."""
+
+    u: Input = signal_input("1", "Inflow")
+    h: Variable = variable("1", "Level", start=0.0)
+    z: Variable = variable("1", "Outflow", guess=0.0)
+
+    def equations(self) -> Equations:
+        yield pt.der(self.h) == self.u.value - self.z
+        yield self.z**3 * ca.exp(self.z) == self.h
+
+
+def test_singular_algebraic_equations_are_refused() -> None:
+    with pytest.raises(pt.ModelError, match="algebraic equations of Bent are singular at this operating point"):
+        linearize(Bent(), ["u"], ["h"])
+
+
+class Towed(pt.Component):
+    """A driven shaft moves a rotor through a damper, and this one another rotor through a spring and damper."""
+
+    source: rot.Position = rot.Position(exact=True)
+    damper: rot.Damper = rot.Damper(d=2.0)
+    near: rot.Inertia = rot.Inertia(J=0.3)
+    soft: rot.SpringDamper = rot.SpringDamper(c=50.0, d=1.0)
+    far: rot.Inertia = rot.Inertia(J=0.8)
+
+    def equations(self) -> Equations:
+        yield self.source.phi_ref.value == 0.1 * ca.sin(pt.time)
+        yield connect(self.source.flange, self.damper.flange_a)
+        yield connect(self.damper.flange_b, self.near.flange_a)
+        yield connect(self.near.flange_b, self.soft.flange_a)
+        yield connect(self.soft.flange_b, self.far.flange_a)
+
+
+def test_shifts_of_relative_states_are_those_of_both() -> None:
+    """A state relative to another one stands for their difference, so its shift is the difference of theirs."""
+    model, drive = Towed(), "source.phi_ref"
+    whole, small = (linearize(model, [drive], ["soft.tau"], reduced=reduced) for reduced in (False, True))
+    np.testing.assert_allclose(response(small), response(whole), rtol=1e-9)
+    note, shifted = small.linearization, {n: g[drive] for n, g in whole.linearization.shifted.items()}
+    for label, name in zip(note.states, (n for n in note.values if n not in note.unseen), strict=True):
+        expected = shifted.get(name, 0.0) - sum(g * shifted.get(n, 0.0) for n, g in note.relative.get(name, {}).items())
+        assert note.shifted.get(label, {}).get(drive, 0.0) == pytest.approx(expected)
+    assert note.relative
+
+
+@pytest.mark.parametrize(("tau", "at_limit"), [(99.9, False), (100.0, True), (-100.0, True)])
+def test_a_brake_about_to_slip_has_no_derivative(tau: float, at_limit: bool) -> None:
+    """It holds up to 100 N.m; with the least more the rotor turns."""
+    model = joined(
+        rot.ConstantTorque(tau_constant=tau), rot.Inertia(J=1.0), rot.BearingFriction(tau_pos=((0.0, 100.0),)),
+        joints="0.flange=1.flange_a 1.flange_b=2.flange_a",
+    )  # fmt: skip
+    found = linearize(model, ["parts[1].flange_a.tau"], ["parts[1].w"])
+    assert found.nstates == 0
+    assert found.linearization.one_sided == (("parts[2].mode",) if at_limit else ())
+
+
+@pytest.mark.parametrize(("tau", "pressed"), [(1.0, True), (0.0, False)])
+def test_a_contact_without_force_has_no_derivative(tau: float, pressed: bool) -> None:
+    found = linearize(Stopped(), ["tau"], ["a.w", "b.w"], at={"tau": tau, "stop.gap": 0.0})
+    assert found.linearization.one_sided == (() if pressed else ("stop.contact",))
+    assert linearize(Stopped(), ["tau"], ["a.w", "b.w"]).linearization.one_sided == ()
+
+
+@pytest.mark.parametrize("w", [0.0, 1e-10, -1e-10])
+def test_a_speed_of_round_off_has_no_direction(w: float) -> None:
+    """The bearing is free of load and loses the share of the torque that a gear loses: either sign of the speed is as good."""
+    gear = rot.LossyGear(ratio=2.0, lossTable=((0.0, 0.9, 0.9, 0.0, 0.0),))
+    model = joined(rot.Inertia(J=1.0), gear, rot.Inertia(J=2.0), joints="0.flange_b=1.flange_a 1.flange_b=2.flange_a")
+    found = linearize(model, ["parts[0].flange_a.tau"], ["parts[0].w"], at={"parts[0].w": w})
+    assert "parts[1].mode" in found.linearization.one_sided
+
+
+def test_nearly_parallel_rows() -> None:
+    """Rows that differ by 1e-8 are independent; a mean of two of them is not, to round-off."""
+    rows = np.hstack([np.ones((3, 1)), 1e-8 * np.eye(3)])
+    assert len(_independent(rows)) == 3
+    assert len(_independent(np.vstack([rows, (rows[0] + rows[1]) / 2, 0.3 * rows[0] + 0.7 * rows[2]]))) == 3
+
+
+def test_derivatives_of_inputs_that_cancel_to_round_off() -> None:
+    """y = x_1/10 + x_2/5 - 3 x_3/10 does not see what reaches all three states alike."""
+    reach = np.full((3, 1), 1e6 / 7)
+    full = Matrices(
+        np.zeros((3, 3)), [np.zeros((3, 1)), np.zeros((3, 1)), reach], np.array([[0.1, 0.2, -0.3]]),
+        [np.zeros((1, 1))] * 3, np.zeros((0, 3)), [np.zeros((0, 1))] * 3,
+    )  # fmt: skip
+    proper, gains = substitute_inputs(full, lambda output, given, order: AssertionError((output, given, order)))
+    assert np.array_equal(gains, 0 * reach)
+    assert np.abs(proper.d[0]).max() < 1e-9
