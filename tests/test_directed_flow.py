@@ -128,6 +128,15 @@ def test_cycles_that_share_a_terminal() -> None:
     np.testing.assert_allclose(around, np.abs(flow.power))
 
 
+def test_drag_is_wanted_before_storage() -> None:
+    """A motor turns a fan, which loses all that it receives, through the variator, and a flywheel beside it."""
+    flow = directed(
+        [("motor", "node 0", 10.0), ("node 0", V, 6.0), (V, "node 1", 6.0), ("node 1", "fan", 6.0), ("node 0", "wheel", 4.0)],
+        supplied={"motor": 10.0}, loss={"fan": 6.0}, stored={"wheel": 4.0},
+    )  # fmt: skip
+    assert case_of(flow) == "series"
+
+
 def test_a_point_without_a_solution() -> None:
     """It has neither circulating power nor strands nor a case."""
     flow = beside(13.0, -3.0)

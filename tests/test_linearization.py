@@ -27,6 +27,7 @@ from powertrain import (
     signal_output,
     variable,
 )
+from powertrain.analysis.linear_model import _dotless
 from powertrain.analysis.linearization import linearize
 from powertrain.analysis.reduction import Matrices, _independent, substitute_inputs
 from powertrain.components import blocks
@@ -773,33 +774,93 @@ def test_singular_algebraic_equations_are_refused() -> None:
         linearize(Bent(), ["u"], ["h"])
 
 
-class Towed(pt.Component):
-    """A driven shaft moves a rotor through a damper, and this one another rotor through a spring and damper."""
+class DrivenSun(pt.Component):
+    """The sun of a free planetary gear follows a given angle; the carrier turns another inertia through a spring."""
 
     source: rot.Position = rot.Position(exact=True)
-    damper: rot.Damper = rot.Damper(d=2.0)
-    near: rot.Inertia = rot.Inertia(J=0.3)
-    soft: rot.SpringDamper = rot.SpringDamper(c=50.0, d=1.0)
+    gear: rot.IdealPlanetary = rot.IdealPlanetary(ratio=2.5)
+    ring: rot.Inertia = rot.Inertia(J=0.3)
+    carrier: rot.Inertia = rot.Inertia(J=0.5)
+    spring: rot.Spring = rot.Spring(c=40.0)
     far: rot.Inertia = rot.Inertia(J=0.8)
 
     def equations(self) -> Equations:
         yield self.source.phi_ref.value == 0.1 * ca.sin(pt.time)
-        yield connect(self.source.flange, self.damper.flange_a)
-        yield connect(self.damper.flange_b, self.near.flange_a)
-        yield connect(self.near.flange_b, self.soft.flange_a)
-        yield connect(self.soft.flange_b, self.far.flange_a)
+        yield connect(self.source.flange, self.gear.sun)
+        yield connect(self.gear.ring, self.ring.flange_a)
+        yield connect(self.gear.carrier, self.carrier.flange_a)
+        yield connect(self.carrier.flange_b, self.spring.flange_a)
+        yield connect(self.spring.flange_b, self.far.flange_a)
 
 
-def test_shifts_of_relative_states_are_those_of_both() -> None:
-    """A state relative to another one stands for their difference, so its shift is the difference of theirs."""
-    model, drive = Towed(), "source.phi_ref"
-    whole, small = (linearize(model, [drive], ["soft.tau"], reduced=reduced) for reduced in (False, True))
-    np.testing.assert_allclose(response(small), response(whole), rtol=1e-9)
-    note, shifted = small.linearization, {n: g[drive] for n, g in whole.linearization.shifted.items()}
+def driven_sun(s: complex) -> NDArray[np.complex128]:
+    """Angles of ring, carrier and far inertia over that of the sun; the last unknown is the torque of the sun, T, in T : 2.5 T : -3.5 T."""
+    rows = [[-2.5, 3.5, 0, 0], [0.3 * s**2, 0, 0, 2.5], [0, 0.5 * s**2 + 40, -40, -3.5], [0, -40, 0.8 * s**2 + 40, 0]]
+    return np.linalg.solve(np.array(rows, complex), [1.0, 0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("reduced", [False, True])
+def test_second_derivatives_of_an_input_shift_states(reduced: bool) -> None:
+    """The gear needs the acceleration of the sun. A state relative to others is shifted by the difference of what they are shifted by."""
+    ring, carrier, far, _ = np.array([driven_sun(1j * w) for w in FREQUENCIES]).T
+    plant, drive = pt.compile(DrivenSun()), "source.phi_ref"
+    angles = linearize(plant, [drive], ["ring.phi", "carrier.phi", "far.phi"], reduced=reduced)
+    np.testing.assert_allclose(response(angles)[:, 0], [ring, carrier, far], rtol=1e-9)
+    twist = linearize(plant, [drive], ["spring.tau"], reduced=reduced)
+    np.testing.assert_allclose(response(twist)[0, 0], 40 * (far - carrier), rtol=1e-9)
+    note = twist.linearization
+    assert bool(note.unseen) is reduced
+    whole = {name: gains[drive] for name, gains in angles.linearization.shifted.items()}
     for label, name in zip(note.states, (n for n in note.values if n not in note.unseen), strict=True):
-        expected = shifted.get(name, 0.0) - sum(g * shifted.get(n, 0.0) for n, g in note.relative.get(name, {}).items())
-        assert note.shifted.get(label, {}).get(drive, 0.0) == pytest.approx(expected)
-    assert note.relative
+        away = sum(gain * whole.get(other, 0.0) for other, gain in note.relative.get(name, {}).items())
+        assert note.shifted.get(label, {}).get(drive, 0.0) == pytest.approx(whole.get(name, 0.0) - away)
+
+
+class Dry(TwoFlanges):
+    """Dry friction between two shafts, without states of its own."""
+
+    w: Variable = variable("rad/s", "Slip")
+
+    def equations(self) -> Equations:
+        yield self.w == pt.der(self.flange_b.phi) - pt.der(self.flange_a.phi)
+        yield self.flange_a.tau + self.flange_b.tau == 0
+        yield pt.friction(self.w, self.flange_b.tau, -50.0, 50.0)
+
+
+def test_what_a_driven_shaft_holds_moves_with_it() -> None:
+    """The slip stays zero, and so does the difference of the angles, not the angle itself: phi = w/s."""
+    model = joined(
+        blocks.Constant(k=1.0), rot.Speed(exact=True), Dry(), rot.Inertia(J=1.0),
+        joints="0.y=1.w_ref 1.flange=2.flange_a 2.flange_b=3.flange_a",
+    )  # fmt: skip
+    system = linearize(model, ["parts[1].w_ref"], ["parts[3].w", "parts[3].phi"], at={"parts[3].w": 1.0})
+    np.testing.assert_allclose(response(system)[:, 0], [np.ones(5), 1 / (1j * FREQUENCIES)], rtol=1e-9)
+
+
+def test_names_stay_distinct_without_dots() -> None:
+    assert _dotless(["J.w", "J_w", "J_w_2", "J.w.2"]) == ["J_w", "J_w_2", "J_w_2_2", "J_w_2_3"]
+
+
+class Ratchet(TwoFlanges):
+    """It holds any torque in one direction."""
+
+    def equations(self) -> Equations:
+        yield self.flange_a.tau + self.flange_b.tau == 0
+        w = pt.der(self.flange_b.phi) - pt.der(self.flange_a.phi)
+        yield pt.friction(w, self.flange_b.tau, 0.0, np.inf)
+
+
+def test_a_law_without_a_limit_leaves_the_limits_of_others() -> None:
+    """A ratchet and a brake hold one rotor each."""
+    model = joined(
+        rot.Fixed(), Ratchet(), rot.Inertia(J=1.0), rot.ConstantTorque(tau_constant=2.0),
+        rot.BearingFriction(tau_pos=((0.0, 5.0),)), rot.Inertia(J=2.0), rot.ConstantTorque(tau_constant=1.0),
+        joints="0.flange=1.flange_a 1.flange_b=2.flange_a 2.flange_b=3.flange 4.flange_b=5.flange_a 5.flange_b=6.flange",
+    )  # fmt: skip
+    for sign in (1.0, -1.0):
+        found = linearize(model, ["parts[5].flange_a.tau"], ["parts[5].w"], parameters={"parts[3].tau_constant": sign})
+        assert found.linearization.modes["parts[4].mode"] == 0
+        assert found.nstates == (0 if sign > 0 else 2)
 
 
 @pytest.mark.parametrize(("tau", "at_limit"), [(99.9, False), (100.0, True), (-100.0, True)])
@@ -819,15 +880,6 @@ def test_a_contact_without_force_has_no_derivative(tau: float, pressed: bool) ->
     found = linearize(Stopped(), ["tau"], ["a.w", "b.w"], at={"tau": tau, "stop.gap": 0.0})
     assert found.linearization.one_sided == (() if pressed else ("stop.contact",))
     assert linearize(Stopped(), ["tau"], ["a.w", "b.w"]).linearization.one_sided == ()
-
-
-@pytest.mark.parametrize("w", [0.0, 1e-10, -1e-10])
-def test_a_speed_of_round_off_has_no_direction(w: float) -> None:
-    """The bearing is free of load and loses the share of the torque that a gear loses: either sign of the speed is as good."""
-    gear = rot.LossyGear(ratio=2.0, lossTable=((0.0, 0.9, 0.9, 0.0, 0.0),))
-    model = joined(rot.Inertia(J=1.0), gear, rot.Inertia(J=2.0), joints="0.flange_b=1.flange_a 1.flange_b=2.flange_a")
-    found = linearize(model, ["parts[0].flange_a.tau"], ["parts[0].w"], at={"parts[0].w": w})
-    assert "parts[1].mode" in found.linearization.one_sided
 
 
 def test_nearly_parallel_rows() -> None:

@@ -4,6 +4,7 @@ import random
 from itertools import pairwise
 from typing import Any, ClassVar
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
@@ -11,6 +12,7 @@ from cases import few
 from drivelines import driveline
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.patches import Rectangle
 
 import powertrain as pt
 from powertrain.components.blocks import Ramp
@@ -33,7 +35,7 @@ from powertrain.components.transmissions import TYPES, Layout, SplitPathTransmis
 from powertrain.design import SplitPathBench
 from powertrain.power.circulation import Edge, decompose, loops
 from powertrain.power.powergraph import _shown
-from powertrain.power.powerplot import plot_efficiency_map, plot_lever, plot_variator
+from powertrain.power.powerplot import _along, _cut, _shade, plot_efficiency_map, plot_lever, plot_variator
 
 CVU_PATH, MESH_PATH = "gearbox.cvu", "gearbox.differential"
 SHAFTS = ("gearbox.flange_a", "gearbox.flange_b")
@@ -788,6 +790,27 @@ def test_plots_refuse_what_they_cannot_show(example: pt.PowerFlow) -> None:
     unknown = example.data.assign(speed=example.data.speed * np.nan)
     with pytest.raises(pt.ParameterError, match=r"speeds and torques of gearbox\.differential are not known"):
         plot_lever(pt.PowerFlow(example.graph, unknown), MESH_PATH)
+
+
+def test_cases_are_shaded_half_way_to_the_next_point() -> None:
+    ax = plt.figure().add_subplot()
+    _shade(ax, np.array([0.0, 1.0, 3.0, 4.0]), np.array(["split", "split", "series", ""]))
+    spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in ax.patches if isinstance(patch, Rectangle)]
+    assert spans == [(0.0, 2.0), (2.0, 3.5)]
+
+
+def test_a_known_end_of_an_interval_is_a_place_on_the_axis(example: pt.PowerFlow) -> None:
+    """Where friction rests, an output has two ends instead of a value; equal ones are a value, others are none."""
+    points = example.data.expand_dims(k=3)
+    r, low, high = [1.0, np.nan, np.nan], [np.nan, 2.0, 2.0], [np.nan, 2.0, 3.0]
+    data = points.assign(r=("k", r), r_low=("k", low), r_high=("k", high))
+    np.testing.assert_array_equal(_along(pt.PowerFlow(example.graph, data), "r"), [1.0, 2.0, np.nan])
+
+
+def test_no_line_joins_the_two_sides_of_a_pole() -> None:
+    """Values beyond one and a half times the limit are left out, and so is the first one of the other sign; a change of sign is no pole."""
+    values = np.array([1.0, 4.0, 9.0, -4.0, -1.0, 1.0, 4.0, -4.0])
+    np.testing.assert_array_equal(_cut(values, 5.0), [1.0, 4.0, np.nan, np.nan, -1.0, 1.0, 4.0, np.nan])
 
 
 def test_contours_pass_a_line_of_points_at_rest() -> None:

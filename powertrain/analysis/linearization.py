@@ -226,7 +226,8 @@ class _Linearizer:
     def one_sided(self, point: OperatingPoint) -> tuple[str, ...]:
         """The laws that may as well be in another mode at the point, with other derivatives."""
         dae, (slopes, clear, speeds, spare) = self.compiled.dae, self._at(point, point.m)
-        found = [law.name for law, more in zip((*dae.frictions, *dae.contacts), spare, strict=True) if more <= 0.0]
+        resting: list[Law] = [*dae.frictions, *dae.contacts]
+        found = [law.name for law, more in zip(resting, spare, strict=True) if more <= 0.0]
         count = dae.x.numel() + dae.z.numel() + len(self.outputs)
         turning = [law for law, at in zip(dae.switches, clear, strict=True) if at <= 0.0]
         others: list[tuple[Law, float]] = [(law, 1.0 - point.m[law.index]) for law in turning]
