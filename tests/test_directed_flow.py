@@ -128,6 +128,15 @@ def test_cycles_that_share_a_terminal() -> None:
     np.testing.assert_allclose(around, np.abs(flow.power))
 
 
+def test_drag_is_wanted_before_storage() -> None:
+    """A motor turns a fan, which loses all that it receives, through the variator, and a flywheel beside it."""
+    flow = directed(
+        [("motor", "node 0", 10.0), ("node 0", V, 6.0), (V, "node 1", 6.0), ("node 1", "fan", 6.0), ("node 0", "wheel", 4.0)],
+        supplied={"motor": 10.0}, loss={"fan": 6.0}, stored={"wheel": 4.0},
+    )  # fmt: skip
+    assert case_of(flow) == "series"
+
+
 def test_a_point_without_a_solution() -> None:
     """It has neither circulating power nor strands nor a case."""
     flow = beside(13.0, -3.0)
@@ -165,13 +174,12 @@ def written(flow: DirectedFlow, **dims: int) -> PowerFlow:
 
 
 def test_round_off_is_no_power() -> None:
-    """It gives no efficiency, no K, no branch, and no share of what leaves a vertex."""
+    """It gives no K, no branch, and no share of what leaves a vertex."""
     flow = directed(
         [*chain("flywheel", "gear", "load"), ("motor", "node 0", NOISE), ("node 1", V, NOISE)],
         supplied={"motor": NOISE}, stored={"flywheel": -10.0}, delivered={"load": 10.0},
     )  # fmt: skip
     seen = written(flow)
-    assert np.isnan(seen.efficiency)
     assert np.isnan(seen.variator("gear").K)
     assert float(seen.variator("gear", source="flywheel").K) == pytest.approx(1.0)
     assert {(b.source, b.target) for b in seen.branches} == {("flywheel", "gear"), ("gear", "load")}
@@ -180,6 +188,20 @@ def test_round_off_is_no_power() -> None:
     assert np.isnan(seen.variator("motor").efficiency)
     with pytest.raises(pt.ParameterError, match="has no component wheel"):
         seen.split("wheel")
+
+
+def test_efficiency_is_what_is_not_lost_of_all_that_enters() -> None:
+    """A motor and a flywheel that slows down drive a load and charge a battery; what only circulates is neither input nor output."""
+    flow = directed(
+        [("motor", "node", 5.0), ("flywheel", "node", 3.0), ("node", "load", 5.0), ("node", "battery", 3.0)],
+        supplied={"motor": 5.0}, stored={"flywheel": -4.0, "battery": 2.0}, loss={"flywheel": 1.0, "battery": 1.0},
+        delivered={"load": 5.0},
+    )  # fmt: skip
+    assert float(written(flow).efficiency) == pytest.approx(1 - 2 / 9)
+    loop = directed(
+        [*chain("gear", "brace", "gear"), ("motor", "node 0", NOISE)], supplied={"motor": NOISE}, loss={"gear": NOISE}
+    )
+    assert np.isnan(written(loop).efficiency)
 
 
 def test_input_and_output_are_unknown_with_any_of_their_parts() -> None:

@@ -27,8 +27,9 @@ from powertrain import (
     signal_output,
     variable,
 )
+from powertrain.analysis.linear_model import _dotless
 from powertrain.analysis.linearization import linearize
-from powertrain.analysis.reduction import Matrices, substitute_inputs
+from powertrain.analysis.reduction import Matrices, _independent, substitute_inputs
 from powertrain.components import blocks
 from powertrain.components import rotational as rot
 from powertrain.components import translational as tr
@@ -371,11 +372,13 @@ class Held(pt.Component):
 
 
 def test_stuck_on_a_driven_shaft() -> None:
-    system = linearize(Held(), ["source.w_ref"], ["load.w", "end.w"], at={"load.w": 1.0, "end.w": 1.0})
+    shown = ["load.w", "end.w", "load.phi"]
+    system = linearize(Held(), ["source.w_ref"], shown, at={"load.w": 1.0, "end.w": 1.0})
     s = 1j * FREQUENCIES
     assert system.linearization.modes["clutch.mode"] == 0
     assert np.allclose(response(system)[0, 0], 1.0)
     assert np.allclose(response(system)[1, 0], (s + 10.0) / (2 * s**2 + s + 10.0))
+    assert np.allclose(response(system)[2, 0], 1 / s)
 
 
 class Cubic(CompliantWithRelativeStates):
@@ -719,3 +722,180 @@ def test_inputs_without_their_derivatives_have_the_same_response(order: int) -> 
 
         for found, expected in zip(responses(proper), responses(full), strict=True):
             np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10)
+
+
+class Cam(pt.Component):
+    """A follower of 0.5 kg on a spring of 400 N/m is lifted by a cam: x = phi^2/2 m while they touch."""
+
+    flange: rot.Flange = pt.port(rot.Flange)
+    x: Variable = variable("m", "Lift", start=0.08)
+    v: Variable = variable("m/s", "Speed of the follower")
+    force: Variable = variable("N", "Force between them")
+
+    def equations(self) -> Equations:
+        yield self.flange.tau == self.force * self.flange.phi
+        yield self.v == pt.der(self.x)
+        yield 0.5 * pt.der(self.v) == self.force - 400.0 * self.x
+        yield pt.unilateral(self.x - self.flange.phi**2 / 2, self.force)
+
+
+def test_a_contact_on_a_curve_takes_position_and_speed_away() -> None:
+    """(J + m phi^2) phi'' = tau - k phi^3/2 around rest: the force k phi^2/2 turns with the slope phi, hence 3 k phi^2/2."""
+    phi = 0.4
+    model = joined(
+        rot.ConstantTorque(tau_constant=400.0 * phi**3 / 2), rot.Inertia(J=0.02), Cam(),
+        joints="0.flange=1.flange_a 1.flange_b=2.flange",
+    )  # fmt: skip
+    at = {"parts[1].phi": phi, "parts[2].x": phi**2 / 2}
+    system = linearize(model, ["parts[1].flange_a.tau"], ["parts[1].phi", "parts[2].x"], at=at)
+    assert len(system.A) == 2
+    note = system.linearization
+    assert set(note.values) == {*note.states, *note.removed}
+    assert sorted(value for value in note.values.values() if value) == pytest.approx(sorted(at.values()))
+    assert [note.units[name] for name in (*note.outputs, *note.inputs)] == ["rad", "m", "N.m"]
+    expected = 1 / ((0.02 + 0.5 * phi**2) * (1j * FREQUENCIES) ** 2 + 600.0 * phi**2)
+    np.testing.assert_allclose(response(system)[:, 0], [expected, phi * expected], rtol=1e-9)
+
+
+class Bent(pt.Component):
+    """der(h) = u - z with z^3 exp(z) = h: at h = 0 the slope of z is infinite, and 1e24 where Newton ends."""
+
+    u: Input = signal_input("1", "Inflow")
+    h: Variable = variable("1", "Level", start=0.0)
+    z: Variable = variable("1", "Outflow", guess=0.0)
+
+    def equations(self) -> Equations:
+        yield pt.der(self.h) == self.u.value - self.z
+        yield self.z**3 * ca.exp(self.z) == self.h
+
+
+def test_singular_algebraic_equations_are_refused() -> None:
+    with pytest.raises(pt.ModelError, match="algebraic equations of Bent are singular at this operating point"):
+        linearize(Bent(), ["u"], ["h"])
+
+
+class DrivenSun(pt.Component):
+    """The sun of a free planetary gear follows a given angle; the carrier turns another inertia through a spring."""
+
+    source: rot.Position = rot.Position(exact=True)
+    gear: rot.IdealPlanetary = rot.IdealPlanetary(ratio=2.5)
+    ring: rot.Inertia = rot.Inertia(J=0.3)
+    carrier: rot.Inertia = rot.Inertia(J=0.5)
+    spring: rot.Spring = rot.Spring(c=40.0)
+    far: rot.Inertia = rot.Inertia(J=0.8)
+
+    def equations(self) -> Equations:
+        yield self.source.phi_ref.value == 0.1 * ca.sin(pt.time)
+        yield connect(self.source.flange, self.gear.sun)
+        yield connect(self.gear.ring, self.ring.flange_a)
+        yield connect(self.gear.carrier, self.carrier.flange_a)
+        yield connect(self.carrier.flange_b, self.spring.flange_a)
+        yield connect(self.spring.flange_b, self.far.flange_a)
+
+
+def driven_sun(s: complex) -> NDArray[np.complex128]:
+    """Angles of ring, carrier and far inertia over that of the sun; the last unknown is the torque of the sun, T, in T : 2.5 T : -3.5 T."""
+    rows = [[-2.5, 3.5, 0, 0], [0.3 * s**2, 0, 0, 2.5], [0, 0.5 * s**2 + 40, -40, -3.5], [0, -40, 0.8 * s**2 + 40, 0]]
+    return np.linalg.solve(np.array(rows, complex), [1.0, 0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("reduced", [False, True])
+def test_second_derivatives_of_an_input_shift_states(reduced: bool) -> None:
+    """The gear needs the acceleration of the sun. A state relative to others is shifted by the difference of what they are shifted by."""
+    ring, carrier, far, _ = np.array([driven_sun(1j * w) for w in FREQUENCIES]).T
+    plant, drive = pt.compile(DrivenSun()), "source.phi_ref"
+    angles = linearize(plant, [drive], ["ring.phi", "carrier.phi", "far.phi"], reduced=reduced)
+    np.testing.assert_allclose(response(angles)[:, 0], [ring, carrier, far], rtol=1e-9)
+    twist = linearize(plant, [drive], ["spring.tau"], reduced=reduced)
+    np.testing.assert_allclose(response(twist)[0, 0], 40 * (far - carrier), rtol=1e-9)
+    note = twist.linearization
+    assert bool(note.unseen) is reduced
+    whole = {name: gains[drive] for name, gains in angles.linearization.shifted.items()}
+    for label, name in zip(note.states, (n for n in note.values if n not in note.unseen), strict=True):
+        away = sum(gain * whole.get(other, 0.0) for other, gain in note.relative.get(name, {}).items())
+        assert note.shifted.get(label, {}).get(drive, 0.0) == pytest.approx(whole.get(name, 0.0) - away)
+
+
+class Dry(TwoFlanges):
+    """Dry friction between two shafts, without states of its own."""
+
+    w: Variable = variable("rad/s", "Slip")
+
+    def equations(self) -> Equations:
+        yield self.w == pt.der(self.flange_b.phi) - pt.der(self.flange_a.phi)
+        yield self.flange_a.tau + self.flange_b.tau == 0
+        yield pt.friction(self.w, self.flange_b.tau, -50.0, 50.0)
+
+
+def test_what_a_driven_shaft_holds_moves_with_it() -> None:
+    """The slip stays zero, and so does the difference of the angles, not the angle itself: phi = w/s."""
+    model = joined(
+        blocks.Constant(k=1.0), rot.Speed(exact=True), Dry(), rot.Inertia(J=1.0),
+        joints="0.y=1.w_ref 1.flange=2.flange_a 2.flange_b=3.flange_a",
+    )  # fmt: skip
+    system = linearize(model, ["parts[1].w_ref"], ["parts[3].w", "parts[3].phi"], at={"parts[3].w": 1.0})
+    np.testing.assert_allclose(response(system)[:, 0], [np.ones(5), 1 / (1j * FREQUENCIES)], rtol=1e-9)
+
+
+def test_names_stay_distinct_without_dots() -> None:
+    assert _dotless(["J.w", "J_w", "J_w_2", "J.w.2"]) == ["J_w", "J_w_2", "J_w_2_2", "J_w_2_3"]
+
+
+class Ratchet(TwoFlanges):
+    """It holds any torque in one direction."""
+
+    def equations(self) -> Equations:
+        yield self.flange_a.tau + self.flange_b.tau == 0
+        w = pt.der(self.flange_b.phi) - pt.der(self.flange_a.phi)
+        yield pt.friction(w, self.flange_b.tau, 0.0, np.inf)
+
+
+def test_a_law_without_a_limit_leaves_the_limits_of_others() -> None:
+    """A ratchet and a brake hold one rotor each."""
+    model = joined(
+        rot.Fixed(), Ratchet(), rot.Inertia(J=1.0), rot.ConstantTorque(tau_constant=2.0),
+        rot.BearingFriction(tau_pos=((0.0, 5.0),)), rot.Inertia(J=2.0), rot.ConstantTorque(tau_constant=1.0),
+        joints="0.flange=1.flange_a 1.flange_b=2.flange_a 2.flange_b=3.flange 4.flange_b=5.flange_a 5.flange_b=6.flange",
+    )  # fmt: skip
+    for sign in (1.0, -1.0):
+        found = linearize(model, ["parts[5].flange_a.tau"], ["parts[5].w"], parameters={"parts[3].tau_constant": sign})
+        assert found.linearization.modes["parts[4].mode"] == 0
+        assert found.nstates == (0 if sign > 0 else 2)
+
+
+@pytest.mark.parametrize(("tau", "at_limit"), [(99.9, False), (100.0, True), (-100.0, True)])
+def test_a_brake_about_to_slip_has_no_derivative(tau: float, at_limit: bool) -> None:
+    """It holds up to 100 N.m; with the least more the rotor turns."""
+    model = joined(
+        rot.ConstantTorque(tau_constant=tau), rot.Inertia(J=1.0), rot.BearingFriction(tau_pos=((0.0, 100.0),)),
+        joints="0.flange=1.flange_a 1.flange_b=2.flange_a",
+    )  # fmt: skip
+    found = linearize(model, ["parts[1].flange_a.tau"], ["parts[1].w"])
+    assert found.nstates == 0
+    assert found.linearization.one_sided == (("parts[2].mode",) if at_limit else ())
+
+
+@pytest.mark.parametrize(("tau", "pressed"), [(1.0, True), (0.0, False)])
+def test_a_contact_without_force_has_no_derivative(tau: float, pressed: bool) -> None:
+    found = linearize(Stopped(), ["tau"], ["a.w", "b.w"], at={"tau": tau, "stop.gap": 0.0})
+    assert found.linearization.one_sided == (() if pressed else ("stop.contact",))
+    assert linearize(Stopped(), ["tau"], ["a.w", "b.w"]).linearization.one_sided == ()
+
+
+def test_nearly_parallel_rows() -> None:
+    """Rows that differ by 1e-8 are independent; a mean of two of them is not, to round-off."""
+    rows = np.hstack([np.ones((3, 1)), 1e-8 * np.eye(3)])
+    assert len(_independent(rows)) == 3
+    assert len(_independent(np.vstack([rows, (rows[0] + rows[1]) / 2, 0.3 * rows[0] + 0.7 * rows[2]]))) == 3
+
+
+def test_derivatives_of_inputs_that_cancel_to_round_off() -> None:
+    """y = x_1/10 + x_2/5 - 3 x_3/10 does not see what reaches all three states alike."""
+    reach = np.full((3, 1), 1e6 / 7)
+    full = Matrices(
+        np.zeros((3, 3)), [np.zeros((3, 1)), np.zeros((3, 1)), reach], np.array([[0.1, 0.2, -0.3]]),
+        [np.zeros((1, 1))] * 3, np.zeros((0, 3)), [np.zeros((0, 1))] * 3,
+    )  # fmt: skip
+    proper, gains = substitute_inputs(full, lambda output, given, order: AssertionError((output, given, order)))
+    assert np.array_equal(gains, 0 * reach)
+    assert np.abs(proper.d[0]).max() < 1e-9

@@ -94,6 +94,36 @@ def test_two_units_have_two_axes(result: Result[Stopping]) -> None:
     assert legend(right) == ["disc.w", "brake.w", "disc.w-brake.w", "brake.pin.tau"]
 
 
+def test_the_legend_of_two_axes_hides_no_line(result: Result[Stopping]) -> None:
+    """It stands on the right of the second axis, within the figure."""
+    ax = result.plot("disc.w", "brake.pin.tau")
+    ax.figure.canvas.draw()
+    right = ax.figure.axes[1]
+    box = right.get_legend()
+    assert box is not None
+    assert box.get_window_extent().x0 > right.yaxis.get_tightbbox(None).x1  # type: ignore[union-attr]
+    assert box.get_window_extent().x1 <= ax.figure.bbox.x1
+
+
+def test_an_axis_has_one_unit(result: Result[Stopping]) -> None:
+    """What is added to axes has their unit; where the meanings differ, the label is the unit alone."""
+    ax = result.plot("disc.w")
+    with pytest.raises(pt.ParameterError, match=r"shows Angular velocity \[rad/s\]; plot brake\.pin\.tau \[N·m\] in"):
+        result.plot("brake.pin.tau", ax=ax)
+    assert len(ax.lines) == 1
+    assert result.plot("disc.w", ax=ax).get_ylabel() == "Angular velocity [rad/s]"
+    assert result.plot("brake.w", ax=ax).get_ylabel() == "[rad/s]"
+    with pytest.raises(pt.ParameterError, match="is not an Axes of matplotlib"):
+        result.plot("disc.w", ax=ax.figure)  # type: ignore[arg-type]
+    with pytest.raises(pt.ParameterError, match="events = 1 is not a string"):
+        result.plot("disc.w", events=1)  # type: ignore[arg-type]
+
+
+def test_a_run_that_takes_no_time_is_a_point() -> None:
+    ax = pt.simulate(Stopping(), stop=0).plot("disc.w")
+    assert ax.lines[0].get_marker() == "o"
+
+
 def test_three_units_are_refused(result: Result[Stopping]) -> None:
     with pytest.raises(pt.ParameterError, match=r"at most two units, not disc\.w \[rad/s\]; .*lossPower \[W\]"):
         result.plot("disc.w", "brake.pin.tau", "brake.lossPower")

@@ -4,6 +4,7 @@ import random
 from itertools import pairwise
 from typing import Any, ClassVar
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
@@ -11,6 +12,7 @@ from cases import few
 from drivelines import driveline
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.patches import Rectangle
 
 import powertrain as pt
 from powertrain.components.blocks import Ramp
@@ -33,7 +35,7 @@ from powertrain.components.transmissions import TYPES, Layout, SplitPathTransmis
 from powertrain.design import SplitPathBench
 from powertrain.power.circulation import Edge, decompose, loops
 from powertrain.power.powergraph import _shown
-from powertrain.power.powerplot import plot_efficiency_map, plot_lever, plot_variator
+from powertrain.power.powerplot import _along, _cut, _shade, plot_efficiency_map, plot_lever, plot_variator
 
 CVU_PATH, MESH_PATH = "gearbox.cvu", "gearbox.differential"
 SHAFTS = ("gearbox.flange_a", "gearbox.flange_b")
@@ -750,6 +752,65 @@ def test_plots_over_ratio_and_map() -> None:
         plot_efficiency_map(several.isel(V=[0]), "V", "ratio")
     with pytest.raises(pt.ParameterError, match="two dimensions"):
         plot_efficiency_map(flow, "V", "ratio")
+
+
+@pytest.mark.parametrize(("eta", "step"), [(1.0, 0.05), (0.95, 0.35)])
+def test_every_efficiency_has_a_colour(eta: float, step: float) -> None:
+    """Also 1 and what round-off adds to it, and what is above the last whole step."""
+    r, load = np.linspace(1.1, 1.5, 9), np.linspace(-50.0, -10.0, 9)
+    efficiencies = {f"{part}.{name}": eta for part in (CVU_PATH, MESH_PATH) for name in ("eta_ab", "eta_ba")}
+    plant = pt.compile(Rig(gearbox=SplitPathTransmission(layout="bHa")))
+    flow = pt.power_flow(plant, {"V": ratio("bHa", r), "load": load}, parameters=efficiencies)
+    assert float(flow.efficiency.min()) > 2 * 0.35
+    ax = plot_efficiency_map(flow, "V", "load", step=step)
+    paths, x = ax.collections[0].get_paths(), ratio("bHa", np.array([1.12, 1.23, 1.34, 1.47]))
+    assert all(any(path.contains_point((V, tau)) for path in paths) for V in x for tau in (-48.0, -31.0, -12.0))
+
+
+def test_plots_refuse_what_they_cannot_show(example: pt.PowerFlow) -> None:
+    plant = pt.compile(Rig())
+    line = pt.power_flow(plant, {"V": [0.3, 0.4], "load": 100.0})
+    several = pt.power_flow(plant, {"V": [0.3, 0.4], "load": [50.0, 100.0]})
+    idle = pt.power_flow(plant, {"V": [0.3, 0.4], "load": 0.0})
+    refused: list[tuple[str, Any]] = [
+        (r"step = 0: contours .* 0\.001 to 0\.5 apart", lambda: plot_efficiency_map(several, "V", "load", step=0)),
+        (r"step = 0\.7: contours", lambda: plot_efficiency_map(several, "V", "load", step=0.7)),
+        ("largest = -1 must be positive", lambda: plot_variator(line, CVU_PATH, "V", largest=-1.0)),
+        ("power is not one value for each point", lambda: plot_variator(line, CVU_PATH, "power")),
+        ("no point has an efficiency", lambda: plot_variator(idle, CVU_PATH, "V")),
+        ("component = None is not a string", lambda: plot_variator(line, None, "V")),  # type: ignore[arg-type]
+        ("give the names of three ports", lambda: plot_lever(example, MESH_PATH, ("a", "b"))),  # type: ignore[arg-type]
+        ("ratio = nan is not a finite number", lambda: plot_lever(example, MESH_PATH, ratio=np.nan)),
+        ("ax = 'left' is not an Axes", lambda: plot_lever(example, MESH_PATH, ax="left")),  # type: ignore[arg-type]
+        (r"names = \['cvu'\]: pass a dictionary", lambda: example.plot(names=["cvu"])),
+    ]
+    for message, draw in refused:
+        with pytest.raises(pt.ParameterError, match=message):
+            draw()
+    unknown = example.data.assign(speed=example.data.speed * np.nan)
+    with pytest.raises(pt.ParameterError, match=r"speeds and torques of gearbox\.differential are not known"):
+        plot_lever(pt.PowerFlow(example.graph, unknown), MESH_PATH)
+
+
+def test_cases_are_shaded_half_way_to_the_next_point() -> None:
+    ax = plt.figure().add_subplot()
+    _shade(ax, np.array([0.0, 1.0, 3.0, 4.0]), np.array(["split", "split", "series", ""]))
+    spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in ax.patches if isinstance(patch, Rectangle)]
+    assert spans == [(0.0, 2.0), (2.0, 3.5)]
+
+
+def test_a_known_end_of_an_interval_is_a_place_on_the_axis(example: pt.PowerFlow) -> None:
+    """Where friction rests, an output has two ends instead of a value; equal ones are a value, others are none."""
+    points = example.data.expand_dims(k=3)
+    r, low, high = [1.0, np.nan, np.nan], [np.nan, 2.0, 2.0], [np.nan, 2.0, 3.0]
+    data = points.assign(r=("k", r), r_low=("k", low), r_high=("k", high))
+    np.testing.assert_array_equal(_along(pt.PowerFlow(example.graph, data), "r"), [1.0, 2.0, np.nan])
+
+
+def test_no_line_joins_the_two_sides_of_a_pole() -> None:
+    """Values beyond one and a half times the limit are left out, and so is the first one of the other sign; a change of sign is no pole."""
+    values = np.array([1.0, 4.0, 9.0, -4.0, -1.0, 1.0, 4.0, -4.0])
+    np.testing.assert_array_equal(_cut(values, 5.0), [1.0, 4.0, np.nan, np.nan, -1.0, 1.0, 4.0, np.nan])
 
 
 def test_contours_pass_a_line_of_points_at_rest() -> None:

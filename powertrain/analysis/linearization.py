@@ -15,8 +15,9 @@ from powertrain.analysis.operating_point import Point, operating_point
 from powertrain.analysis.perturbation import ORDER, Perturbed, compile_perturbed, spots, transfer
 from powertrain.analysis.reduction import Matrices, Quotient, free_motion, substitute_inputs, without_unseen
 from powertrain.compiler.assemble import Compiled
-from powertrain.dae.friction import FORWARD
-from powertrain.dae.hybrid import Law, OperatingPoint
+from powertrain.dae.contact import CLOSED, pressure_margin
+from powertrain.dae.friction import FORWARD, STUCK, stuck_margin
+from powertrain.dae.hybrid import Contact, Friction, HybridDae, Law, OperatingPoint
 from powertrain.dae.tolerances import SAME, ZONE
 from powertrain.errors import ModelError, ParameterError, suggestion
 from powertrain.interruption import interruptible
@@ -46,10 +47,10 @@ def linearize(
 
     The modes are those of the operating point: stuck friction and closed contacts remove states. Friction without a limit there holds
     nothing, such as that of an unloaded gear at rest, in proportion to its torque: it slides forward. Where a law is about to change its
-    mode, as an unloaded lossy gear, which either side may drive, there is no derivative: the model has that of one side, and
-    ``linearization.one_sided`` names the law. Sources that change with time are not part of the linear model; discrete variables, such as
-    the output of a sampled controller, keep their values in it. If derivatives of an input occur, the states are shifted by a multiple of
-    the input (see ``Linearization``).
+    mode there is no derivative: an unloaded lossy gear, which either side may drive, a brake at the torque at which it slips, bodies that
+    touch without force. The model has that of one side, and ``linearization.one_sided`` names the law. Sources that change with time are
+    not part of the linear model; discrete variables, such as the output of a sampled controller, keep their values in it. If derivatives
+    of an input occur, the states are shifted by a multiple of the input (see ``Linearization``).
 
     Parameters
     ----------
@@ -175,7 +176,8 @@ class _Linearizer:
     def _derivatives(self, perturbed: Perturbed) -> ca.Function:
         """The Jacobian of (xdot, residual, outputs, motions that laws may hold) by (x, z, parameters, u_0, u_1, ...).
 
-        Also by how much the condition of each switch is clear of zero, and the speed of each friction law.
+        Also by how much the condition of each switch is clear of zero, the speed of each friction law, and by how much each law that rests
+        is clear of a limit.
         """
         dae, compiled = self.compiled.dae, self.compiled
         outputs = [p.expression for p in self.picked]
@@ -189,17 +191,18 @@ class _Linearizer:
         at = ca.vertcat(dae.t, dae.x, dae.z, dae.m, column(coefficients))
         self.kinematic = np.array([_constant(kinematic[i, :], at) for i in range(dae.x.numel())], bool)
         clear, speeds = column([ca.fabs(s.g) - s.known for s in dae.switches]), column([f.w for f in dae.frictions])
-        found = [ca.jacobian(rows, columns), clear, speeds]
-        return dae.function("linear", *found)
+        spare = column([*(_spare_torque(dae, f) for f in dae.frictions), *(_spare_force(dae, c) for c in dae.contacts)])
+        return dae.function("linear", ca.jacobian(rows, columns), clear, speeds, spare)
 
-    def _at(self, point: OperatingPoint, m: Array) -> tuple[NDArray[np.float64], Array, Array]:
+    def _at(self, point: OperatingPoint, m: Array) -> tuple[NDArray[np.float64], Array, Array, Array]:
         """The values of ``_derivatives`` at a point in the modes ``m``."""
         x, z = self.transfer(point)
         p = np.zeros(self.compiled.dae.p.numel())
         p[: len(point.p)] = point.p
         p[len(point.p) : len(point.p) + 1] = point.t  # the reference of the perturbations
-        jacobian, clear, speeds = self.derivatives(point.t, x, z, m, p)
-        return jacobian.full(), clear.full().ravel(), speeds.full().ravel()
+        jacobian, *margins = (found.full() for found in self.derivatives(point.t, x, z, m, p))
+        clear, speeds, spare = (margin.ravel() for margin in margins)
+        return jacobian, clear, speeds, spare
 
     def at(self, point: OperatingPoint, reduced: bool) -> LinearModel:
         """The linear model at an operating point."""
@@ -220,7 +223,9 @@ class _Linearizer:
 
     def one_sided(self, point: OperatingPoint) -> tuple[str, ...]:
         """The laws that may as well be in another mode at the point, with other derivatives."""
-        dae, (slopes, clear, speeds), found = self.compiled.dae, self._at(point, point.m), list[str]()
+        dae, (slopes, clear, speeds, spare) = self.compiled.dae, self._at(point, point.m)
+        resting: list[Law] = [*dae.frictions, *dae.contacts]
+        found = [law.name for law, more in zip(resting, spare, strict=True) if more <= 0.0]
         count = dae.x.numel() + dae.z.numel() + len(self.outputs)
         turning = [law for law, at in zip(dae.switches, clear, strict=True) if at <= 0.0]
         others: list[tuple[Law, float]] = [(law, 1.0 - point.m[law.index]) for law in turning]
@@ -250,7 +255,9 @@ class _Linearizer:
         inner = jacobian[n : n + nz, n : n + nz]
         reduced = jacobian[np.ix_(rows, columns)]
         if nz:
-            if np.linalg.cond(inner) > 1e14:
+            sized = jacobian[n : n + nz, : n + nz] * self.compiled.dae.sizes
+            sized /= np.maximum(np.abs(sized).max(axis=1, keepdims=True), np.finfo(float).tiny)
+            if np.linalg.svd(sized[:, n:], compute_uv=False)[-1] < 1e-14:
                 raise ModelError(
                     f"the algebraic equations of {type(self.compiled.source.model).__name__} are singular at this operating point, so "
                     "it has no linear model there; choose another point"
@@ -339,6 +346,18 @@ class _Linearizer:
             matrices.a, matrices.b[0], matrices.c, matrices.d[0], note,
             states=states, inputs=self.inputs, outputs=self.outputs, name=type(self.model).__name__,
         )  # fmt: skip
+
+
+def _spare_torque(dae: HybridDae, law: Friction) -> Symbol:
+    """Torque of a stuck law below the limit at which it slips; positive if it slides, or has no limits."""
+    stuck = ca.logic_and(dae.m[law.index] == STUCK, law.upper > law.lower)
+    return ca.if_else(stuck, stuck_margin(law) - 2 * law.hysteresis, 1)
+
+
+def _spare_force(dae: HybridDae, law: Contact) -> Symbol:
+    """Force of a closed contact; gap or speed of an open one."""
+    closed = pressure_margin(law) - 2 * law.hysteresis
+    return ca.if_else(dae.m[law.index] == CLOSED, closed, ca.fmax(law.gap - ZONE, ca.fabs(law.speed) - ZONE))
 
 
 def _constant(row: Symbol, at: Symbol) -> bool:

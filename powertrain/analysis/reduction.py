@@ -129,9 +129,8 @@ def _independent(rows: Matrix) -> Matrix:
     basis: list[Matrix] = []
     for row in rows[size > 0] / size[size > 0, None]:
         rest = row.copy()
-        for _ in range(2):
-            for direction in basis:
-                rest -= (direction @ rest) * direction
+        for direction in basis:
+            rest -= (direction @ rest) * direction
         if np.linalg.norm(rest) > _SMALL * np.linalg.norm(row):
             chosen.append(row)
             basis.append(rest / np.linalg.norm(rest))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from reprlib import repr as short
 from typing import TYPE_CHECKING, Any
 
 from powertrain.errors import ParameterError
 from powertrain.events import MODES
+from powertrain.language.arguments import text
 from powertrain.language.reals import Array
 
 if TYPE_CHECKING:
@@ -19,19 +21,25 @@ _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def axes_of(ax: Axes | None, size: tuple[float, float] | None = None) -> Axes:
-    """The axes given, or those of a new figure of this size in inches."""
-    if ax is not None:
-        return ax
+    """The axes given, or those of a new figure of this size in inches. ParameterError for anything else, such as a figure."""
     import matplotlib.pyplot as plt
+    from matplotlib import axes
 
-    return plt.subplots(figsize=size, layout="constrained")[1]
+    if ax is None:
+        return plt.subplots(figsize=size, layout="constrained")[1]
+    if not isinstance(ax, axes.Axes):
+        raise ParameterError(
+            f"ax = {short(ax)} is not an Axes of matplotlib, as  figure, ax = plt.subplots()  gives one"
+        )
+    return ax
 
 
 def plot_signals(result: Any, *what: Any, ax: Axes | None = None, events: bool | str = False, **line: Any) -> Axes:
     """Signals over time, with a legend, in one Axes: signals of a second unit are dashed and have their axis on the right.
 
     ``what``: names, patterns ("clutch*.w_rel") and selectors. ``events``: True marks every event with a thin line, a
-    pattern those of the laws that fit. ``line``: options of matplotlib's lines. ParameterError for more than two units.
+    pattern those of the laws that fit. ``line``: options of matplotlib's lines. ParameterError for more than two units, and for another
+    unit than that of the lines in ``ax``.
     """
     groups: dict[str, list[tuple[str, str, Array]]] = {}
     for label, unit, doc, values in _signals(result, what):
@@ -41,25 +49,26 @@ def plot_signals(result: Any, *what: Any, ax: Axes | None = None, events: bool |
         raise ParameterError(f"a plot shows at most two units, not {said}; plot the others in separate Axes (ax=...)")
     count = sum(map(len, groups.values()))
     ax = axes_of(ax, None if count <= FEW else (9.0, 5.0))
-    axes = [ax, ax.twinx()] if len(groups) == 2 else [ax]
     drawn = len(ax.lines)
+    sides: list[Axes] = []
     colours = line_colours(drawn + count)
-    for side, style, (unit, group) in zip(axes, ("-", "--"), groups.items(), strict=False):
+    marker = "o" if len(set(result.time.tolist())) == 1 else None
+    for unit, group in groups.items():
+        side, style = (ax.twinx(), "--") if sides else (ax, "-")
+        _name_axis(side, [(label, doc) for label, doc, _ in group], unit)
         for label, _, values in group:
-            side.plot(result.time, values, **{"color": colours[drawn], "linestyle": style, "label": label, **line})
+            look = {"color": colours[drawn], "linestyle": style, "marker": marker, "label": label}
+            side.plot(result.time, values, **look | line)
             drawn += 1
-        side.set_ylabel(axis_label([(label, doc) for label, doc, _ in group], unit))
         _name_modes(result, side, [label for label, _, _ in group])
-    if events:
-        mark_events(result, ax, "*" if events is True else events)
+        sides.append(side)
+    if events is not False:
+        mark_events(result, ax, "*" if events is True else text("events", events))
     ax.set_xlabel("Time [s]")
     ax.margins(x=0)
     ax.grid(visible=True, alpha=0.3)
-    legend_of(
-        axes[-1],
-        [handle for side in axes for handle in side.get_legend_handles_labels()[0]],
-        aside=0.15 * (len(axes) - 1),
-    )
+    handles = [handle for side in sides for handle in side.get_legend_handles_labels()[0]]
+    legend_of(sides[-1], handles, aside=0.15 * (len(sides) - 1))
     return ax
 
 
@@ -73,8 +82,11 @@ def line_colours(count: int) -> list[Any]:
 
 
 def legend_of(ax: Axes, handles: Sequence[Any], aside: float = 0.0) -> None:
-    """A legend in the axes, if it is short, else on their right; ``aside``: share of their width that stands there already."""
-    if len(handles) <= FEW:
+    """A legend in the axes, if it is short, else on their right; ``aside``: share of their width that stands there already.
+
+    A second axis stands there: its legend is on the right as well, because in the axes it would hide lines of the first.
+    """
+    if len(handles) <= FEW and not aside:
         ax.legend(handles=handles, loc="best")
     else:
         columns = -(-len(handles) // 24)
@@ -118,6 +130,19 @@ def _signals(result: Any, what: Sequence[Any]) -> list[tuple[str, str, str, Arra
     return found
 
 
+def _name_axis(ax: Axes, signals: Sequence[tuple[str, str]], unit: str) -> None:
+    """Label the axis; if its lines have another label with this unit, with the unit alone. ParameterError for another unit."""
+    label, before = axis_label(signals, unit), ax.get_ylabel() if ax.lines else ""
+    if before.endswith("]") and label != before:
+        common = f"[{unit_text(unit)}]"
+        if not before.endswith(common):
+            raise ParameterError(
+                f"the axis of ax shows {before}; plot {signals[0][0]} {common} in separate Axes (ax=...)"
+            )
+        label = common
+    ax.set_ylabel(label)
+
+
 def _name_modes(result: Any, ax: Axes, labels: Sequence[str]) -> None:
     """Label the axis with the names of the modes if all signals are modes of one kind."""
     kinds = {result.modes.get(label, "") for label in labels}
@@ -140,12 +165,11 @@ def plot_overlaid(
     count = max(len(_signals(result, signals)) for result in results)
     ax = axes_of(ax, None if count * len(results) <= FEW else (9.0, 5.0))
     colours = line_colours(count)
-    shown: list[tuple[str, str]] = []
+    _name_axis(ax, [(label, doc) for result in results for label, _, doc, _ in _signals(result, signals)], units.pop())
     for result, name, style in zip(results, names, ("-", "--", ":", "-."), strict=False):
-        for k, (label, _, doc, values) in enumerate(_signals(result, signals)):
+        for k, (label, _, _, values) in enumerate(_signals(result, signals)):
             ax.plot(result.time, values, color=colours[k], linestyle=style, label=f"{label}, {name}")
-            shown.append((label, doc))
-    ax.set(xlabel="Time [s]", ylabel=axis_label(shown, units.pop()))
+    ax.set_xlabel("Time [s]")
     ax.margins(x=0)
     ax.grid(visible=True, alpha=0.3)
     legend_of(ax, ax.get_legend_handles_labels()[0])

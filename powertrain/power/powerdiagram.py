@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from powertrain.errors import ParameterError
 from powertrain.figures.plot import axes_of
+from powertrain.language.arguments import by_name
 from powertrain.power.circulation import Strand
 from powertrain.power.directedflow import FLOOR
 from powertrain.power.paths import Branch
@@ -103,7 +104,7 @@ def plot_power_flow(flow: _Drawn, ax: Axes | None = None, *, names: dict[str, st
     Texts scale with the diagram; a figure of its own has the size at which they are readable.
     ``names``: other names for components and connections. Raises ParameterError for several points, or one without a solution.
     """
-    branches = flow.branches
+    branches, said = flow.branches, by_name("names", names)
     if not branches:
         raise ParameterError("plot: no power flows at this point; choose another instant or another point of the map")
     bars = _layers(flow, branches)
@@ -124,7 +125,7 @@ def plot_power_flow(flow: _Drawn, ax: Axes | None = None, *, names: dict[str, st
         _draw_band(ax, line, band)
         _label_band(ax, line, _watts(band.power, 4), band.width)
     for bar in bars.values():
-        _draw_bar(ax, bar, (names or {}).get(bar.name, bar.name))
+        _draw_bar(ax, bar, said.get(bar.name, bar.name))
         for amount, colour in sinks.get(bar.name, ()):
             _draw_sink(ax, bar, amount, colour, largest)
     _legend(ax, low, right, any(band.around > 0 for band in bands))

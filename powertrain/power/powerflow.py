@@ -160,13 +160,16 @@ class PowerFlow:
 
     @property
     def efficiency(self) -> xr.DataArray:
-        """Output over input; nan if no power is supplied.
+        """Power delivered or stored over power supplied or released from storage: output over input where nothing is stored.
 
-        Power that a part such as drag takes as a loss is not output; in that case use ``into(part)/out_of(source)``.
+        nan if no power enters. Power that a part such as drag takes as a loss is not output; in that case use
+        ``into(part)/out_of(source)``.
         """
-        given = self.input
+        stored = self.data["stored"]
+        charging, released = (each.clip(min=0.0).sum("component", skipna=False) for each in (stored, -stored))
+        given = self.input + released
         least = self._shaped(self._directed.floor)
-        return self._named(self.output / given.where(given > least), "1", "Efficiency")
+        return self._named((self.output + charging) / given.where(given > least), "1", "Efficiency")
 
     def into(self, component: str) -> xr.DataArray:
         """Power that enters a component through its ports (W)."""

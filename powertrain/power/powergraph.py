@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from powertrain.analysis.energy_terms import Part
 from powertrain.compiler.flat import Face
 from powertrain.errors import ParameterError, suggestion
-from powertrain.language.arguments import names
+from powertrain.language.arguments import names, text
 from powertrain.signals import fits_pattern
 
 
@@ -36,7 +36,7 @@ class PowerGraph:
 
     def component(self, name: str) -> int:
         """The index of a component. ParameterError if the graph has none of that name."""
-        if name not in self.components:
+        if text("component", name) not in self.components:
             known = ", ".join(self.components)
             raise ParameterError(
                 f"the power flow has no component {name}{suggestion(name, self.components)} (components: {known})"

@@ -10,11 +10,14 @@ from numpy.typing import NDArray
 from powertrain.equilibrium.points import STUCK_POINT
 from powertrain.errors import ParameterError
 from powertrain.figures.plot import axes_of, unit_text
+from powertrain.language.arguments import names as texts
+from powertrain.language.arguments import number
 from powertrain.language.reals import Array
 from powertrain.power.powerflow import PowerFlow
 from powertrain.power.variator import VARIATOR_CASES
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
 REGIMES = {
@@ -51,13 +54,17 @@ def plot_lever(
     torques balance like forces on a rigid lever; with losses a moment remains. ``members``: names of the ports, by default
     (a, b, carrier) or (sun, ring, carrier). ``ratio``: R_o, required if all members turn at the same speed.
 
-    Raises ParameterError for other components, and for more than one point.
+    Raises ParameterError for other components, for more than one point, and for a point without a solution.
     """
     ports = _member_ports(flow, name, members)
     values = flow.data.sel(port=ports)
     if values["speed"].ndim != 1:
         raise ParameterError("a lever shows one point: choose one with isel(...) or sel(...)")
     speed, torque = values["speed"].values.astype(float), values["torque"].values.astype(float)
+    if not np.isfinite([speed, torque]).all():
+        raise ParameterError(
+            f"plot_lever: the speeds and torques of {name} are not known at this point; choose another one"
+        )
     speed, torque = (np.where(np.abs(v) > 1e-9 * np.abs(v).max(), v, 0.0) for v in (speed, torque))  # round-off is zero
     R_o = _lever_ratio(name, speed, ratio)
     x = np.array([R_o, 1.0, 0.0])
@@ -104,12 +111,13 @@ def plot_variator(
     ``x``: a coordinate or an output of the flow, such as the overall ratio. K (and K_o, if known) is on the left axis, clipped at
     +-``largest``; efficiency is on the right axis. Dotted lines: points without a unique solution. ``source``: see ``PowerFlow.variator``.
 
-    Raises ParameterError for anything but one dimension.
+    Raises ParameterError for anything but one dimension, and if no point has an efficiency.
     """
-    if len(flow.efficiency.dims) != 1:
-        raise ParameterError(
-            f"plot_variator shows one dimension, not {len(flow.efficiency.dims)}: choose with isel(...)"
-        )
+    efficiency = _known("plot_variator", flow)
+    if len(efficiency.dims) != 1:
+        raise ParameterError(f"plot_variator shows one dimension, not {len(efficiency.dims)}: choose with isel(...)")
+    if number("largest", largest) <= 0.0:
+        raise ParameterError(f"largest = {largest:g} must be positive")
     share = flow.variator(name, source)
     along = _along(flow, x)
     order = np.argsort(along, kind="stable")
@@ -124,7 +132,7 @@ def plot_variator(
         K_o = share["K_o"].values[order].astype(float)
         handles += ax.plot(along, _cut(K_o, largest), color="C0", ls="--", lw=1, label="$K_o$ (no losses)")
     right = ax.twinx()
-    handles += right.plot(along, flow.efficiency.values[order], marker=alone, color="C3", label="efficiency")
+    handles += right.plot(along, efficiency.values[order], marker=alone, color="C3", label="efficiency")
     right.set_ylim(0, 1)
     right.set_ylabel("Efficiency", color="C3")
     ax.set_ylim(-largest, largest)
@@ -145,13 +153,14 @@ def plot_efficiency_map(
 ) -> Axes:
     """Contours of efficiency over two dimensions, with the cases of a variator's power flow hatched over them.
 
-    ``x``, ``y``: the dimensions. ``step``: distance of the contours. White: no power is supplied, or there is no unique solution.
+    ``x``, ``y``: the dimensions. ``step``: distance of the contours. White: no power enters, or there is no unique solution.
     Dots: friction is at rest, and the efficiency is an interval; contours pass single lines of such points between their neighbours.
-    Raises ParameterError if these are not the two dimensions of the flow, or if one of them has a single value.
+    Raises ParameterError if these are not the two dimensions of the flow, if one of them has a single value, or if no point has an
+    efficiency.
     """
     from matplotlib.patches import Patch
 
-    efficiency = flow.efficiency
+    efficiency = _known("plot_efficiency_map", flow)
     if set(efficiency.dims) != {x, y}:
         raise ParameterError(
             f"plot_efficiency_map shows two dimensions, but this flow has {', '.join(map(str, efficiency.dims))}"
@@ -160,17 +169,20 @@ def plot_efficiency_map(
         raise ParameterError(
             f"plot_efficiency_map needs two values of {x} and of {y} at least; this flow has {dict(efficiency.sizes)}"
         )
+    if not 1e-3 <= number("step", step) <= 0.5:
+        raise ParameterError(f"step = {step:g}: contours of efficiency are 0.001 to 0.5 apart")
     order = {d: np.argsort(flow.data[d].values) for d in (x, y)}  # contours need growing coordinates
     across, up = (flow.data[d].values[order[d]] for d in (x, y))
     found = efficiency.isel(order).transpose(y, x).values.astype(float)
     rests = flow.data["status"].isel(order).transpose(y, x).values == STUCK_POINT
+    found = np.minimum(found, 1.0)  # beyond the last level there is no colour, also where only round-off is
     values = np.ma.masked_invalid(_bridged(_bridged(found, rests, across).T, rests.T, up).T)
     ax = axes_of(ax, (7.5, 5.4))
-    levels = np.arange(step, 1.0 + 1e-9, step)
-    filled = ax.contourf(across, up, values, levels=[0.0, *levels], cmap="viridis", extend="neither")
+    levels = np.arange(step, 1.0 - 1e-9, step)
+    filled = ax.contourf(across, up, values, levels=[0.0, *levels, 1.0], cmap="viridis", extend="neither")
     lines = ax.contour(across, up, values, levels=levels[1::2], colors="k", linewidths=0.5)
     ax.clabel(lines, [level for level in levels[1::2] if level > 0.45], fmt="%.2f", fontsize=7)
-    ax.figure.colorbar(filled, ax=ax, label="Efficiency", ticks=levels[1::2])
+    ax.figure.colorbar(filled, ax=ax, label="Efficiency", ticks=[*levels[1::2], 1.0])
     if rests.any():
         row, column = np.nonzero(rests)
         ax.plot(across[column], up[row], ".", color="0.3", ms=2)
@@ -197,6 +209,14 @@ def plot_efficiency_map(
     return ax
 
 
+def _known(what: str, flow: PowerFlow) -> xr.DataArray:
+    """The efficiency of a flow. ParameterError if no point has one."""
+    efficiency = flow.efficiency
+    if not np.isfinite(efficiency.values).any():
+        raise ParameterError(f"{what}: no point has an efficiency; no power enters, or there is no unique solution")
+    return efficiency
+
+
 def _bridged(values: Array, rests: NDArray[np.bool_], along: Array) -> Array:
     """Rows of values; a single point at rest without a value takes it from the two points beside it in its row."""
     found, share = values.copy(), (along[1:-1] - along[:-2]) / (along[2:] - along[:-2])
@@ -208,17 +228,20 @@ def _bridged(values: Array, rests: NDArray[np.bool_], along: Array) -> Array:
 
 def _member_ports(flow: PowerFlow, name: str, members: tuple[str, str, str] | None) -> list[str]:
     known = {str(port) for port in flow.data["port"].values}
-    for names in [members] if members is not None else _MEMBERS:
+    choices = _MEMBERS if members is None else [tuple(texts("members", members))]
+    if len(choices[0]) != 3:
+        raise ParameterError(f"members = {members!r}: give the names of three ports")
+    for names in choices:
         ports = [f"{name}.{member}" for member in names]
         if known.issuperset(ports):
             return ports
-    wanted = " or ".join(str(names) for names in ([members] if members is not None else _MEMBERS))
+    wanted = " or ".join(map(str, choices))
     raise ParameterError(f"a lever needs a component with the ports {wanted}; {name} has none of these")
 
 
 def _lever_ratio(name: str, speed: Array, ratio: float | None) -> float:
     if ratio is not None:
-        return ratio
+        return number("ratio", ratio)
     if abs(speed[1] - speed[2]) <= 1e-9 * np.abs(speed).max(initial=0.0):
         raise ParameterError(
             f"the members of {name} turn at the same speed, so its ratio cannot be determined: give ratio=..."
@@ -268,6 +291,8 @@ def _lever_legend(ax: Axes) -> None:
 def _along(flow: PowerFlow, x: str) -> Array:
     if x not in flow.data and x not in flow.data.coords:
         raise ParameterError(f"the power flow has no coordinate or output {x}; name it in outputs=...")
+    if flow.data[x].dims != flow.efficiency.dims:
+        raise ParameterError(f"{x} is not one value for each point of the flow; name a coordinate or an output")
     values = np.asarray(flow.data[x].values, float)
     if f"{x}_low" not in flow.data:
         return values
