@@ -23,7 +23,9 @@ def test_no_name_stands_twice_or_is_that_of_a_class() -> None:
     assert not called & {name.replace(" ", "").replace("-", "") for name in names}
 
 
-@pytest.mark.parametrize("name", ["tire", "Tyre", "CV joint", "cv-joint", "hooke's joint", "overrunning-clutch"])
+@pytest.mark.parametrize(
+    "name", ["tire", "Tyre", "CV joint", "cv-joint", "hooke's joint", "overrunning-clutch", "Neutral idle control"]
+)
 def test_spelling_does_not_matter(name: str) -> None:
     assert ordinary(name)
 

@@ -194,6 +194,11 @@ class GensetControl(HybridControl):
     w_best: Input = signal_input("rad/s", "Engine speed of least fuel for the power")
     tau: Output = signal_output("N.m", "Torque of the generator")
 
+    def check(self) -> Equations:
+        """The range of the power must not be empty."""
+        yield from super().check()
+        yield self.P_min <= self.P_most
+
     def equations(self) -> Equations:
         """Engine and generator."""
         w = self.w.value

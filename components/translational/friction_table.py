@@ -36,9 +36,11 @@ def stribeck_table(
     Raises
     ------
     ParameterError
-        For less than two rows, or a largest speed that is not above 0.
+        For less than two rows, or a largest speed that is not above 0 and finite.
     """
-    if rows < 2 or not v_max > 0:
-        raise ParameterError(f"stribeck_table: needs 2 rows or more and v_max > 0 m/s, not {rows} and {v_max:g} m/s")
+    if rows < 2 or not 0 < v_max < math.inf:
+        raise ParameterError(
+            f"stribeck_table: needs 2 rows or more and a finite v_max > 0 m/s, not {rows} and {v_max:g} m/s"
+        )
     speeds = [v_max * i / (rows - 1) for i in range(rows)]
     return tuple((v, F_Coulomb + F_prop * v + F_Stribeck * math.exp(-fexp * v)) for v in speeds)

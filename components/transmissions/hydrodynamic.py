@@ -152,9 +152,9 @@ class FluidCoupling(_Hydrodynamic):
         """The same torque, whichever wheel drives."""
         where = f"{self._label}.table"
         rows = np.array(self.table, float)
-        if not rows.size or rows[0, 0] != 0 or rows[-1].tolist() != [1, 0] or rows.min() < 0:
+        if not rows.size or rows[0, 0] != 0 or rows[-1].tolist() != [1, 0] or rows.min() < 0 or _falls(rows):
             raise ParameterError(
-                f"{where}: {self.table!r} is not a table of rows (nu, lambda) from nu = 0 to (1, 0) with lambda >= 0"
+                f"{where}: {self.table!r} is not a table of rows (nu, lambda) with nu increasing from 0 to (1, 0) and lambda >= 0"
             )
         yield from self._flows(_over_ratio(rows[:, 0], rows[:, 1], "lambda", "1"), self.rho * self.D**5)
         yield self.flange_a.tau == _stronger(self.tau_drive, -self.tau_coast)
@@ -166,6 +166,11 @@ class FluidCoupling(_Hydrodynamic):
         return self.flange_a.tau * (self.w_a - self.w_b)
 
 
+def _falls(rows: np.ndarray) -> bool:
+    """Whether a speed ratio is not above the one before."""
+    return bool((np.diff(rows[:, 0]) <= 0).any())
+
+
 def _over_ratio(nu: np.ndarray, values: np.ndarray, name: str, unit: str) -> Map:
     return Map.curve(nu, values, x="nu", unit=unit, name=name, outside="linear")
 
@@ -175,7 +180,7 @@ def _checked_table(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Speed ratios with capacities 1/K^2 and torque ratios, up to nu = 1."""
     rows = np.array(table, float)
-    if not rows.size or rows[0, 0] != 0 or rows[-1, 0] >= 1 or (np.diff(rows[:, 0]) <= 0).any():
+    if not rows.size or rows[0, 0] != 0 or rows[-1, 0] >= 1 or _falls(rows):
         raise ParameterError(
             f"{where}: {table!r} is not a table of rows (nu, K, R) with nu starting at 0, increasing and below 1"
         )

@@ -18,7 +18,7 @@ import tomllib
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar, get_args, get_origin
+from typing import Any, TypeVar
 
 import powertrain as pt
 from powertrain.errors import PowertrainError
@@ -131,7 +131,10 @@ def _check_no_row(model: pt.Component, path: str) -> None:
 def _with_row(model: M, path: str, items: list[dict[str, Any]], folder: Path) -> M:
     """Parts in a row, all of them made anew."""
     known = {found.path: found for found in places(model)}
-    first = known.get(f"{path}[0]") or _first_of_none(model, path)
+    none = known.get(path)
+    first, kind = known.get(f"{path}[0]"), none.in_row if none is not None else None
+    if kind is not None:
+        first = Adjustable(f"{path}[0]", None, kind, kind())
     if first is None:
         raise pt.ParameterError(
             f"{path} is not a tuple of components: write a table [{path}], not an array of tables [[{path}]]"
@@ -142,15 +145,6 @@ def _with_row(model: M, path: str, items: list[dict[str, Any]], folder: Path) ->
         bare = Adjustable(f"{path}[{i}]", None, first.kind, base.value)
         made.append(_made(bare, item, folder))
     return pt.replace(model, {path: tuple(made)})
-
-
-def _first_of_none(model: pt.Component, path: str) -> Adjustable | None:
-    """The first part in a row that has none, such as the trailers of a car; None where there is no row of components."""
-    row = _owner(model, path)._slot_types().get(path.rpartition(".")[2])
-    kind = (get_args(row) or (None,))[0]
-    if get_origin(row) is not tuple or not (isinstance(kind, type) and issubclass(kind, pt.Component)):
-        return None
-    return Adjustable(f"{path}[0]", None, kind, kind())
 
 
 def _made(found: Adjustable, table: dict[str, Any], folder: Path) -> pt.Component:

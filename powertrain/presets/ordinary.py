@@ -27,6 +27,7 @@ ORDINARY: dict[str, tuple[str, ...]] = {
     "locking differential, Torsen, LSD": ("LimitedSlipDifferential", "CircularCamDifferential"),
     "lock-up clutch": ("StartingConverter", "TorqueConverter"),
     "multi-plate clutch, multi-disc clutch": ("WetClutch", "HydraulicClutch"),
+    "neutral idle control, idle neutral control": ("NeutralIdleConverter",),
     "open differential, differential": ("BevelDifferential",),
     "planetary gear set, epicyclic gear, power split": ("PlanetaryGear", "PlanetTrain", "IdealPlanetary"),
     "road, gradient, hill": ("RoadProfile",),

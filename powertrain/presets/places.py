@@ -33,6 +33,13 @@ class Adjustable:
         """It holds a component."""
         return isinstance(self.value, pt.Component)
 
+    @property
+    def in_row(self) -> type[pt.Component] | None:
+        """The class of the components of a row that has none, such as the trailers of a car; None for anything else."""
+        kind = (typing.get_args(self.kind) or (None,))[0]
+        is_row = typing.get_origin(self.kind) is tuple and isinstance(kind, type) and issubclass(kind, pt.Component)
+        return kind if is_row else None
+
 
 def places(component: pt.Component, path: str = "") -> Iterator[Adjustable]:
     """Everything that can be set in a component and its parts."""

@@ -242,13 +242,19 @@ def _fitted(value: Any, found: Adjustable) -> Any:
         return value
     if isinstance(old, float) and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
-    _check_plain(found)
+    if value != ():
+        _check_plain(found)
     if type(value) is not type(old):
         raise pt.ParameterError(f"{found.path} = {value!r} is not a {type(old).__name__} like {old!r}")
     return value
 
 
 def _check_plain(found: Adjustable) -> None:
+    if found.in_row is not None:
+        raise pt.ParameterError(
+            f"{found.path} is a row of components: write a table [[{found.path}]] in a parameter file for each "
+            f"{found.in_row.__name__}"
+        )
     if not isinstance(found.value, (bool, int, float, str, tuple)):
         raise pt.ParameterError(
             f"{found.path} (a {type(found.value).__name__}) cannot be set from text, only in Python"

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 import powertrain as pt
 from powertrain.components.control import StartStop
 from powertrain.components.cycles import DriveCycle
+from powertrain.components.transmissions import NeutralIdleConverter, StartingClutch
 from powertrain.language.arguments import of_kind
 from powertrain.language.component import children
 from powertrain.language.reals import Array
@@ -59,8 +60,8 @@ def backward(vehicle: pt.Component, cycle: DriveCycle | str, found: xr.Dataset |
     The resistance is the force that pulls the body of the vehicle along a level road at constant speed. sin(alpha) is the mean over a row
     of the cycle, so rows longer than the hills of the road level them. The brakes hold the vehicle at rest. The map is that of
     ``driveline_map`` (computed here, unless ``found`` is given). Below its lowest speed the start clutch slips: force and fuel there are
-    those of the lowest speed. Without a demand the engine idles, against the drag of a converter if there is one, also of a
-    ``NeutralIdleConverter``; with ``StartStop`` it is off while the vehicle stands. The engine is warm, and its inertia is neglected.
+    those of the lowest speed. Without a demand the engine idles, against the drag of a converter if there is one and no clutch opens behind
+    it; with ``StartStop`` it is off while the vehicle stands. The engine is warm, and its inertia is neglected.
     A vehicle with a ``GearSchedule`` and a ``ManualGearbox`` has one map per gear, computed here. The schedule chooses the gears for the
     speeds of the cycle, the pedal positions for the forces and the mean slope of the row; shifts take no time and no fuel.
     Errors: ParameterError if points of the map have no operating point, for a map of a vehicle with gears, and those of
@@ -163,7 +164,9 @@ def _rises(profile: pt.Map, places: Array) -> Array:
 
 def _idle(vehicle: Any) -> float:
     """The fuel flow [kg/s] at standstill: against the drag of a converter; of the engine alone if a start clutch opens."""
-    standing = operating_map(in_gear(vehicle, 1) if is_geared(vehicle) else vehicle, np.zeros(1), np.zeros(1))
+    braked = {path: StartingClutch() for path, part in children(vehicle) if isinstance(part, NeutralIdleConverter)}
+    car = pt.replace(vehicle, braked)  # with the brake pressed a clutch opens behind such a converter
+    standing = operating_map(in_gear(car, 1) if is_geared(car) else car, np.zeros(1), np.zeros(1))
     engine, found = value_at(vehicle, anatomy(vehicle).the_engine()), float(standing["fuel_rate"].item())
     return found if np.isfinite(found) else float(engine.fuel_flow(float(engine.w_idle), 0.0))
 

@@ -25,6 +25,7 @@ from powertrain.components.transmissions import (
 from powertrain.components.wheels import WheelBrake
 from powertrain.language.component import children, descendants
 from powertrain.trials.anatomy import Anatomy, anatomy, value_at
+from powertrain.trials.stray import strays
 from powertrain.vehicles.wheels import wheels_of
 
 USUAL: dict[str, tuple[float, float, str]] = {
@@ -97,6 +98,7 @@ def notes(vehicle: pt.Component) -> tuple[str, ...]:
         *_standing(vehicle, parts),
         *_synchronisers(vehicle, parts),
         *_overall_ratio(vehicle, parts),
+        *strays(vehicle),
     )
 
 

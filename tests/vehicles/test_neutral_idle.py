@@ -8,7 +8,9 @@ import pytest
 
 import powertrain as pt
 from powertrain.components.control import OpenPedals
+from powertrain.components.cycles import DriveCycle
 from powertrain.components.transmissions import NeutralIdleConverter
+from powertrain.trials import backward, drive_cycle
 from powertrain.vehicles.automatic_car import AutomaticCar
 from powertrain.vehicles.variator_car import VariatorCar
 
@@ -30,3 +32,11 @@ def test_the_clutch_opens_while_only_the_brake_is_pressed(kind: Any) -> None:
     held, creeps = run.at([3.9, 6.0], "body.v")
     assert held == pytest.approx(0, abs=1e-3)
     assert creeps > 0.3
+
+
+def test_the_backward_calculation_idles_like_the_standing_car() -> None:
+    """The converter drags the engine in neither."""
+    car = VariatorCar(start=NeutralIdleConverter())
+    rest = DriveCycle(name="rest", table=((0.0, 0.0), (60.0, 0.0)))
+    fuel = drive_cycle(car, rest).result.at([40.0, 60.0], "engine.fuel")
+    assert backward(car, rest).fuel_rate == pytest.approx((fuel[1] - fuel[0]) / 20, rel=1e-9)

@@ -62,6 +62,13 @@ def test_a_row_of_parts_is_explained(tmp_path: Path) -> None:
         pt.vehicles.load(tmp_path / "car.toml")
 
 
+@pytest.mark.parametrize("text", ["[trailers]\nbody.m = 1300", 'trailers = "Trailer"', 'trailers = ["Trailer"]'])
+def test_a_row_without_parts_is_explained(tmp_path: Path, text: str) -> None:
+    (tmp_path / "car.toml").write_text(f'class = "ManualCar"\n{text}\n', encoding="utf-8")
+    with pytest.raises(pt.ParameterError, match=r"trailers is a row of components: write a table \[\[trailers\]\]"):
+        pt.vehicles.load(tmp_path / "car.toml")
+
+
 @pytest.mark.slow
 def test_gearsets_go_through_a_file(tmp_path: Path) -> None:
     text = 'class = "AutomaticCar"\ngearbox = "Automatic.ravigneaux_four_speed()"\n'

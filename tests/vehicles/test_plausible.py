@@ -13,6 +13,7 @@ from powertrain.cli.app import main
 from powertrain.components.body import Axle, CoastDownBody, RollingAxle
 from powertrain.components.engines import MappedEngine
 from powertrain.components.rotational import Clutch
+from powertrain.components.translational import Mass
 from powertrain.components.transmissions import NeutralIdleConverter
 from powertrain.components.wheels import WheelBrake
 from powertrain.trials import notes
@@ -206,3 +207,13 @@ def test_the_command_line_says_so_before_it_simulates() -> None:
     assert result.exit_code == 0
     assert "Note: front.wheels.radius = 0.64 m is unusual" in result.stderr
     assert "Note" not in result.stdout
+
+
+class Ballasted(ManualCar):
+    """A car with a mass that nobody connected."""
+
+    ballast: Mass = Mass(m=300)
+
+
+def test_a_part_that_is_connected_to_nothing() -> None:
+    assert notes(Ballasted()) == ("ballast (Mass) is connected to nothing, so it has no influence on the vehicle",)

@@ -56,3 +56,8 @@ def test_a_stopped_engine_has_no_torque(control: pt.Plant[GensetControl]) -> Non
     inputs = {**ON, "v": 5.0, "w": 100.0, "w_best": 200.0, "asked": 2e3, "load": 2e3}
     result = control.simulate(1.0, points=2, inputs=inputs)
     assert [result[name][-1] for name in ("on", "torque", "tau", "throttle")] == [0, 0, 0, 0]
+
+
+def test_the_range_of_the_power_is_not_empty() -> None:
+    with pytest.raises(pt.ParameterError, match=r"P_min.* <= .*P_most"):
+        pt.compile(GensetControl(P_min=70e3))

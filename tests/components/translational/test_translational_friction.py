@@ -58,7 +58,7 @@ def test_stribeck_table() -> None:
     table = tr.stribeck_table(F_prop=1, F_Coulomb=5, F_Stribeck=10, fexp=2, v_max=12, rows=50)
     assert (len(table), table[0]) == (50, (0.0, 15.0))
     assert table[-1] == pytest.approx((12.0, 5 + 12 + 10 * math.exp(-24)))
-    for v_max, rows in ((12.0, 1), (0.0, 50), (math.nan, 50)):
+    for v_max, rows in ((12.0, 1), (0.0, 50), (math.nan, 50), (math.inf, 50)):
         with pytest.raises(pt.ParameterError, match=f"stribeck_table: .* not {rows} and {v_max:g} m/s"):
             tr.stribeck_table(F_prop=1, F_Coulomb=5, F_Stribeck=10, fexp=2, v_max=v_max, rows=rows)
 

@@ -177,5 +177,6 @@ def test_fluid_coupling() -> None:
         assert tau_a == pytest.approx(torque * unit, rel=1e-6)
         assert tau_b == pytest.approx(-tau_a)
         assert tau_h == pytest.approx(0, abs=1e-9)
-    with pytest.raises(pt.ParameterError, match="not a table of rows"):
-        held(FluidCoupling(table=((0.0, 2e-3), (0.9, 0.0))), 1.0, 0.0)
+    for rows in (((0.0, 2e-3), (0.9, 0.0)), ((0.0, 2e-3), (0.8, 1e-3), (0.5, 1e-3), (1.0, 0.0))):
+        with pytest.raises(pt.ParameterError, match=r"parts\[0\].table: .* not a table of rows"):
+            held(FluidCoupling(table=rows), 1.0, 0.0)
