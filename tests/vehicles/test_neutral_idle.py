@@ -37,6 +37,6 @@ def test_the_clutch_opens_while_only_the_brake_is_pressed(kind: Any) -> None:
 def test_the_backward_calculation_idles_like_the_standing_car() -> None:
     """The converter drags the engine in neither."""
     car = VariatorCar(start=NeutralIdleConverter())
-    rest = DriveCycle(name="rest", table=((0.0, 0.0), (60.0, 0.0)))
-    fuel = drive_cycle(car, rest).result.at([40.0, 60.0], "engine.fuel")
-    assert backward(car, rest).fuel_rate == pytest.approx((fuel[1] - fuel[0]) / 20, rel=1e-9)
+    cycle = DriveCycle(name="rest and start", table=((0.0, 0.0), (60.0, 0.0), (70.0, 5.0)))
+    fuel = drive_cycle(car, cycle).result.at([20.0, 40.0], "engine.fuel")
+    assert backward(car, cycle).fuel_rate[0] == pytest.approx((fuel[1] - fuel[0]) / 20, rel=1e-6)
