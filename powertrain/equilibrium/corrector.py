@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 
 from powertrain.dae.contact import OPEN
-from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
+from powertrain.dae.friction import BACKWARD, FORWARD, FREE
 from powertrain.dae.tolerances import LOCKED, NEUTRAL, SAME, STILL, balance_tolerance
 from powertrain.equilibrium.laws import NextModes, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, taken
