@@ -15,7 +15,18 @@ import math
 import casadi as ca
 
 from powertrain.dae.hybrid import JUMPED, Barrier, Friction, HybridDae
-from powertrain.dae.tolerances import EPS, INACCURATE, INTEGRATED, NO_WIDTH, NOISE, REVERSED, SWIFT, YIELDING, ZONE
+from powertrain.dae.tolerances import (
+    CREEP,
+    EPS,
+    INACCURATE,
+    INTEGRATED,
+    NO_WIDTH,
+    NOISE,
+    REVERSED,
+    SWIFT,
+    YIELDING,
+    ZONE,
+)
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
@@ -61,7 +72,7 @@ def rest_margin(dae: HybridDae, law: Friction) -> ca.SX:
     yields = ca.fabs(law.rate) > law.reach * most
     # without a load, round-off decides this, but then w is zero
     moved = ca.logic_and(dae.m[law.index] == STUCK, yields)
-    return INTEGRATED - ca.if_else(moved, ca.fabs(law.w), 0.0)
+    return (CREEP if law.algebraic else INTEGRATED) - ca.if_else(moved, ca.fabs(law.w), 0.0)
 
 
 def gives_way(law: Friction) -> bool:
