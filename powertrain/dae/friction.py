@@ -217,13 +217,15 @@ def _reverses(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
 def _slides_on(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
     """Whether a law at rest slides, or stays at its limit, in the direction of its mode: see ``takes_more``.
 
-    A law with a peak that has come to rest is stuck first, unless it is about to move.
+    A law with a peak that has come to rest is stuck first, unless it is about to move, or the complementarity problem, which contains the
+    peak, has found that it slides.
     """
     mode, rests = dae.m[law.index], _rests(dae, law)
     slides = ca.logic_and(ca.fabs(mode) == 1, takes_more(dae, law, slack))
     if law.rests is None:
         return slides
-    return ca.logic_and(slides, ca.logic_or(ca.logic_or(rests, law.peak <= 1), rate_margin(law, mode, -1) > 0))
+    about = ca.logic_or(slack > 0, rate_margin(law, mode, -1) > 0)
+    return ca.logic_and(slides, ca.logic_or(ca.logic_or(rests, law.peak <= 1), about))
 
 
 def takes_more(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:

@@ -277,6 +277,34 @@ def test_laws_that_creep_noticeably_are_rejected() -> None:
         pt.simulate(WithoutInertia(couplings=(CLOSED, CLOSED)), 3.0, parameters={"drag.d": 1e-3})
 
 
+class Hub(pt.Component):
+    """A torque on a shaft with a clutch to a hub, which has drag, but no inertia; a brake holds the hub."""
+
+    drive: rot.ConstantTorque = rot.ConstantTorque(tau_constant=10.0)
+    shaft: rot.Inertia = rot.Inertia(J=2.0)
+    clutch: rot.Clutch = rot.Clutch(fn_max=1.0, mue_pos=((0.0, 1.0),))
+    drag: rot.Damper = rot.Damper(d=0.4)
+    brake: rot.Brake = brake(3.0)
+    wall: rot.Fixed = rot.Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.clutch.flange_a)
+        yield pt.connect(self.clutch.flange_b, self.brake.flange_a, self.drag.flange_a)
+        yield pt.connect(self.wall.flange, self.drag.flange_b)
+        yield self.clutch.f_normalized.value == 1.0
+        yield self.brake.f_normalized.value == 1.0
+
+
+@pytest.mark.parametrize("peak", [1.0, 1.2, 2.0])
+def test_a_clutch_to_a_braked_hub_without_inertia_lets_go_at_its_peak(peak: float) -> None:
+    """The brake is the stronger one: 2 w' = 10 - 1, as soon as the clutch has reached its peak. From a peak of 1.2 on it jammed there."""
+    result = pt.simulate(Hub(), 1.0, parameters={"clutch.peak": peak})
+    np.testing.assert_allclose(result["shaft.w"], 4.5 * result.time, atol=1e-6)
+    np.testing.assert_allclose(result["brake.w"], 0.0, atol=1e-6)
+    assert result["brake.tau"][-1] == pytest.approx(1.0, abs=1e-6)
+
+
 class TwoGears(pt.Component):
     """A torque on a shaft that two clutches tie to another one, each behind a gear."""
 
