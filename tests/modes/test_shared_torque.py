@@ -15,7 +15,9 @@ from scipy.optimize import brentq
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant, Ramp, Sine
-from powertrain.dae.tolerances import RESOLVED
+from powertrain.dae.hybrid import OperatingPoint
+from powertrain.dae.tolerances import RESOLVED, ZONE
+from powertrain.modes.complementarity import Complementarity
 
 Matrix = np.ndarray[Any, Any]
 
@@ -303,6 +305,19 @@ def test_a_clutch_to_a_braked_hub_without_inertia_lets_go_at_its_peak(peak: floa
     np.testing.assert_allclose(result["shaft.w"], 4.5 * result.time, atol=1e-6)
     np.testing.assert_allclose(result["brake.w"], 0.0, atol=1e-6)
     assert result["brake.tau"][-1] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_the_complementarity_problem_has_the_torques_of_the_model() -> None:
+    """Also where laws creep on a part without inertia: at equal compliances each takes half of the speed of the shaft, w = eps/2 tau/d."""
+    plant = pt.compile(Hub())
+    dae = plant.compiled.dae
+    x = np.where([name == "shaft.w" for name in dae.state_names], 4e-9, 0.0)
+    point = OperatingPoint(0.0, x, np.zeros(0), np.zeros(dae.m.numel()), plant.parameter_vector())
+    torques = dae.function("torques", ca.vertcat(*(law.torque for law in dae.frictions)))(*point).full().ravel()
+    problem = Complementarity(dae)
+    answer = problem.solve(point, np.zeros(2), ZONE, bends=False, known=problem.known(point))
+    np.testing.assert_allclose(answer.tau, torques, rtol=1e-6)
+    np.testing.assert_allclose(abs(torques), 0.4 * 4e-9 / 1e-8, rtol=1e-6)
 
 
 class TwoGears(pt.Component):
