@@ -316,6 +316,7 @@ def test_the_complementarity_problem_has_the_torques_of_the_model() -> None:
     torques = dae.function("torques", ca.vertcat(*(law.torque for law in dae.frictions)))(*point).full().ravel()
     problem = Complementarity(dae)
     answer = problem.solve(point, np.zeros(2), ZONE, bends=False, known=problem.known(point))
+    assert answer.tau is not None
     np.testing.assert_allclose(answer.tau, torques, rtol=1e-6)
     np.testing.assert_allclose(abs(torques), 0.4 * 4e-9 / 1e-8, rtol=1e-6)
 
