@@ -18,6 +18,7 @@ from powertrain.components.rotational import (
     ConstantTorque,
     Damper,
     Fixed,
+    Freewheel,
     Gear,
     IdealGear,
     Inertia,
@@ -31,6 +32,35 @@ from powertrain.dae.hybrid import OperatingPoint
 from powertrain.modes.complementarity import Complementarity
 
 OK, SEVERAL, NONE, DIVERGED = 0, 2, 3, 6
+
+
+def behind(wheel: str, *resistance: pt.Component) -> pt.Component:
+    """A shaft that 3 N.m drive at 30 rad/s, and a flywheel at the ``wheel`` side of a freewheel, with its ``resistance``."""
+    parts = [ConstantTorque(tau_constant=3), Inertia(J=1.0), Damper(d=0.1), Fixed(), Freewheel(), Inertia(J=0.2)]
+    driven = {"flange_a": "flange_b", "flange_b": "flange_a"}[wheel]
+    wall = "=6.flange_a 3.flange=6.flange_b" if resistance else " 3.flange"
+    joints = f"0.flange=1.flange_a=2.flange_a=4.{driven} 5.flange_a=4.{wheel}{wall}=2.flange_b"
+    return joined(*parts, *resistance, joints=joints)
+
+
+@pytest.mark.parametrize(("wheel", "sign"), [("flange_b", 1.0), ("flange_a", -1.0)])
+def test_what_a_freewheel_may_let_run_ahead_has_no_speed_of_its_own(wheel: str, sign: float) -> None:
+    """Nothing brakes the flywheel: each speed that the freewheel allows is one at which all rests."""
+    plant = pt.compile(behind(wheel))
+    for guess in (30.0, 30.0 + 5.0 * sign):
+        found = pt.steady(plant, {}, outputs=["parts[5].w"], guesses={"parts[5].w": guess}, first=True)
+        assert found.status == SEVERAL
+        assert "parts[4].mode" in found.attrs["problems"]
+        end = plant.simulate(200.0, starts={"parts[1].w": 30.0, "parts[5].w": guess})
+        assert end["parts[5].w"][-1] == pytest.approx(guess, abs=1e-6)
+
+
+@pytest.mark.parametrize(("wheel", "speed"), [("flange_b", 5.0), ("flange_a", 0.0)])
+def test_what_is_braked_behind_a_freewheel_has_one_speed(wheel: str, speed: float) -> None:
+    found = pt.steady(behind(wheel, Damper(d=0.5)), {}, outputs=["parts[1].w", "parts[5].w"])
+    assert found.status == OK
+    np.testing.assert_allclose(found["parts[5].w"], speed, atol=1e-9)
+    np.testing.assert_allclose(found["parts[1].w"], speed or 30.0, rtol=1e-9)
 
 
 class LockedBench(pt.Component):

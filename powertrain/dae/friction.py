@@ -15,7 +15,18 @@ import math
 import casadi as ca
 
 from powertrain.dae.hybrid import JUMPED, Barrier, Friction, HybridDae
-from powertrain.dae.tolerances import EPS, INACCURATE, INTEGRATED, NO_WIDTH, NOISE, REVERSED, SWIFT, YIELDING, ZONE
+from powertrain.dae.tolerances import (
+    CREEP,
+    EPS,
+    INACCURATE,
+    INTEGRATED,
+    NO_WIDTH,
+    NOISE,
+    REVERSED,
+    SWIFT,
+    YIELDING,
+    ZONE,
+)
 
 FORWARD, STUCK, BACKWARD, FREE = 1.0, 0.0, -1.0, 2.0
 
@@ -61,7 +72,7 @@ def rest_margin(dae: HybridDae, law: Friction) -> ca.SX:
     yields = ca.fabs(law.rate) > law.reach * most
     # without a load, round-off decides this, but then w is zero
     moved = ca.logic_and(dae.m[law.index] == STUCK, yields)
-    return INTEGRATED - ca.if_else(moved, ca.fabs(law.w), 0.0)
+    return (CREEP if law.algebraic else INTEGRATED) - ca.if_else(moved, ca.fabs(law.w), 0.0)
 
 
 def gives_way(law: Friction) -> bool:
@@ -206,13 +217,15 @@ def _reverses(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
 def _slides_on(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:
     """Whether a law at rest slides, or stays at its limit, in the direction of its mode: see ``takes_more``.
 
-    A law with a peak that has come to rest is stuck first, unless it is about to move.
+    A law with a peak that has come to rest is stuck first, unless it is about to move, or the complementarity problem, which contains the
+    peak, has found that it slides.
     """
     mode, rests = dae.m[law.index], _rests(dae, law)
     slides = ca.logic_and(ca.fabs(mode) == 1, takes_more(dae, law, slack))
     if law.rests is None:
         return slides
-    return ca.logic_and(slides, ca.logic_or(ca.logic_or(rests, law.peak <= 1), rate_margin(law, mode, -1) > 0))
+    about = ca.logic_or(slack > 0, rate_margin(law, mode, -1) > 0)
+    return ca.logic_and(slides, ca.logic_or(ca.logic_or(rests, law.peak <= 1), about))
 
 
 def takes_more(dae: HybridDae, law: Friction, slack: ca.SX) -> ca.SX:

@@ -20,6 +20,9 @@ ZONE = 2 * EPS
 """Speeds (rad/s, m/s) below this are rest."""
 INTEGRATED = 3e-7
 """Uncertainty of a speed (rad/s, m/s) computed from states that no law sets to zero: 30 times their usual tolerance."""
+CREEP = 1e-3
+"""Stuck laws may creep this fast (rad/s, m/s; at an operating point also as a share of a speed) on parts without inertia: their compliance
+is a speed there, 1e-7 rad/s for 1 N.m with a drag of 0.1 N.m.s/rad."""
 OVERLAP = 1e-6
 """Sides of a contact (m, rad) may overlap by this at a start or after a jump: what rounded values of another run amount to."""
 SWIFT = 1e-3

@@ -8,8 +8,9 @@ from itertools import product
 
 import numpy as np
 
-from powertrain.dae.friction import BACKWARD, FORWARD, FREE, STUCK
-from powertrain.dae.tolerances import LOCKED, NEUTRAL, SAME, STILL
+from powertrain.dae.contact import OPEN
+from powertrain.dae.friction import BACKWARD, FORWARD, FREE
+from powertrain.dae.tolerances import LOCKED, NEUTRAL, SAME, STILL, balance_tolerance
 from powertrain.equilibrium.laws import NextModes, SteadyLaws
 from powertrain.equilibrium.points import AtRest, Index, Iterates, Mask, taken
 from powertrain.language.reals import Array
@@ -207,26 +208,39 @@ def adrift(laws: SteadyLaws, at: Iterates, rest: AtRest, change: Responses) -> I
 
     The slope holds a motion if a constant rate moves it by less than a million seconds' worth: it takes that long to come to rest, in any
     unit. Else other terms may: the drag of air has no slope at rest. Nothing holds it if the equations are zero at the moved point, too.
-    Laws at rest between equal limits, such as those of unloaded meshes, hold nothing. Here they slide.
+    Laws at rest at a limit of their torque hold nothing in one direction, such as a freewheel without a load, those between equal limits in
+    neither, such as those of unloaded meshes. Here they slide.
     """
     if not laws.rates.size or not len(at.y):
         return
-    mode = at.modes[:, laws.law_modes]
-    idle = laws.tied & (mode == STUCK) & ~rest.given
-    moved = replace(at, modes=at.modes.copy(order="K"))
+    moved = replace(at, modes=_at_limits(laws, at, rest))
+    idle = (moved.modes != at.modes)[:, laws.law_modes]
     if idle.any():
-        idle &= ~laws.next_modes(at, rest).open
-        moved.modes[:, laws.law_modes] = np.where(idle, FORWARD, mode)
         change = responses(laws, moved, rest)
     for rate, unknown in enumerate(laws.rated):
         drift = np.abs(change.rates[:, unknown, rate])
         loose = drift > NEUTRAL
-        if loose.any():
+        for sign in (1.0, -1.0) if loose.any() else ():
             with np.errstate(all="ignore"):
-                move = change.rates[:, :, rate] / drift[:, None]
+                move = sign * change.rates[:, :, rate] / drift[:, None]
             there = replace(moved, y=at.y + move[:, : laws.unknowns], tau=at.tau + move[:, laws.unknowns :])
             after = laws.next_modes(replace(there, modes=at.modes), rest)
-            yield replace(there, modes=after.modes), loose, loose & after.balanced
+            against = idle & after.open & ~after.still & (after.modes != moved.modes)[:, laws.law_modes]
+            yield replace(there, modes=after.modes), loose, loose & after.balanced & ~against.any(axis=1)
+
+
+def _at_limits(laws: SteadyLaws, at: Iterates, rest: AtRest) -> Array:
+    """The modes at solutions, but laws that are at rest at a limit of their torque slide."""
+    modes, mode = at.modes.copy(order="K"), at.modes[:, laws.law_modes]
+    held = (mode == laws.holding) & ~rest.given
+    known = balance_tolerance(np.abs(at.tau).max(axis=1, initial=0.0))[:, None]
+    for direction in (BACKWARD, FORWARD) if held.any() else ():
+        loose = replace(at, modes=at.modes.copy(order="K"))
+        loose.modes[:, laws.law_modes] = np.where(held, np.where(laws.contact, OPEN, direction), mode)
+        _, beyond = laws.equations(laws.fixed(loose, rest), at.z)
+        reached = held & (np.abs(beyond[:, laws.unknowns :]) <= known)
+        modes[:, laws.law_modes] = np.where(reached, loose.modes[:, laws.law_modes], modes[:, laws.law_modes])
+    return modes
 
 
 def saddles(laws: SteadyLaws, change: Responses) -> tuple[Mask, Array]:

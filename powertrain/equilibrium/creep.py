@@ -12,7 +12,7 @@ from collections.abc import Callable
 import casadi as ca
 import numpy as np
 
-from powertrain.dae.tolerances import BALANCED, STILL
+from powertrain.dae.tolerances import BALANCED, CREEP, STILL
 from powertrain.equilibrium.points import Index, Mask
 from powertrain.equilibrium.system import Equilibrium
 from powertrain.language.reals import Array
@@ -23,8 +23,6 @@ from powertrain.numerics.newton import Solver, newton, relative
 
 CORRECTIONS = 4
 """Newton steps; the equations are almost linear in speeds as small as these."""
-FARTHEST = 1e-3
-"""Unknowns other than torques of laws change by less than this share of 1 + |value|: laws creep at 1e-7 rad/s for 1 N.m."""
 STIFF = 1e-6
 """Slopes below this share of the largest are not those of compliances, which are 1e8 times stiffer than inertias."""
 ROUND_OFF = 1e-14
@@ -59,7 +57,7 @@ class Creep:
                 break
             z, still = self._corrected(grid[:, left], u[:, left], modes[:, left], factors)
             creep = z - u[:, left]
-            near = (np.abs(creep) / relative(u[:, left]) <= FARTHEST)[self._apart].all(axis=0)
+            near = (np.abs(creep) / relative(u[:, left]) <= CREEP)[self._apart].all(axis=0)
             better = near & (still & exact | self._balanced(grid[:, left], z, modes[:, left], creep))
             u[:, left[better]] = z[:, better]
             good[left] = better

@@ -125,7 +125,8 @@ class Laws:
         for value, slope in zip((speed, rate, lower, upper, g), found[7:12], strict=True):
             value += slope[:, :n] @ step
             slopes.append(slope[:, n:] * sign + slope[:, :n] @ moved)
-        reach, yields, peak = found[12].ravel(), COMPLIANCE * found[13].ravel(), found[14].ravel()
+        # where a speed is given, as on a part without inertia, the proximal step halves the compliance
+        reach, yields, peak = found[12].ravel(), COMPLIANCE / 2 * found[13].ravel(), found[14].ravel()
         peak = np.where(self._keeps_peak(point.m), peak, 1.0)
         return LinearLaws(speed, rate, lower, upper, peak, reach, yields, g, *slopes[1:])
 

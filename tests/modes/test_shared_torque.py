@@ -15,7 +15,9 @@ from scipy.optimize import brentq
 import powertrain as pt
 from powertrain.components import rotational as rot
 from powertrain.components.blocks import Constant, Ramp, Sine
-from powertrain.dae.tolerances import RESOLVED
+from powertrain.dae.hybrid import OperatingPoint
+from powertrain.dae.tolerances import RESOLVED, ZONE
+from powertrain.modes.complementarity import Complementarity
 
 Matrix = np.ndarray[Any, Any]
 
@@ -229,6 +231,94 @@ def test_laws_in_series_do_not_creep_however_light_the_part_between(light: float
     np.testing.assert_allclose(result["heavy.w"], 0.0, atol=10.0 * rounding)
     np.testing.assert_allclose(result["clutch.tau"], -1.0, rtol=rounding)
     np.testing.assert_allclose(result["brake.tau"], 1.0, rtol=rounding)
+
+
+class WithoutInertia(pt.Component):
+    """A torque on a shaft that two couplings in series tie to another one; the part between them has drag, but no inertia."""
+
+    couplings: tuple[Any, ...]
+    drag: rot.Damper = rot.Damper(d=0.05)
+    drive: rot.ConstantTorque = rot.ConstantTorque(tau_constant=300.0)
+    first: rot.Inertia = rot.Inertia(J=0.5)
+    last: rot.Inertia = rot.Inertia(J=0.6)
+    load: rot.Damper = rot.Damper(d=1.0)
+    wall: rot.Fixed = rot.Fixed()
+
+    def equations(self) -> pt.Equations:
+        one, other = self.couplings
+        yield pt.connect(self.drive.flange, self.first.flange_a)
+        yield pt.connect(self.first.flange_b, one.flange_a)
+        yield pt.connect(one.flange_b, other.flange_a, self.drag.flange_a)
+        yield pt.connect(other.flange_b, self.last.flange_a)
+        yield pt.connect(self.last.flange_b, self.load.flange_a)
+        yield pt.connect(self.wall.flange, self.load.flange_b, self.drag.flange_b)
+        for coupling in self.couplings:
+            if isinstance(coupling, rot.Clutch):
+                yield coupling.f_normalized.value == 1.0
+
+
+CLOSED = rot.Clutch(fn_max=500.0, mue_pos=((0.0, 1.0),))
+
+
+@pytest.mark.parametrize("couplings", [(CLOSED, CLOSED), (CLOSED, rot.Freewheel()), (rot.Freewheel(), CLOSED)])
+def test_laws_hold_together_what_has_no_inertia_between_them(couplings: tuple[Any, ...]) -> None:
+    """1.1 w' = 300 - 1.05 w. They creep by half of eps tau/d; a run with more than 3 N.m was rejected as inaccurate for it."""
+    result = pt.simulate(WithoutInertia(couplings=couplings), 3.0, rtol=1e-8)
+    w = 300 / 1.05 * (1 - np.exp(-1.05 / 1.1 * result.time))
+    np.testing.assert_allclose(result["last.w"], w, atol=1e-4)
+    np.testing.assert_allclose(result["first.w"] - result["last.w"], 0.0, atol=1e-8 * 2 * 300 / 0.05)
+    first, last = (-result[f"couplings[{k}].tau"][1:] for k in (0, 1))
+    np.testing.assert_allclose(first - last, 0.05 * w[1:], atol=1e-4)
+    np.testing.assert_allclose(first, 300 - 0.5 * (300 - 1.05 * w[1:]) / 1.1, atol=1e-3)
+    assert pt.energy_audit(result).closure < 1e-6
+
+
+def test_laws_that_creep_noticeably_are_rejected() -> None:
+    """With less drag, their compliance is one: at 100 N.m they creep by 1 mrad/s."""
+    with pytest.raises(pt.SimulationError, match=r"couplings.* larger inertia"):
+        pt.simulate(WithoutInertia(couplings=(CLOSED, CLOSED)), 3.0, parameters={"drag.d": 1e-3})
+
+
+class Hub(pt.Component):
+    """A torque on a shaft with a clutch to a hub, which has drag, but no inertia; a brake holds the hub."""
+
+    drive: rot.ConstantTorque = rot.ConstantTorque(tau_constant=10.0)
+    shaft: rot.Inertia = rot.Inertia(J=2.0)
+    clutch: rot.Clutch = rot.Clutch(fn_max=1.0, mue_pos=((0.0, 1.0),))
+    drag: rot.Damper = rot.Damper(d=0.4)
+    brake: rot.Brake = brake(3.0)
+    wall: rot.Fixed = rot.Fixed()
+
+    def equations(self) -> pt.Equations:
+        yield pt.connect(self.drive.flange, self.shaft.flange_a)
+        yield pt.connect(self.shaft.flange_b, self.clutch.flange_a)
+        yield pt.connect(self.clutch.flange_b, self.brake.flange_a, self.drag.flange_a)
+        yield pt.connect(self.wall.flange, self.drag.flange_b)
+        yield self.clutch.f_normalized.value == 1.0
+        yield self.brake.f_normalized.value == 1.0
+
+
+@pytest.mark.parametrize("peak", [1.0, 1.2, 2.0])
+def test_a_clutch_to_a_braked_hub_without_inertia_lets_go_at_its_peak(peak: float) -> None:
+    """The brake is the stronger one: 2 w' = 10 - 1, as soon as the clutch has reached its peak. From a peak of 1.2 on it jammed there."""
+    result = pt.simulate(Hub(), 1.0, parameters={"clutch.peak": peak})
+    np.testing.assert_allclose(result["shaft.w"], 4.5 * result.time, atol=1e-6)
+    np.testing.assert_allclose(result["brake.w"], 0.0, atol=1e-6)
+    assert result["brake.tau"][-1] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_the_complementarity_problem_has_the_torques_of_the_model() -> None:
+    """Also where laws creep on a part without inertia: at equal compliances each takes half of the speed of the shaft, w = eps/2 tau/d."""
+    plant = pt.compile(Hub())
+    dae = plant.compiled.dae
+    x = np.where([name == "shaft.w" for name in dae.state_names], 4e-9, 0.0)
+    point = OperatingPoint(0.0, x, np.zeros(0), np.zeros(dae.m.numel()), plant.parameter_vector())
+    torques = dae.function("torques", ca.vertcat(*(law.torque for law in dae.frictions)))(*point).full().ravel()
+    problem = Complementarity(dae)
+    answer = problem.solve(point, np.zeros(2), ZONE, bends=False, known=problem.known(point))
+    assert answer.tau is not None
+    np.testing.assert_allclose(answer.tau, torques, rtol=1e-6)
+    np.testing.assert_allclose(abs(torques), 0.4 * 4e-9 / 1e-8, rtol=1e-6)
 
 
 class TwoGears(pt.Component):
