@@ -29,18 +29,19 @@ def in_parts(model: Common, method: str) -> dict[str, Compilable]:
 
 
 def _advance(model: Common, method: str) -> dict[str, ca.Function]:
-    """(time, y, m, p, slope, tolerance, constants) -> (y, dense, error norm, stiffness, time and unknowns at the samples, outside).
+    """(time, y, m, p, reached, tolerance, constants) -> (y, dense, error norm, stiffness, time and unknowns at the samples, outside).
 
     And (m, p) -> constants.
     """
-    slope, t, h = model.kind.sym("slope", model.y.numel()), model.time[0], model.time[1]
-    taken, defect = taken_step(model, method, slope)
+    n, t, h = model.y.numel(), model.time[0], model.time[1]
+    reached = model.kind.sym("reached", n + model.indicators)
+    taken, defect = taken_step(model, method, reached[:n])
     inner = [ca.vertcat(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
     points = ca.horzcat(*inner, ca.vertcat(t + h, taken.end)).T
     results = [taken.end, ca.vec(taken.dense), error_norm(model, taken, defect), taken.stiffness, points]
     results.append(model.guards(t + h, taken.end))
     symbols, values = zip(*model.constants.values(), strict=True)
-    inputs = [model.time, model.y, model.m, model.p, slope, model.tolerance, *symbols]
+    inputs = [model.time, model.y, model.m, model.p, reached, model.tolerance, *symbols]
     return {
         "constants": ca.Function(f"{PREFIX}constants", [model.m, model.p], list(values)),
         "advance": ca.Function(PREFIX + method, inputs, ca.cse([ca.densify(r) for r in results])),
@@ -56,20 +57,21 @@ def _samples(model: Common) -> Compilable:
 
 
 def _survey(model: Common) -> Compilable:
-    """Samples -> the least extremes of the indicators."""
-    n = model.indicators
-    places = [slice(k, WIDTH * n, WIDTH) for k in range(WIDTH)]
-    places.append(slice(WIDTH * n + WIDTH - 1, 2 * WIDTH * n, WIDTH))  # the round-off at the end of the step
-    size = WIDTH, 2 * n + model.y.numel()
-    return least_of(f"{PREFIX}survey", size, places, lambda each: extremes(each[:-1], each[-1]), WITHOUT)
+    """(samples, reached) -> the least extremes of the indicators."""
+    n, ny = model.indicators, model.y.numel()
+    places = [(1, slice(ny, ny + n, 1)), *((0, slice(k, WIDTH * n, WIDTH)) for k in range(WIDTH))]
+    places.append((0, slice(WIDTH * n + WIDTH - 1, 2 * WIDTH * n, WIDTH)))  # the round-off at the end of the step
+    sizes = (WIDTH, 2 * n + ny), (ny + n, 1)
+    return least_of(f"{PREFIX}survey", sizes, places, lambda each: extremes(each[:-1], each[-1]), WITHOUT)
 
 
 def _verdict(model: Common) -> ca.Function:
-    """(error norm, stiffness, least extremes, samples) -> (info, slope)."""
-    norm, stiffness, least = ca.SX.sym("norm"), ca.SX.sym("stiffness"), ca.SX.sym("least", len(WITHOUT))
-    samples = ca.SX.sym("samples", WIDTH, 2 * model.indicators + model.y.numel())
-    found = [ca.densify(verdict_of(norm, stiffness, ca.vertsplit(least))), samples[-1, 2 * model.indicators :].T]
-    return ca.Function(f"{PREFIX}verdict_of_samples", [norm, stiffness, least, samples], found)
+    """(error norm, stiffness, least extremes, samples) -> (info, reached)."""
+    n, norm, stiffness = model.indicators, ca.SX.sym("norm"), ca.SX.sym("stiffness")
+    least, samples = ca.SX.sym("least", len(WITHOUT)), ca.SX.sym("samples", WIDTH, 2 * n + model.y.numel())
+    info, last = verdict_of(norm, stiffness, ca.vertsplit(least)), samples[-1, :].T
+    results = [ca.densify(info), ca.vertcat(last[2 * n :], last[:n])]
+    return ca.Function(f"{PREFIX}verdict_of_samples", [norm, stiffness, least, samples], results)
 
 
 class Parts:
@@ -84,27 +86,27 @@ class Parts:
         self._norm, self._stiffness, self._least = memory.info[:1], zeros(1), zeros(len(WITHOUT))
         self._prepare = Bound(functions["constants"], [memory.m, memory.p], self._constants)
         self._samples = Bound(functions["samples"], [self._points, memory.m, memory.p], [self._found])
-        self._survey = Bound(functions["survey"], [self._found], [self._least])
         self._sides = [self._side(side) for side in (0, 1)]
         self._prepared = b"", b""
         self.calls = [self._call(*sides) for sides in self._sides]
 
-    def _side(self, side: int) -> tuple[Bound, Bound]:
-        """The advance from one side of the double buffer, and the verdict."""
+    def _side(self, side: int) -> tuple[Bound, Bound, Bound]:
+        """The advance from one side of the double buffer, the survey and the verdict."""
         memory, norm, stiffness, other = self._memory, self._norm, self._stiffness, 1 - side
-        given = [memory.time, memory.y[side], memory.m, memory.p, memory.slope[side], memory.tolerance]
+        given = [memory.time, memory.y[side], memory.m, memory.p, memory.reached[side], memory.tolerance]
         taken = [memory.y[other], memory.dense, norm, stiffness, self._points, memory.outside]
-        judged = [memory.info, memory.slope[other]]
+        judged = [memory.info, memory.reached[other]]
         return (
             Bound(self._functions["advance"], [*given, *self._constants], taken),
+            Bound(self._functions["survey"], [self._found, memory.reached[side]], [self._least]),
             Bound(self._functions["verdict"], [norm, stiffness, self._least, self._found], judged),
         )
 
-    def _call(self, advance: Bound, verdict: Bound) -> Callable[[], None]:
+    def _call(self, advance: Bound, survey: Bound, verdict: Bound) -> Callable[[], None]:
         """One step."""
         m, p, error = self._memory.m, self._memory.p, view(self._norm)
-        prepare, samples, survey = self._prepare.call, self._samples.call, self._survey.call
-        begin, end = advance.call, verdict.call
+        prepare, samples = self._prepare.call, self._samples.call
+        begin, judge, end = advance.call, survey.call, verdict.call
 
         def call() -> None:
             now = m.tobytes(), p.tobytes()
@@ -114,7 +116,7 @@ class Parts:
             begin()
             if error[0] <= 1.0:
                 samples()
-                survey()
+                judge()
                 end()
 
         return call

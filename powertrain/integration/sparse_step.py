@@ -27,7 +27,8 @@ class SparseStep:
         self._point, self._now = zeros(self._n), zeros(1)
         self._rate, self._slope = zeros(self._n), zeros(self._n)
         self._g, self._noise, self._outside = zeros(model.indicators), zeros(model.indicators), memory.outside
-        self._samples, self._norm = zeros(4 * max(model.indicators, 1)), zeros(1)
+        self._samples, self._norm = zeros(5 * max(model.indicators, 1)), zeros(1)
+        self._start, self._end = (memory.reached[k][model.y.numel() :] for k in (side, 1 - side))
         self._checks = model.indicators > 0
         self._nominal = model.dae.sizes
         self._allowed = allowances(model.dae.x.numel(), model.dae.z.numel())
@@ -45,7 +46,7 @@ class SparseStep:
             arrays,
             [self._g, self._noise, self._outside],
         )
-        samples, noises = ca.SX.sym("samples", model.indicators, 4), ca.SX.sym("noise", model.indicators)
+        samples, noises = ca.SX.sym("samples", model.indicators, 5), ca.SX.sym("noise", model.indicators)
         norm = ca.SX.sym("norm")
         info = verdict(norm, ca.SX(0), ca.horzsplit(samples), noises)
         function = ca.Function(PREFIX + "verdict", [norm, ca.vec(samples), noises], [ca.densify(info)])
@@ -110,9 +111,12 @@ class SparseStep:
         dense = memory.dense.reshape(5, -1)
         dense[:] = y, end - y + first, second - first, third - second, -third
         if self._checks or self._outside.size:
-            for k, q in enumerate((*CHECKS, 1.0)):
+            samples = self._samples.reshape(5, -1)
+            samples[0] = self._start
+            for k, q in enumerate((*CHECKS, 1.0), start=1):
                 self._now[0] = t + q * h
                 self._point[:n] = end if q == 1.0 else q ** np.arange(5) @ dense
                 self._watch.call()
-                self._samples.reshape(4, -1)[k] = self._g
+                samples[k] = self._g
+            self._end[:] = self._g
         self._verdict.call()

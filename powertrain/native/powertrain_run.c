@@ -10,7 +10,7 @@
 /* A run with all its memory. */
 typedef struct {
     pt_model model;
-    double y[2][PT_Y], slope[2][PT_Y], m[PT_M], p[PT_P];
+    double y[2][PT_Y], reached[2][PT_Y + PT_G], m[PT_M], p[PT_P];
     double time[2], tolerance[2], info[PT_INFO + 4], dense[5 * PT_Y], outside[PT_O], fraction, above[PT_G], at[PT_Y], g[PT_G], worst;
     double held[PT_M], flags[7], edges[PT_W], closing[PT_B], fire[PT_T], jumped[2], first[2], corners[2], instants[PT_T];
     double nearer[PT_Y], resets[PT_R], open, mobility[PT_F * PT_F], rate[PT_F], terms[PT_F], size[PT_F], calm[PT_RESTS + 1];
@@ -32,7 +32,7 @@ static void connect(Instance *i)
     pt_model *a = &i->model;
     a->n = &dimensions, a->of = &tables, a->f = &functions, a->signals = &pt_default_signals;
     a->arg = i->arg, a->res = i->res, a->iw = i->iw, a->w = i->w;
-    for (int k = 0; k < 2; k++) a->y[k] = i->y[k], a->slope[k] = i->slope[k];
+    for (int k = 0; k < 2; k++) a->y[k] = i->y[k], a->reached[k] = i->reached[k];
     a->m = i->m, a->p = i->p, a->time = i->time, a->tolerance = i->tolerance, a->info = i->info, a->dense = i->dense;
     a->outside = i->outside, a->fraction = &i->fraction, a->above = i->above, a->at = i->at, a->g = i->g, a->worst = &i->worst;
     a->held = i->held, a->flags = i->flags, a->edges = i->edges, a->closing = i->closing, a->fire = i->fire, a->jumped = i->jumped;
