@@ -16,19 +16,19 @@ _SINGULAR = 1e-4
 """Smallest singular value, of rows of length one, below which equations count as singular where a run cannot go on."""
 
 
-def _first_not_finite(dae: HybridDae, slope: Array) -> str | None:
+def _first_not_finite(dae: HybridDae, rates: Array) -> str | None:
     n = dae.x.numel()
-    bad = np.flatnonzero(~np.isfinite(slope[: n + dae.z.numel()]))
+    bad = np.flatnonzero(~np.isfinite(rates[: n + dae.z.numel()]))
     if not bad.size:
         return None
     k = int(bad[0])
     what = f"the derivative of {dae.state_names[k]}" if k < n else f"left minus right of {dae.equation(k - n)}"
-    return f"{what} is {slope[k]:g}"
+    return f"{what} is {rates[k]:g}"
 
 
 def not_finite(dae: HybridDae, memory: Memory, side: int, t: float) -> str:
     """Name the first state whose derivative is not finite."""
-    reason = _first_not_finite(dae, memory.slope[side]) or "a derivative is not finite"
+    reason = _first_not_finite(dae, memory.reached[side]) or "a derivative is not finite"
     return f"at t = {t:.9g} s {reason}. {OUTSIDE}"
 
 

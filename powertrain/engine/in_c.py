@@ -35,7 +35,7 @@ _DIMENSIONS = "x z y m indicators whens timed rests laws frictions counted const
 TABLES = "places when_place when_first when_initially reset_place reset_discrete rests rest_laws laws frictions quiet bends guards"
 _FUNCTIONS = "method constants advance samples survey verdict fresh rest locate corner update newton instants longest resets mobility"
 _ARRAYS = (
-    "y_0 y_1 slope_0 slope_1 m p time tolerance info dense outside fraction above at g worst held flags edges closing fire jumped first "
+    "y_0 y_1 reached_0 reached_1 m p time tolerance info dense outside fraction above at g worst held flags edges closing fire jumped first "
     "corners instants nearer resets open points found least stiffness constants mobility rate terms size calm seen held_left before left "
     "lows prepared counts which holds overridden row held_row instant_row out sample_times"
 )
@@ -228,7 +228,7 @@ class LoopInC:
         memory = self._engine.memory
         names = "m p time tolerance info dense outside fraction above at g worst held flags edges closing fire jumped instants"
         shared = {name: getattr(memory, name) for name in names.split()}
-        shared |= {f"y_{k}": memory.y[k] for k in (0, 1)} | {f"slope_{k}": memory.slope[k] for k in (0, 1)}
+        shared |= {f"y_{k}": memory.y[k] for k in (0, 1)} | {f"reached_{k}": memory.reached[k] for k in (0, 1)}
         shared |= {"first": memory.start, "corners": memory.corner}
         if samples := step.get("samples"):
             shared |= {"points": zeros(samples.nnz_in(0)), "found": zeros(samples.nnz_out(0)), "stiffness": zeros(1)}

@@ -161,8 +161,8 @@ class Prepared:
 
     def _bind_step(self, function: ca.Function, side: int) -> Call:
         memory, other = self.memory, 1 - side
-        arguments = [memory.time, memory.y[side], memory.m, memory.p, memory.slope[side], memory.tolerance]
-        results = [memory.y[other], memory.slope[other], memory.info, memory.dense, memory.outside]
+        arguments = [memory.time, memory.y[side], memory.m, memory.p, memory.reached[side], memory.tolerance]
+        results = [memory.y[other], memory.reached[other], memory.info, memory.dense, memory.outside]
         return bound(function, arguments, results)
 
     def _load(
@@ -240,15 +240,15 @@ class Prepared:
             self._functions = self._finished(called, fast, self._rebuild)
         functions, m, p = self._functions, memory.m, memory.p
 
-        def both(name: str, given: Sequence[Array], results: Sequence[Array], slope: bool = False) -> list[Call]:
-            """A function from either side of the double buffer; with ``slope``, y and slope on the other side come before its results."""
-            others = [[memory.y[k], memory.slope[k]] if slope else [] for k in (1, 0)]
+        def both(name: str, given: Sequence[Array], results: Sequence[Array], reached: bool = False) -> list[Call]:
+            """A function from either side of the double buffer; with ``reached``, y and this on the other side come before its results."""
+            others = [[memory.y[k], memory.reached[k]] if reached else [] for k in (1, 0)]
             return [
                 bound(functions[name], [memory.time, y, m, p, *given], [*other, *results])
                 for y, other in zip(memory.y, others, strict=True)
             ]
 
-        self.fresh = both("fresh", [memory.tolerance], [memory.start], slope=True)
+        self.fresh = both("fresh", [memory.tolerance], [memory.start], reached=True)
         self.rest = [bound(functions["rest"], [memory.time, memory.y[k], m, p], [memory.y[1 - k]]) for k in (0, 1)]
         located = [memory.time, memory.fraction, memory.above, memory.dense, m, p]
         self.locator = Locator(bound(functions["locate"], located, [memory.at, memory.g, memory.worst]), memory)
@@ -257,7 +257,7 @@ class Prepared:
         if self.timed:
             self.instants = bound(functions["instants"], [m, p], [memory.instants])
         if self._turning:
-            self.corner = both("corner", [], [memory.corner], slope=True)
+            self.corner = both("corner", [], [memory.corner], reached=True)
         if self.algebra is not None and "newton" in functions:
             self.algebra.hasten(functions["newton"])
         carry = self.continuity.carry if self.continuity is not None else lambda _: False

@@ -113,17 +113,18 @@ class Model:
 
 
 def step(model: Model, method: str) -> ca.Function:
-    """A step of "dopri5" or "rodas5p" in one function: (time, y, m, p, slope, tolerance) -> (y, slope, info, dense, outside)."""
-    slope, t, h = model.kind.sym("slope", model.y.numel()), model.time[0], model.time[1]
-    taken, defect = taken_step(model, method, slope)
+    """A step of "dopri5" or "rodas5p" in one function: (time, y, m, p, reached, tolerance) -> (y, reached, info, dense, outside)."""
+    n, t, h = model.y.numel(), model.time[0], model.time[1]
+    reached = model.kind.sym("reached", n + model.indicators)
+    taken, defect = taken_step(model, method, reached[:n])
     samples = [model.watch(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
     slope_there, last, noise = model.reached(t + h, taken.end)
     judged = verdict_function(model.indicators)
     norm = error_norm(model, taken, defect)
-    info = judged(norm, taken.stiffness, ca.horzcat(*samples, last), noise)
+    info = judged(norm, taken.stiffness, ca.horzcat(reached[n:], *samples, last), noise)
     outside = model.guards(t + h, taken.end)
-    results = [ca.densify(r) for r in (taken.end, slope_there, info, ca.vec(taken.dense), outside)]
-    inputs = [model.time, model.y, model.m, model.p, slope, model.tolerance]
+    results = [ca.densify(r) for r in (taken.end, ca.vertcat(slope_there, last), info, ca.vec(taken.dense), outside)]
+    inputs = [model.time, model.y, model.m, model.p, reached, model.tolerance]
     if not model.constants:
         return ca.Function(PREFIX + method, inputs, ca.cse(results))
     symbols, values = zip(*model.constants.values(), strict=True)
@@ -174,17 +175,17 @@ def _norm(squares: ca.SX) -> ca.SX:
 
 
 def verdict_function(indicators: int) -> ca.Function:
-    """(norm, stiffness, one column of indicators for each sample, noise) -> info, see ``verdict``."""
+    """(norm, stiffness, one column of indicators for the start and each sample, noise) -> info, see ``verdict``."""
     norm, stiffness = ca.SX.sym("norm"), ca.SX.sym("stiffness")
-    samples, noise = ca.SX.sym("samples", indicators, len(CHECKS) + 1), ca.SX.sym("noise", indicators)
+    samples, noise = ca.SX.sym("samples", indicators, len(CHECKS) + 2), ca.SX.sym("noise", indicators)
     info = ca.densify(verdict(norm, stiffness, ca.horzsplit(samples), noise))
     return ca.Function(PREFIX + "verdict", [norm, stiffness, samples, noise], ca.cse([info]))
 
 
 def fresh(model: Model) -> ca.Function:
-    """After an event: stuck speeds set to zero, the slope, Hairer's first step size, the sum of slopes.
+    """After an event: stuck speeds set to zero, rates and indicators, Hairer's first step size, the sum of rates.
 
-    (time, y, m, p, tolerance) -> (y, slope, [h, sum])
+    (time, y, m, p, tolerance) -> (y, reached, [h, sum])
     """
     dae = model.dae
     n = dae.x.numel()
@@ -201,7 +202,8 @@ def fresh(model: Model) -> ca.Function:
     most = ca.fmax(speed_norm, bend)
     second = ca.if_else(most <= _STRAIGHT, ca.fmax(_FIRST, 1e-3 * first), (0.01 / most) ** (1 / 5))
     start = ca.vertcat(ca.fmin(100 * first, second), ca.sum1(slope))
-    return _function(PREFIX + "fresh", [model.time, model.y, dae.m, dae.p, model.tolerance], [y, slope, start])
+    reached = ca.vertcat(slope, model.watch(t, y))
+    return _function(PREFIX + "fresh", [model.time, model.y, dae.m, dae.p, model.tolerance], [y, reached, start])
 
 
 def rest(model: Model) -> ca.Function:
@@ -224,7 +226,7 @@ def _right_slope(model: Model, y: ca.SX) -> ca.SX:
 def corner(model: Model) -> ca.Function:
     """At a corner of time signals: like ``fresh`` without a step size, and whether modes must be resolved.
 
-    (time, y, m, p) -> (y, slope, [0 if all modes hold and no law is held at its limit, sum])
+    (time, y, m, p) -> (y, reached, [0 if all modes hold and no law is held at its limit, sum])
     """
     dae, t = model.dae, model.time[0]
     y, far = _at_rest(model, model.y), ca.SX(0)
@@ -237,7 +239,8 @@ def corner(model: Model) -> ca.Function:
     slope = _right_slope(model, y)
     unsettled = flags[CHANGES] + flags[EDGES] + flags[CLOSING] + flags[IDLE] + far + ca.logic_not(determined)
     found = ca.vertcat(unsettled, ca.sum1(slope))
-    return short(_function(PREFIX + "corner", [model.time, model.y, dae.m, dae.p], [y, slope, found]))
+    reached = ca.vertcat(slope, model.watch(t, y))
+    return short(_function(PREFIX + "corner", [model.time, model.y, dae.m, dae.p], [y, reached, found]))
 
 
 def locate(model: Model) -> ca.Function:

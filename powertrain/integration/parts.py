@@ -27,18 +27,19 @@ def in_parts(model: Model, method: str) -> dict[str, Compilable]:
 
 
 def _advance(model: Model, method: str) -> dict[str, ca.Function]:
-    """(time, y, m, p, slope, tolerance, constants) -> (y, dense, error norm, stiffness, time and unknowns at the samples, outside).
+    """(time, y, m, p, reached, tolerance, constants) -> (y, dense, error norm, stiffness, time and unknowns at the samples, outside).
 
     And (m, p) -> constants.
     """
-    slope, t, h = model.kind.sym("slope", model.y.numel()), model.time[0], model.time[1]
-    taken, defect = taken_step(model, method, slope)
+    n, t, h = model.y.numel(), model.time[0], model.time[1]
+    reached = model.kind.sym("reached", n + model.indicators)
+    taken, defect = taken_step(model, method, reached[:n])
     inner = [ca.vertcat(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
     points = ca.horzcat(*inner, ca.vertcat(t + h, taken.end)).T
     results = [taken.end, ca.vec(taken.dense), error_norm(model, taken, defect), taken.stiffness, points]
     results.append(model.guards(t + h, taken.end))
     symbols, values = zip(*model.constants.values(), strict=True)
-    inputs = [model.time, model.y, model.m, model.p, slope, model.tolerance, *symbols]
+    inputs = [model.time, model.y, model.m, model.p, reached, model.tolerance, *symbols]
     return {
         "constants": ca.Function(f"{PREFIX}constants", [model.m, model.p], list(values)),
         "advance": ca.Function(PREFIX + method, inputs, ca.cse([ca.densify(r) for r in results])),
@@ -54,20 +55,21 @@ def _samples(model: Model) -> Compilable:
 
 
 def _survey(model: Model) -> Compilable:
-    """Samples -> the least extremes of the indicators."""
-    n = model.indicators
-    places = [slice(k, WIDTH * n, WIDTH) for k in range(WIDTH)]
-    places.append(slice(WIDTH * n + WIDTH - 1, 2 * WIDTH * n, WIDTH))  # the round-off at the end of the step
-    size = WIDTH, 2 * n + model.y.numel()
-    return least_of(f"{PREFIX}survey", size, places, lambda each: extremes(each[:-1], each[-1]), WITHOUT)
+    """(reached, samples) -> the least extremes of the indicators."""
+    n, ny = model.indicators, model.y.numel()
+    places = [(0, slice(ny, ny + n, 1)), *((1, slice(k, WIDTH * n, WIDTH)) for k in range(WIDTH))]
+    places.append((1, slice(WIDTH * n + WIDTH - 1, 2 * WIDTH * n, WIDTH)))  # the round-off at the end of the step
+    sizes = (ny + n, 1), (WIDTH, 2 * n + ny)
+    return least_of(f"{PREFIX}survey", sizes, places, lambda each: extremes(each[:-1], each[-1]), WITHOUT)
 
 
 def _verdict(model: Model) -> ca.Function:
-    """(error norm, stiffness, least extremes, samples) -> (info, slope)."""
-    norm, stiffness, least = ca.SX.sym("norm"), ca.SX.sym("stiffness"), ca.SX.sym("least", len(WITHOUT))
-    samples = ca.SX.sym("samples", WIDTH, 2 * model.indicators + model.y.numel())
-    found = [ca.densify(verdict_of(norm, stiffness, ca.vertsplit(least))), samples[-1, 2 * model.indicators :].T]
-    return ca.Function(f"{PREFIX}verdict_of_samples", [norm, stiffness, least, samples], found)
+    """(error norm, stiffness, least extremes, samples) -> (info, reached)."""
+    n, norm, stiffness = model.indicators, ca.SX.sym("norm"), ca.SX.sym("stiffness")
+    least, samples = ca.SX.sym("least", len(WITHOUT)), ca.SX.sym("samples", WIDTH, 2 * n + model.y.numel())
+    info, last = verdict_of(norm, stiffness, ca.vertsplit(least)), samples[-1, :].T
+    results = [ca.densify(info), ca.vertcat(last[2 * n :], last[:n])]
+    return ca.Function(f"{PREFIX}verdict_of_samples", [norm, stiffness, least, samples], results)
 
 
 class Parts:
@@ -82,17 +84,17 @@ class Parts:
         self._norm, self._stiffness, self._least = memory.info[:1], zeros(1), zeros(len(WITHOUT))
         self._prepare = bound(functions["constants"], [memory.m, memory.p], self._constants)
         self._samples = bound(functions["samples"], [self._points, memory.m, memory.p], [self._found])
-        self._survey = bound(functions["survey"], [self._found], [self._least])
         self._prepared = b"", b""
         self.calls = [self._step(side) for side in (0, 1)]
 
     def _step(self, side: int) -> Call:
         """The step from one side of the double buffer."""
         memory, norm, stiffness, other = self._memory, self._norm, self._stiffness, 1 - side
-        given = [memory.time, memory.y[side], memory.m, memory.p, memory.slope[side], memory.tolerance]
+        given = [memory.time, memory.y[side], memory.m, memory.p, memory.reached[side], memory.tolerance]
         taken = [memory.y[other], memory.dense, norm, stiffness, self._points, memory.outside]
         advance = bound(self._functions["advance"], [*given, *self._constants], taken)
-        judged = [memory.info, memory.slope[other]]
+        survey = bound(self._functions["survey"], [memory.reached[side], self._found], [self._least])
+        judged = [memory.info, memory.reached[other]]
         verdict = bound(self._functions["verdict"], [norm, stiffness, self._least, self._found], judged)
         m, p, error = memory.m, memory.p, view(norm)
 
@@ -104,7 +106,7 @@ class Parts:
             advance()
             if error[0] <= 1.0:
                 self._samples()
-                self._survey()
+                survey()
                 verdict()
 
         return call

@@ -12,10 +12,10 @@ ROUGH = 0.4
 """Samples do not resolve an indicator if its third difference exceeds this share of its size."""
 WITHOUT = (1.0, 1.0, 1.0, 1.0, 0.0, 0.0)
 """The least ``extremes`` where there is no indicator."""
-_BLUNT, _SKEW = 0.0012, 0.065
-"""Bound on how much the minimum of a parabola between samples is too high: shares of its second and of its third difference.
+_SKEW, _BLUNT = 0.065, 0.0105
+"""Bound on the error of a parabola between its samples: shares of the third and of the fourth difference about the middle one.
 
-3/4 of the fourth difference over 24, for a sine sampled at 1/32 of its period; and 2/3^1.5 of the third difference over 6.
+max |q^3 - q|/6 = 3^-1.5/3 and max |q^4 - q^2|/24 = 1/96, the next terms of Stirling's formula.
 """
 _BEYOND = 0.5
 """How far beyond the last sample a minimum counts, in sample distances.
@@ -30,9 +30,9 @@ def least(values: ca.SX, without: float = 1.0) -> ca.SX:
 
 
 def extremes(samples: Sequence[ca.SX], noise: ca.SX) -> list[ca.SX]:
-    """What decides on a step by its least value over all indicators: the samples, and what the ``survey`` finds, with the opposite sign."""
+    """What decides on a step by its least value over all indicators: the samples after its start, and with the opposite sign the ``survey``."""
     dips, rough = survey(samples, noise)
-    return [*samples, -dips, -rough]
+    return [*samples[1:], -dips, -rough]
 
 
 def survey(samples: Sequence[ca.SX], noise: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -40,37 +40,37 @@ def survey(samples: Sequence[ca.SX], noise: ca.SX) -> tuple[ca.SX, ca.SX]:
 
     ``samples`` has one entry for each indicator, and so do the results.
 
-    Parabolas also count if they come as close to zero as their uncertainty. ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the
+    Parabolas also count if they come as close to zero as their uncertainty. ``samples`` are the indicators at 0, 1/4, 1/2, 3/4 and 1 of the
     step, ``noise`` their round-off: a second difference up to 4 times that and a third difference up to 8 times that says nothing, as for
     torques while nothing moves. A dip that is missed for this reason is at most half the round-off deep.
-    The value at the start of the step is that of the cubic through the samples. If it is above zero, a parabola through it counts, too;
-    if not, the indicator has just left zero.
+    An indicator that does not fall at the start of the step has just left zero, and does not dip before it has risen.
     Indicators below zero at a sample are located anyway; another indicator that falls in the same step does not matter, as the dip may come
     first. Error control alone does not see the torques of stuck laws: the states stand still while these torques change.
     """
-    a, b, c, d = samples
-    bend, next_bend = a - 2 * b + c, b - 2 * c + d
-    unsure = _SKEW * ca.fabs(next_bend - bend)
-    straight = 4 * noise
-    start = 4 * (a + c) - 6 * b - d
-    early = ca.logic_and(start > unsure, _dips(a, (b - start) / 2, start - 2 * a + b, unsure, straight, (-1.0, 1.0)))
-    first = _dips(b, (c - a) / 2, bend, unsure, straight, (-2.0, 1.0))
-    second = _dips(c, (d - b) / 2, next_bend, unsure, straight, (-1.0, 1.0 + _BEYOND))
-    lowest = ca.fmin(ca.fmin(a, b), ca.fmin(c, d))
-    dips = ca.logic_and(lowest > 0, ca.logic_or(early, ca.logic_or(first, second)))
+    start, a, b, c, d = samples
+    bends = start - 2 * a + b, a - 2 * b + c, b - 2 * c + d
+    early, late = bends[1] - bends[0], bends[2] - bends[1]  # third differences
+    falls = ca.logic_and(start > 0, 48 * a - 36 * b + 16 * c - 3 * d < 25 * start)
+    straight, fourth = 4 * noise, late - early
+    first = _dips((start, a, b), early - fourth / 2, fourth, straight, (-1.0 - _BEYOND, 1.0))
+    second = _dips((a, b, c), (early + late) / 2, fourth, straight, (-1.0, 1.0))
+    third = _dips((b, c, d), late + fourth / 2, fourth, straight, (-1.0, 1.0 + _BEYOND))
+    dips = ca.logic_and(
+        ca.fmin(ca.fmin(a, b), ca.fmin(c, d)) > 0, ca.logic_or(ca.logic_and(falls, first), ca.logic_or(second, third))
+    )
     size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
-    return dips, ca.fmax(0.0, (ca.fabs(next_bend - bend) - 2 * straight) / (size + NOISE))
+    return dips, ca.fmax(0.0, (ca.fabs(late) - 2 * straight) / (size + NOISE))
 
 
 def _dips(
-    value: ca.SX, slope: ca.SX, bend: ca.SX, unsure: ca.SX, straight: ca.SX, between: tuple[float, float]
+    samples: tuple[ca.SX, ca.SX, ca.SX], third: ca.SX, fourth: ca.SX, straight: ca.SX, between: tuple[float, float]
 ) -> ca.SX:
-    """Whether the minimum of the parabola value + slope q + bend q^2/2 is ``between`` two places and below zero, within ``unsure``.
+    """Whether the parabola value + slope q + bend q^2/2 through three samples has a minimum ``between`` two q below zero, within its error.
 
     The minimum is value - slope^2/(2 bend), at q = -slope/bend. A parabola that bends by no more than ``straight`` counts as straight.
-    Before the samples, where an indicator may just have left zero, the parabola counts as exact.
     """
-    low, high = between
+    before, value, after = samples
+    slope, bend, (low, high) = (after - before) / 2, before - 2 * value + after, between
     inside = ca.logic_and(ca.logic_and(slope <= -low * bend, -slope <= high * bend), bend > straight)
-    error = ca.if_else(slope <= bend, unsure + _BLUNT * bend, 0)
+    error = _SKEW * ca.fabs(third) + _BLUNT * ca.fabs(fourth)
     return ca.logic_and(inside, 2 * bend * (value - error) < slope**2)

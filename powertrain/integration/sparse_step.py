@@ -29,12 +29,12 @@ class SparseStep:
         self._point, self._end, self._now = zeros(self._n), zeros(self._n), zeros(1)
         self._rate, self._slope = zeros(self._n), zeros(self._n)
         self._g, self._noise, self._outside = zeros(model.indicators), zeros(model.indicators), memory.outside
-        self._samples, self._norm = zeros(4 * max(model.indicators, 1)), zeros(1)
+        self._samples, self._norm = zeros((2 + len(CHECKS)) * max(model.indicators, 1)), zeros(1)
         self._nominal = model.dae.sizes
         self._allowed = allowances(model.dae.x.numel(), model.dae.z.numel())
         self._close: Call | None = None
         self._bind(model)
-        self.calls = [partial(self._call, *sides) for sides in (memory.y, memory.y[::-1])]
+        self.calls = [partial(self._call, side) for side in (0, 1)]
 
     def _bind(self, model: Model) -> None:
         dae, memory = model.dae, self._memory
@@ -66,11 +66,11 @@ class SparseStep:
             projected = ca.Function(PREFIX + "closing", inputs, [ca.vertcat(x, model.y[self._states :])])
             self._close = bound(projected, arrays, [self._end])
 
-    def _call(self, begin: Array, finish: Array) -> None:
+    def _call(self, side: int) -> None:
         """Step from ``memory.time``; results as for the fused step functions."""
         memory, n = self._memory, self._n
         t, h = float(memory.time[0]), float(memory.time[1])
-        y = begin[:n]
+        y, finish = memory.y[side][:n], memory.y[1 - side]
         self._now[0], self._point[:n] = t, y
         self._jacobian()
         matrix = -self._data
@@ -98,18 +98,25 @@ class SparseStep:
             self._close()
         finish[:n] = end = self._end[:n]
         self._describe(t, h, y, end, stages)
+        self._judge(t, h, end, memory.reached[side][n:], memory.reached[1 - side][n:])
 
     def _describe(self, t: float, h: float, y: Array, end: Array, stages: Array) -> None:
-        """Error norm, dense output and indicators."""
+        """Error norm and dense output."""
         memory, n = self._memory, self._n
         scale = memory.tolerance[1] * self._nominal + memory.tolerance[0] * np.maximum(np.abs(y), np.abs(end))
         self._norm[0] = np.sum((stages[7] / (self._allowed * scale)) ** 4) ** 0.25
         first, second, third = _DENSE @ stages
         dense = memory.dense.reshape(5, -1)
         dense[:] = y, end - y + first, second - first, third - second, -third
-        for k, q in enumerate((*CHECKS, 1.0)):
+
+    def _judge(self, t: float, h: float, end: Array, before: Array, after: Array) -> None:
+        """The verdict from the indicators ``before`` the step, which are known, inside it, and ``after`` it, which are kept."""
+        n, count, samples = self._n, before.size, self._samples.reshape(2 + len(CHECKS), -1)
+        samples[0, :count] = before
+        for k, q in enumerate((*CHECKS, 1.0), start=1):
             self._now[0] = t + q * h
-            self._point[:n] = end if q == 1.0 else q ** np.arange(5) @ dense
+            self._point[:n] = end if q == 1.0 else q ** np.arange(5) @ self._memory.dense.reshape(5, -1)
             self._watch()
-            self._samples.reshape(4, -1)[k] = self._g
+            samples[k] = self._g
+        after[:] = self._g[:count]
         self._verdict()

@@ -45,9 +45,9 @@ def allowances(states: int, algebraic: int) -> NDArray[np.float64]:
 
 
 def verdict(norm: ca.SX, stiffness: ca.SX, samples: Sequence[ca.SX], noise: ca.SX) -> ca.SX:
-    """Error norm, 1 if indicators are not resolved, growth of the step size, least indicator, stiffness, minimum of each sample.
+    """Error norm, 1 if indicators are not resolved, growth of the step size, least indicator, stiffness, minimum of each sample after the start.
 
-    ``samples`` are the indicators at 1/4, 1/2, 3/4 and 1 of the step, ``noise`` is their round-off.
+    ``samples`` are the indicators at 0, 1/4, 1/2, 3/4 and 1 of the step, ``noise`` is their round-off.
     """
     return verdict_of(norm, stiffness, list(map(least, extremes(samples, noise), WITHOUT)))
 

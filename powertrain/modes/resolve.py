@@ -313,7 +313,7 @@ class ModeResolver:
         if not self._judged(side, slack=1.0) or self._flags[CHANGES]:
             return False
         self._fresh[side]()
-        return bool(np.isfinite(self.memory.slope[1 - side][: self.n]).all())
+        return bool(np.isfinite(self.memory.reached[1 - side][: self.n]).all())
 
     def _reset(self, side: int) -> bool:
         """Apply the resets of all conditions that have become true, judged with consistent modes; False if there are none.

@@ -283,7 +283,7 @@ static int newton(pt_model *a, double slack)
 static int consistent(pt_model *a)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
-    double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
+    double *wanted[] = {a->y[1 - a->side], a->reached[1 - a->side], a->first};
     int solved = judged(a, 1);
     if (solved <= 0 || a->flags[PT_CHANGES]) return fmin(solved, 0);
     CALL(a, a->f->fresh, given, wanted);
@@ -328,12 +328,12 @@ static int resolve(pt_model *a)
     return PT_RESETS;
 }
 
-/* Restart after a discontinuity: stuck speeds are zero, the slope, a first step size. */
+/* Restart after a discontinuity: stuck speeds are zero, rates and indicators, a first step size. */
 
 static int refresh(pt_model *a)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p, a->tolerance};
-    double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->first};
+    double *wanted[] = {a->y[1 - a->side], a->reached[1 - a->side], a->first};
     a->time[0] = a->t;
     CALL(a, a->f->fresh, given, wanted);
     a->side = 1 - a->side;
@@ -375,7 +375,7 @@ void pt_choose(pt_model *a)
 static int turns(pt_model *a)
 {
     const double *given[] = {a->time, a->y[a->side], a->m, a->p};
-    double *wanted[] = {a->y[1 - a->side], a->slope[1 - a->side], a->corners};
+    double *wanted[] = {a->y[1 - a->side], a->reached[1 - a->side], a->corners};
     if (!a->f->corner) return 0;
     CALL(a, a->f->corner, given, wanted);
     if (a->corners[0] != 0 || !isfinite(a->corners[1])) return 0;
@@ -550,13 +550,13 @@ static void step_in_parts(pt_model *a)
         copy(a->prepared, a->m, n);
         a->prepared_once = 1;
     }
-    const double *given[] = {a->time, a->y[from], a->m, a->p, a->slope[from], a->tolerance};
+    const double *given[] = {a->time, a->y[from], a->m, a->p, a->reached[from], a->tolerance};
     double *wanted[] = {a->y[to], a->dense, a->info, a->stiffness, a->points, a->outside};
     for (int i = 0; i < a->n->constants; i++) a->arg[6 + i] = a->constants[i];
     CALL(a, a->f->advance, given, wanted);
     if (!(a->info[0] <= 1)) return;
-    const double *at[] = {a->points, a->m, a->p}, *surveyed[] = {a->found}, *judged[] = {a->info, a->stiffness, a->least, a->found};
-    double *sampled[] = {a->found}, *least[] = {a->least}, *verdict[] = {a->info, a->slope[to]};
+    const double *at[] = {a->points, a->m, a->p}, *surveyed[] = {a->reached[from], a->found}, *judged[] = {a->info, a->stiffness, a->least, a->found};
+    double *sampled[] = {a->found}, *least[] = {a->least}, *verdict[] = {a->info, a->reached[to]};
     CALL(a, a->f->samples, at, sampled);
     CALL(a, a->f->survey, surveyed, least);
     CALL(a, a->f->verdict, judged, verdict);
@@ -565,8 +565,8 @@ static void step_in_parts(pt_model *a)
 static void take_step(pt_model *a)
 {
     int from = a->side, to = 1 - from;
-    const double *given[] = {a->time, a->y[from], a->m, a->p, a->slope[from], a->tolerance};
-    double *wanted[] = {a->y[to], a->slope[to], a->info, a->dense, a->outside};
+    const double *given[] = {a->time, a->y[from], a->m, a->p, a->reached[from], a->tolerance};
+    double *wanted[] = {a->y[to], a->reached[to], a->info, a->dense, a->outside};
     if (a->f->method) CALL(a, a->f->method, given, wanted);
     else step_in_parts(a);
 }

@@ -32,8 +32,8 @@ struct pt_model {
     double **res;
     long long *iw;
     double *w;
-    /* arguments and results of the functions; a step reads one side of y and slope and writes the other */
-    double *y[2], *slope[2], *m, *p, *time, *tolerance, *info, *dense, *outside, *fraction, *above, *at, *g, *worst;
+    /* arguments and results of the functions; a step reads one side of y and reached and writes the other */
+    double *y[2], *reached[2], *m, *p, *time, *tolerance, *info, *dense, *outside, *fraction, *above, *at, *g, *worst;
     double *held, *flags, *edges, *closing, *fire, *jumped, *first, *corners, *instants, *nearer, *resets, *open, *points, *found, *least, *stiffness;
     double **constants;
     /* of each law of friction: its row of the mobility, rate, sum of terms, size of its mobility; of each that may rest: whether it is calm */

@@ -10,7 +10,7 @@
 /* A run with all its memory; C has no arrays without a number. */
 typedef struct {
     pt_model model;
-    double y[2][PT_Y], slope[2][PT_Y], m[PT_HELD + 1], p[PT_PARAMETERS + 1], time[2], tolerance[2], info[PT_INFO + 4], dense[5 * PT_Y];
+    double y[2][PT_Y], reached[2][PT_Y + PT_INDICATORS], m[PT_HELD + 1], p[PT_PARAMETERS + 1], time[2], tolerance[2], info[PT_INFO + 4], dense[5 * PT_Y];
     double outside[PT_GUARDS + 1], fraction, above[PT_INDICATORS + 1], at[PT_Y], g[PT_INDICATORS + 1], worst;
     double held[PT_HELD + 1], flags[PT_FLAGS], edges[PT_WHENS + 1], closing[PT_BARRIERS + 1], fire[PT_TIMED + 1], jumped[2], first[2];
     double corners[2], instants[PT_TIMED + 1], nearer[PT_Y], resets[PT_RESET_VALUES + 1], open, mobility[PT_FRICTIONS * PT_FRICTIONS + 1];
@@ -33,7 +33,7 @@ static void connect(Instance *i)
     pt_model *a = &i->model;
     a->n = &dimensions, a->of = &tables, a->f = &functions, a->signals = &pt_default_signals;
     a->arg = i->arg, a->res = i->res, a->iw = i->iw, a->w = i->w;
-    for (int k = 0; k < 2; k++) a->y[k] = i->y[k], a->slope[k] = i->slope[k];
+    for (int k = 0; k < 2; k++) a->y[k] = i->y[k], a->reached[k] = i->reached[k];
     a->m = i->m, a->p = i->p, a->time = i->time, a->tolerance = i->tolerance, a->info = i->info, a->dense = i->dense;
     a->outside = i->outside, a->fraction = &i->fraction, a->above = i->above, a->at = i->at, a->g = i->g, a->worst = &i->worst;
     a->held = i->held, a->flags = i->flags, a->edges = i->edges, a->closing = i->closing, a->fire = i->fire, a->jumped = i->jumped;

@@ -84,7 +84,9 @@ def zeros(n: int) -> Array:
 
 
 class Memory:
-    """The arrays shared by all functions of one engine. ``y`` and ``slope`` are double-buffered: a step reads one side, writes the other.
+    """The arrays shared by all functions of one engine. ``y`` and ``reached`` are double-buffered: a step reads one side, writes the other.
+
+    ``reached`` are the rates of the unknowns ``y``, and the indicators there.
 
     ``record`` is what is stored of a step: the index of its held values, its time and size, and its dense output.
     """
@@ -96,7 +98,7 @@ class Memory:
         self.record = zeros(3 + 5 * max(unknowns, 1))
         self.time, self.dense = self.record[1:3], self.record[3:]
         self.y = (zeros(unknowns), zeros(unknowns))
-        self.slope = (zeros(unknowns), zeros(unknowns))
+        self.reached = (zeros(unknowns + indicators), zeros(unknowns + indicators))
         self.m = zeros(held)
         self.p = zeros(dae.p.numel())
         self.tolerance = zeros(2)

@@ -31,27 +31,27 @@ def in_numpy(a: np.ndarray, b: np.ndarray) -> list[float]:
 @pytest.mark.parametrize("wide", [True, False])
 @pytest.mark.parametrize("points", [1, 3, 4, 5, 8, 23])
 def test_least_of_all_points(points: int, wide: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first scalar is the second row of the first columns, the other the last row of the columns behind these."""
+    """The first scalar is the second row of one matrix, the other the last row of another; both matrices have a column more."""
     monkeypatch.setenv("POWERTRAIN_CACHE", str(tmp_path))
     if not wide:
         monkeypatch.setattr("powertrain.numerics.vectorised._wide", lambda: False)
     end = ROWS * points
-    places = [slice(1, end, ROWS), slice(end + ROWS - 1, 2 * end, ROWS)]
-    written = least_of("powertrain_least", (ROWS, 2 * points + 2), places, numbers, (0.0, 0.0, 0.0))
+    places = [(0, slice(1, end, ROWS)), (1, slice(ROWS - 1, end, ROWS))]
+    written = least_of("powertrain_least", [(ROWS, points + 1)] * 2, places, numbers, (0.0, 0.0, 0.0))
     assert isinstance(written, InC) == (points >= 4)
     compiled = compile_functions({"least": written})["least"]
     rng = np.random.default_rng(points)
     for lowest in range(points):  # each point in turn, and one that is no number
-        matrix = rng.normal(size=(ROWS, 2 * points + 2))
-        matrix[1, lowest] = -10.0
+        first, second = rng.normal(size=(2, ROWS, points + 1))
+        first[1, lowest] = -10.0
         if points > 1:
-            matrix[1, lowest - 1] = np.nan
-        expected = in_numpy(matrix[1, :points], matrix[-1, points : 2 * points])
+            first[1, lowest - 1] = np.nan
+        expected = in_numpy(first[1, :points], second[-1, :points])
         for function in (compiled, written.function if isinstance(written, InC) else written):
-            np.testing.assert_array_equal(np.array(function(matrix)).ravel(), expected)
+            np.testing.assert_array_equal(np.array(function(first, second)).ravel(), expected)
 
 
 def test_no_points() -> None:
-    function = least_of("powertrain_least", (ROWS, 2), [slice(0, 0, ROWS)] * 2, numbers, (1.0, 2.0, 3.0))
+    function = least_of("powertrain_least", [(ROWS, 2)], [(0, slice(0, 0, ROWS))] * 2, numbers, (1.0, 2.0, 3.0))
     assert isinstance(function, ca.Function)
     np.testing.assert_array_equal(np.array(function(np.zeros((ROWS, 2)))).ravel(), [1.0, 2.0, 3.0])

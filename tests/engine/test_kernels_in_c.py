@@ -345,7 +345,7 @@ def test_what_has_stuck_is_at_rest_where_a_run_goes_on_with_other_inputs(begun: 
         "seen": PASSES,
     }
     arrays = {name: np.zeros(size) for name, size in sizes.items()}
-    arrays |= {name: np.zeros(1) for name in ("fire", "p", "slope_0", "slope_1", "tolerance")}
+    arrays |= {name: np.zeros(1) for name in ("fire", "p", "reached_0", "reached_1", "tolerance")}
     arrays |= {"time": np.zeros(2), "first": np.array([1e-3, 0.0]), "y_0": np.array([1e-9]), "y_1": np.zeros(1)}
     model = Model(arrays, m=1, y=1)
 

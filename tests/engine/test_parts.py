@@ -59,13 +59,13 @@ class OneStep:
         self.memory.time[:] = 0.2, 1e-3
         self.memory.y[0][: self.n] = 0.3 + 0.1 * np.arange(self.n)
         self.memory.p[: model.p.numel()] = 1.0 + 0.1 * np.arange(model.p.numel())
-        self.memory.slope[0][: self.n] = 0.1 * self.memory.y[0][: self.n]
+        self.memory.reached[0][: self.n] = 0.1 * self.memory.y[0][: self.n]
         if make:
             self.call = Parts(make(in_parts(common, method)), self.memory).calls[0]
             return
         memory = self.memory
-        given = [memory.time, memory.y[0], memory.m, memory.p, memory.slope[0], memory.tolerance]
-        found = [memory.y[1], memory.slope[1], memory.info, memory.dense, memory.outside]
+        given = [memory.time, memory.y[0], memory.m, memory.p, memory.reached[0], memory.tolerance]
+        found = [memory.y[1], memory.reached[1], memory.info, memory.dense, memory.outside]
         self.call = bound(steps.step(common, method), given, found)
 
     def after(self, rtol: float = 100.0) -> dict[str, Any]:
@@ -79,7 +79,7 @@ class OneStep:
                 "info": m.info,
                 "dense": m.dense,
                 "y": m.y[1],
-                "slope": m.slope[1],
+                "reached": m.reached[1],
                 "outside": m.outside,
             }.items()
         }
@@ -112,7 +112,7 @@ def test_a_step_by_sparse_factors_is_the_step_in_one_function(model: HybridDae, 
     whole.memory.m[: len(model.contacts)] = 1.0
     whole.memory.time[1] = h
     rates = ca.Function("f", [model.t, model.x, model.z, model.m, model.p], [ca.vertcat(model.xdot, model.residual)])
-    whole.memory.slope[0][: whole.n] = np.array(rates(*whole.memory.instant(0))).ravel()
+    whole.memory.reached[0][: whole.n] = np.array(rates(*whole.memory.instant(0))).ravel()
     expected = whole.after()
     expected["info"][4] = 0.0  # the explicit method's ratio
     np.testing.assert_allclose(expected["dense"].reshape(5, -1).sum(axis=0), expected["y"], rtol=1e-12)
@@ -146,10 +146,10 @@ def test_a_rejected_step_ends_after_its_first_part(error: float) -> None:
     assert found["info"][0] == pytest.approx(error, rel=1e-6)
     if error < 1:
         np.testing.assert_allclose(found["info"], expected["info"], rtol=1e-9, atol=1e-12)
-        np.testing.assert_allclose(found["slope"], expected["slope"], rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(found["reached"], expected["reached"], rtol=1e-9, atol=1e-12)
     else:
         assert not found["info"][1:].any()
-        assert not found["slope"].any()
+        assert not found["reached"].any()
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -7,7 +7,7 @@ import pytest
 from powertrain.integration.samples import survey
 from powertrain.numerics.buffers import CHECKS
 
-PLACES = np.array([*CHECKS, 1.0])
+PLACES = np.array([0.0, *CHECKS, 1.0])
 
 
 def surveyed(samples: np.ndarray, noise: float = 0.0) -> tuple[bool, float]:
