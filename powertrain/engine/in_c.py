@@ -35,9 +35,9 @@ _DIMENSIONS = "x z y m indicators whens timed rests laws frictions counted const
 TABLES = "places when_place when_first when_initially reset_place reset_discrete rests rest_laws laws frictions quiet bends guards"
 _FUNCTIONS = "method constants advance samples survey verdict fresh rest locate corner update newton instants longest resets mobility"
 _ARRAYS = (
-    "y_0 y_1 reached_0 reached_1 m p time tolerance info dense outside fraction above at g worst held flags edges closing fire jumped first "
-    "corners instants nearer resets open points found least stiffness constants mobility rate terms size calm seen held_left before left "
-    "lows prepared counts which holds overridden row held_row instant_row out sample_times"
+    "y_0 y_1 reached_0 reached_1 m p time tolerance info dense outside fraction above at g worst held flags edges closing fire jumped "
+    "first corners instants nearer resets open points found least stiffness constants mobility rate terms size calm seen held_left "
+    "before left lows prepared counts which holds overridden row held_row instant_row out sample_times"
 )
 _REALS = "t start stop h longest crossed max_step instant corner target stiff"
 _INTEGERS = (

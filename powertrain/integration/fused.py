@@ -116,12 +116,12 @@ def step(model: Model, method: str) -> ca.Function:
     """A step of "dopri5" or "rodas5p" in one function: (time, y, m, p, reached, tolerance) -> (y, reached, info, dense, outside)."""
     n, t, h = model.y.numel(), model.time[0], model.time[1]
     reached = model.kind.sym("reached", n + model.indicators)
-    taken, defect = taken_step(model, method, reached[:n])
+    taken, defect = taken_step(model, method, reached[:n, :])
     samples = [model.watch(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
     slope_there, last, noise = model.reached(t + h, taken.end)
     judged = verdict_function(model.indicators)
     norm = error_norm(model, taken, defect)
-    info = judged(norm, taken.stiffness, ca.horzcat(reached[n:], *samples, last), noise)
+    info = judged(norm, taken.stiffness, ca.horzcat(reached[n:, :], *samples, last), noise)
     outside = model.guards(t + h, taken.end)
     results = [ca.densify(r) for r in (taken.end, ca.vertcat(slope_there, last), info, ca.vec(taken.dense), outside)]
     inputs = [model.time, model.y, model.m, model.p, reached, model.tolerance]

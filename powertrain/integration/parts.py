@@ -33,7 +33,7 @@ def _advance(model: Model, method: str) -> dict[str, ca.Function]:
     """
     n, t, h = model.y.numel(), model.time[0], model.time[1]
     reached = model.kind.sym("reached", n + model.indicators)
-    taken, defect = taken_step(model, method, reached[:n])
+    taken, defect = taken_step(model, method, reached[:n, :])
     inner = [ca.vertcat(t + q * h, on_polynomial(taken.dense, q)) for q in CHECKS]
     points = ca.horzcat(*inner, ca.vertcat(t + h, taken.end)).T
     results = [taken.end, ca.vec(taken.dense), error_norm(model, taken, defect), taken.stiffness, points]

@@ -30,7 +30,7 @@ def least(values: ca.SX, without: float = 1.0) -> ca.SX:
 
 
 def extremes(samples: Sequence[ca.SX], noise: ca.SX) -> list[ca.SX]:
-    """What decides on a step by its least value over all indicators: the samples after its start, and with the opposite sign the ``survey``."""
+    """What decides on a step by its least value over all indicators: samples after its start, and the ``survey`` with the opposite sign."""
     dips, rough = survey(samples, noise)
     return [*samples[1:], -dips, -rough]
 

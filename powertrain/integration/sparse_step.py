@@ -102,7 +102,7 @@ class SparseStep:
 
     def _describe(self, t: float, h: float, y: Array, end: Array, stages: Array) -> None:
         """Error norm and dense output."""
-        memory, n = self._memory, self._n
+        memory = self._memory
         scale = memory.tolerance[1] * self._nominal + memory.tolerance[0] * np.maximum(np.abs(y), np.abs(end))
         self._norm[0] = np.sum((stages[7] / (self._allowed * scale)) ** 4) ** 0.25
         first, second, third = _DENSE @ stages

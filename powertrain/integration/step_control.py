@@ -45,7 +45,7 @@ def allowances(states: int, algebraic: int) -> NDArray[np.float64]:
 
 
 def verdict(norm: ca.SX, stiffness: ca.SX, samples: Sequence[ca.SX], noise: ca.SX) -> ca.SX:
-    """Error norm, 1 if indicators are not resolved, growth of the step size, least indicator, stiffness, minimum of each sample after the start.
+    """Error norm, 1 if indicators are not resolved, growth of the step size, least indicator, stiffness, minimum of each later sample.
 
     ``samples`` are the indicators at 0, 1/4, 1/2, 3/4 and 1 of the step, ``noise`` is their round-off.
     """

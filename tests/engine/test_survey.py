@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from powertrain.integration.samples import survey
+from powertrain.integration.samples import ROUGH, survey
 from powertrain.numerics.buffers import CHECKS
 
 PLACES = np.array([0.0, *CHECKS, 1.0])
@@ -17,7 +17,7 @@ def surveyed(samples: np.ndarray, noise: float = 0.0) -> tuple[bool, float]:
 
 
 @pytest.mark.parametrize("least", [-0.01, 0.01])
-@pytest.mark.parametrize("at", [0.02, 0.3, 0.4, 0.62, 0.7, 0.9])
+@pytest.mark.parametrize("at", [0.03, 0.3, 0.4, 0.62, 0.7, 0.9])
 def test_a_parabola_that_dips_below_zero_is_seen(at: float, least: float) -> None:
     """Above zero at all samples; its minimum, anywhere in the step, is below zero or not."""
     samples = 20.0 * (PLACES - at) ** 2 + least
@@ -41,11 +41,22 @@ def test_a_sine_that_grazes_is_seen_in_this_step_or_in_the_next(scale: float) ->
         assert now or seen(trough - scale, 1e-6, min(5 * scale, 1.0))
 
 
-@pytest.mark.parametrize("samples", [[0.02, 0.01, 0.01, 0.1], [0.1, 0.01, 0.01, 0.02]])
+@pytest.mark.parametrize("length", [0.05, 0.1, 0.2, 0.3, 0.4, 0.5])
+def test_the_trough_of_a_sine_is_seen_wherever_it_lies(length: float) -> None:
+    """Steps of up to half a period; a trough that stays above zero by a fiftieth of the amplitude is none in steps of up to 0.4 periods."""
+    shapes = [1 - np.cos(2 * np.pi * length * (PLACES - at)) for at in np.linspace(0.0, 1.0, 101)]
+    for shape in shapes:
+        for depth in (1e-6, 1e-4):
+            samples = shape - depth
+            assert samples.min() <= 0.0 or surveyed(samples)[0] or surveyed(samples)[1] > ROUGH
+    assert length > 0.4 or not any(surveyed(shape + 0.02)[0] for shape in shapes)
+
+
+@pytest.mark.parametrize("samples", [[0.05, 0.02, 0.01, 0.01, 0.1], [0.3, 0.1, 0.01, 0.01, 0.02]])
 def test_either_parabola_may_dip_between_the_inner_samples(samples: list[float]) -> None:
     """0.01 - 0.045^2/0.18 by the steep one, 0.009 by the other."""
     assert surveyed(np.array(samples))[0]
-    assert not surveyed(np.array([0.02, 0.01, 0.01, 0.02]))[0]
+    assert not surveyed(np.array([0.05, 0.02, 0.01, 0.01, 0.02]))[0]
 
 
 @pytest.mark.parametrize("least", [-0.3, 0.3])
@@ -69,20 +80,20 @@ def test_a_minimum_well_outside_the_step_is_none(at: float) -> None:
     assert not surveyed(20.0 * (PLACES - at) ** 2 - 0.01)[0]
 
 
-@pytest.mark.parametrize("samples", [np.ones(4), 1.0 - 0.9 * PLACES, 0.2 - 20.0 * (PLACES - 0.6) ** 2 + 4.0])
+@pytest.mark.parametrize("samples", [np.ones(5), 1.0 - 0.9 * PLACES, 0.2 - 20.0 * (PLACES - 0.6) ** 2 + 4.0])
 def test_what_does_not_bend_upwards_has_no_minimum(samples: np.ndarray) -> None:
     assert not surveyed(samples)[0]
 
 
 def test_roughness_is_the_third_difference_over_the_largest_value() -> None:
     assert surveyed(PLACES**3)[1] == pytest.approx(6 * 0.25**3, rel=1e-5)
-    assert surveyed(np.array([1.0, -1.0, 1.0, -1.0]))[1] == pytest.approx(8.0, rel=1e-5)
+    assert surveyed(np.array([-1.0, 1.0, -1.0, 1.0, -1.0]))[1] == pytest.approx(8.0, rel=1e-5)
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_round_off_is_no_structure(seed: int) -> None:
     """Torques of laws at rest about their limit, in units of their round-off: neither rough nor dipping, whatever the samples."""
-    samples = 2.0 + np.random.default_rng(seed).uniform(-1.0, 1.0, 4)
+    samples = 2.0 + np.random.default_rng(seed).uniform(-1.0, 1.0, 5)
     dips, rough = surveyed(samples, noise=1.0)
     assert not dips
     assert rough <= 0.0
@@ -90,7 +101,7 @@ def test_round_off_is_no_structure(seed: int) -> None:
 
 
 def test_structure_beyond_round_off_counts() -> None:
-    alternating = np.array([1.0, -1.0, 1.0, -1.0])
+    alternating = np.array([-1.0, 1.0, -1.0, 1.0, -1.0])
     assert surveyed(alternating, noise=0.1)[1] == pytest.approx(8.0 - 0.8, rel=1e-5)
     dip = 20.0 * (PLACES - 0.3) ** 2 - 0.01
     assert surveyed(dip, noise=0.5)[0]  # second difference 2.5
@@ -98,7 +109,7 @@ def test_structure_beyond_round_off_counts() -> None:
 
 
 def test_below_a_millionth_indicators_need_not_be_smooth() -> None:
-    """1, 3, 1, 3 has a third difference of 8: 2.7 times its size, but 0.08 millionths at 1e-8."""
-    jagged = np.array([1.0, 3.0, 1.0, 3.0])
+    """3, 1, 3, 1, 3 has a third difference of 8: 2.7 times its size, but 0.08 millionths at 1e-8."""
+    jagged = np.array([3.0, 1.0, 3.0, 1.0, 3.0])
     assert surveyed(jagged)[1] == pytest.approx(8.0 / 3.0, rel=1e-5)
     assert surveyed(1e-8 * jagged)[1] == pytest.approx(0.08, rel=0.05)
