@@ -11,7 +11,7 @@ from powertrain.components.rotational import Freewheel, Inertia, QuadraticSpeedD
 
 
 class Pedalled(pt.Component):
-    """The torque of the rider is tau sin^2 of the crank's angle; where it vanishes, the drag of the crank slows it more than air the wheel."""
+    """The torque of the rider is tau sin^2 of the crank's angle; where it vanishes, its drag slows the crank more than air the wheel."""
 
     tau: pt.Parameter = pt.parameter("N.m", "Amplitude of the rider's torque", default=120.0)
     drag: pt.Parameter = pt.parameter("N.m", "Drag of the crank", default=1.0)
