@@ -12,10 +12,10 @@ ROUGH = 0.4
 """Samples do not resolve an indicator if its third difference exceeds this share of its size."""
 WITHOUT = (1.0, 1.0, 1.0, 1.0, 0.0, 0.0)
 """The least ``extremes`` where there is no indicator."""
-_SKEW, _BLUNT = 0.065, 0.0105
+_SKEW, _BLUNT = 0.065, 1 / 32
 """Bound on the error of a parabola between its samples: shares of the third and of the fourth difference about the middle one.
 
-max |q^3 - q|/6 = 3^-1.5/3 and max |q^4 - q^2|/24 = 1/96, the next terms of Stirling's formula.
+The next terms of Stirling's formula: max |q^3 - q|/6 = 3^-1.5 / 3, and max |q^4 - q^2|/24 = 1/96, times three for what follows.
 """
 _BEYOND = 0.5
 """How far beyond the last sample a minimum counts, in sample distances.
@@ -36,7 +36,7 @@ def extremes(samples: Sequence[ca.SX], noise: ca.SX) -> list[ca.SX]:
 
 
 def survey(samples: Sequence[ca.SX], noise: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Whether parabolas through the samples of an indicator dip below zero inside the step, and its relative third difference.
+    """Whether parabolas through the samples of an indicator dip below zero inside the step, and its relative third differences.
 
     ``samples`` has one entry for each indicator, and so do the results.
 
@@ -59,7 +59,7 @@ def survey(samples: Sequence[ca.SX], noise: ca.SX) -> tuple[ca.SX, ca.SX]:
         ca.fmin(ca.fmin(a, b), ca.fmin(c, d)) > 0, ca.logic_or(ca.logic_and(falls, first), ca.logic_or(second, third))
     )
     size = ca.fmax(ca.fmax(ca.fabs(a), ca.fabs(b)), ca.fmax(ca.fabs(c), ca.fabs(d)))
-    return dips, ca.fmax(0.0, (ca.fabs(late) - 2 * straight) / (size + NOISE))
+    return dips, ca.fmax(0.0, (ca.fmax(ca.fabs(early), ca.fabs(late)) - 2 * straight) / (size + NOISE))
 
 
 def _dips(

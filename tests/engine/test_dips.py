@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import powertrain as pt
-from powertrain.components.rotational import Freewheel, Inertia, QuadraticSpeedDependentTorque, Torque
+from powertrain.components.blocks import Constant
+from powertrain.components.rotational import Brake, Freewheel, Inertia, QuadraticSpeedDependentTorque, Torque
 
 
 class Pedalled(pt.Component):
@@ -53,3 +54,39 @@ def test_every_reversal_is_an_event(plant: pt.Plant[Pedalled], seed: int) -> Non
     assert len(fine.events) > 20
     assert [(e.name, e.new) for e in found.events] == [(e.name, e.new) for e in fine.events]
     np.testing.assert_allclose([e.time for e in found.events], [e.time for e in fine.events], atol=1e-3)
+
+
+class Held(pt.Component):
+    """A brake holds a rotor against a torque that depends on the angle of a wheel that nothing slows: no state tells of the torque."""
+
+    tau: pt.Parameter = pt.parameter("N.m", "Largest torque", default=50.0)
+    kind: int = 0
+    wheel: Inertia = Inertia(J=1.0)
+    torque: Torque = Torque()
+    rotor: Inertia = Inertia(J=0.01)
+    brake: Brake = Brake(fn_max=100.0)  # holds 50 N.m
+    on: Constant = Constant(k=1.0)
+
+    def equations(self) -> pt.Equations:
+        x = self.wheel.phi
+        shapes = ca.sin(x) ** 2, ca.sin(x) ** 4, ca.sin(3 * x) * ca.sin(x), 0.7 * ca.sin(x) + 0.3 * ca.sin(2.3 * x)
+        yield self.torque.tau.value == self.tau * shapes[self.kind]
+        yield pt.connect(self.torque.flange, self.rotor.flange_a)
+        yield pt.connect(self.rotor.flange_b, self.brake.flange_a)
+        yield pt.connect(self.on.y, self.brake.f_normalized)
+
+
+@pytest.mark.parametrize("kind", range(4))
+def test_a_brake_gives_way_at_every_peak(kind: int) -> None:
+    plant, rng = pt.compile(Held(kind=kind)), np.random.default_rng(kind)
+    for excess in (1e-5, 1e-4, 1e-3, 1e-2):
+        speed = rng.uniform(1.0, 50.0)
+        starts = {"wheel.w": speed, "wheel.phi": rng.uniform(0.0, 6.0)}
+        found, fine = (
+            plant.simulate(
+                60.0 / speed, parameters={"tau": 50.0 * (1 + excess)}, starts=starts, rtol=rtol, max_step=step
+            )
+            for rtol, step in ((1e-6, np.inf), (1e-7, 0.01 / speed))
+        )
+        assert [(e.name, e.new) for e in found.events] == [(e.name, e.new) for e in fine.events]
+    assert kind == 3 or len(fine.events) > 20

@@ -85,6 +85,12 @@ def test_what_does_not_bend_upwards_has_no_minimum(samples: np.ndarray) -> None:
     assert not surveyed(samples)[0]
 
 
+@pytest.mark.parametrize("phase", np.linspace(0.0, np.pi, 13))
+def test_a_sine_is_rough_at_any_phase(phase: float) -> None:
+    """A single third difference vanishes about an extremum; a step that grew from there would skip periods."""
+    assert surveyed(2.0 + np.sin(2 * np.pi * 0.4 * PLACES + phase))[1] > 0.02
+
+
 def test_roughness_is_the_third_difference_over_the_largest_value() -> None:
     assert surveyed(PLACES**3)[1] == pytest.approx(6 * 0.25**3, rel=1e-5)
     assert surveyed(np.array([-1.0, 1.0, -1.0, 1.0, -1.0]))[1] == pytest.approx(8.0, rel=1e-5)
