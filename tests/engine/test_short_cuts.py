@@ -32,7 +32,8 @@ def test_a_step_that_calls_functions_is_the_step_that_is_written_out(model: Hybr
     found = []
     for kind in (ca.SX, ca.MX):
         common = steps.Model(model, rows, kind=kind)
-        found.append(steps.step(common, name)([0.2, 0.01], y, m, p, 0.1 * y, [1e-6, 1e-8]))
+        reached = np.append(0.1 * y, np.linspace(1.0, 2.0, common.indicators))
+        found.append(steps.step(common, name)([0.2, 0.01], y, m, p, reached, [1e-6, 1e-8]))
     for written, called in zip(*found, strict=True):
         assert np.allclose(np.array(written), np.array(called), rtol=1e-9, atol=1e-12)
 

@@ -254,10 +254,18 @@ def braked() -> HybridDae:
 
 
 def test_a_corner_continues_at_rest_with_the_slope_ahead() -> None:
-    """A stuck speed is zero again, and a slope that jumps at the corner is that of the right limit."""
-    y, slope, _ = steps.corner(steps.Model(braked()))([1.0, 0.0], [1e-9, 0.3], [0.0], [])
+    """A stuck speed is zero again, and a slope that jumps at the corner is that of the right limit. The indicators are those there."""
+    model = steps.Model(braked())
+    y, reached, _ = steps.corner(model)([1.0, 0.0], [1e-9, 0.3], [0.0], [])
     np.testing.assert_array_equal(np.array(y).ravel(), [0.0, 0.3])
-    np.testing.assert_array_equal(np.array(slope).ravel(), [0.0, 1.0])
+    slope, indicators = np.split(np.array(reached).ravel(), [2])
+    np.testing.assert_array_equal(slope, [0.0, 1.0])
+    np.testing.assert_array_equal(
+        indicators,
+        np.array(
+            ca.Function("watch", [model.y], [ca.substitute(model.watch(ca.SX(1.0), model.y), model.m, 0)])(y)
+        ).ravel(),
+    )
 
 
 @pytest.mark.parametrize(("speed", "jumped", "judged"), [(1e-8, 0.0, 0.0), (1e-8, 1.0, 1e-8), (1e-3, 0.0, 1e-3)])

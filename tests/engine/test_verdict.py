@@ -19,7 +19,7 @@ def factor(norm: float, rough: float = 0.0) -> float:
 
 
 def info(norm: float, samples: Matrix, stiffness: float = 2.0) -> Matrix:
-    """``samples``: a row for each indicator."""
+    """``samples``: a row for each indicator, from the start of the step to its end."""
     columns = [ca.SX(column) for column in samples.T]
     return np.array(ca.DM(verdict(ca.SX(norm), ca.SX(stiffness), columns, ca.SX.zeros(len(samples))))).ravel()
 
@@ -69,27 +69,27 @@ def test_indicators_that_are_barely_resolved_hold_the_step_back() -> None:
 
 
 def test_entries() -> None:
-    """Norm, unresolved, growth, least indicator, stiffness, the minimum of each sample."""
-    samples = np.array([[4.0, 3.0, 2.0, 1.0], [2.0, 2.5, 3.0, 3.5]])
+    """Norm, unresolved, growth, least indicator, stiffness, the minimum of each later sample."""
+    samples = np.array([[5.0, 4.0, 3.0, 2.0, 1.0], [1.5, 2.0, 2.5, 3.0, 3.5]])
     found = info(0.3, samples)
     np.testing.assert_allclose(found, [0.3, 0.0, factor(0.3), 1.0, 2.0, 2.0, 2.5, 2.0, 1.0], rtol=1e-12)
 
 
 @pytest.mark.parametrize(("samples", "unresolved"), [
-    ([[1.0, 1.0, 1.0, 1.0]], False),
-    ([[0.1, 0.01, 0.01, 0.1]], True),  # least value of the parabola: 0.01 - 0.045^2/0.18
-    ([[0.1, 0.02, 0.02, 0.1]], False),
-    ([[0.1, 0.01, 0.01, 0.1], [1.0, 0.5, -0.1, -0.5]], True),  # before the event of another indicator
-    ([[0.4, 0.1, -0.01, 0.02]], False),  # its own fall is located
-    ([[1.0, -1.0, 1.0, -1.0]], True),  # not resolved at all, event or not
-    ([[5.0, 5.0, 5.0, 5.0], [1.0, 0.3, 0.3, 1.0]], False),
+    ([[1.0, 1.0, 1.0, 1.0, 1.0]], False),
+    ([[0.28, 0.1, 0.01, 0.01, 0.1]], True),  # least value of the parabola: 0.01 - 0.045^2/0.18
+    ([[0.28, 0.1, 0.02, 0.02, 0.1]], False),
+    ([[0.28, 0.1, 0.01, 0.01, 0.1], [1.5, 1.0, 0.5, -0.1, -0.5]], True),  # before the event of another indicator
+    ([[0.8, 0.4, 0.1, -0.01, 0.02]], False),  # its own fall is located
+    ([[-1.0, 1.0, -1.0, 1.0, -1.0]], True),  # not resolved at all, event or not
+    ([[5.0, 5.0, 5.0, 5.0, 5.0], [2.4, 1.0, 0.3, 0.3, 1.0]], False),
 ])  # fmt: skip
 def test_what_is_not_resolved(samples: list[list[float]], unresolved: bool) -> None:
     assert bool(info(1e-3, np.array(samples))[1]) == unresolved
 
 
 def test_models_without_indicators() -> None:
-    found = info(0.3, np.zeros((0, 4)))
+    found = info(0.3, np.zeros((0, 5)))
     np.testing.assert_allclose(found[[1, 3, 5, 6, 7, 8]], [0, 1, 1, 1, 1, 1])
     assert float(least(ca.SX(0, 1))) == 1.0
     assert float(least(ca.SX([3.0, -2.0, 5.0]))) == -2.0
