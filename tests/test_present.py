@@ -39,6 +39,7 @@ def test_unknown_names_are_answered_with_similar_ones() -> None:
         pt.simulate(CoupledClutches(), 0.1, progress=lambda now: now["J1.ww"])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("told_always")
 def test_a_vehicle_shows_how_far_it_is_and_what_it_consumed(capsys: pytest.CaptureFixture[str]) -> None:
     run = drive_cycle(PowerSplitHybrid(), part(), rtol=1e-3, progress=True)
@@ -47,6 +48,7 @@ def test_a_vehicle_shows_how_far_it_is_and_what_it_consumed(capsys: pytest.Captu
     assert f"battery {run.result['battery.soc'][-1]:.1%}" in shown
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("told_always")
 def test_a_consumption_is_told_from_a_hundred_metres_on(capsys: pytest.CaptureFixture[str]) -> None:
     drive_cycle(ManualCar(), part(15.0), rtol=1e-3, progress=True)

@@ -102,6 +102,7 @@ def test_rows(plant: pt.Plant[Laws]) -> None:
         np.testing.assert_allclose(found[name], exact, rtol=1e-12, err_msg=name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [None, 1, -1])
 def test_laws_at_rest_here_and_there(
     plant: pt.Plant[Laws], side: Literal[1, -1] | None, monkeypatch: pytest.MonkeyPatch

@@ -246,6 +246,7 @@ def test_bad_calls() -> None:
         engine.run([1.0], COUPLED_PARAMETERS, stop=1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (shutil.which("cc") or shutil.which("gcc")), reason="no C compiler on this machine")
 def test_compiled_steps_give_the_same_run(tmp_path: object, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("POWERTRAIN_CACHE", str(tmp_path))

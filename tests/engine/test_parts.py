@@ -203,6 +203,7 @@ def test_runs_in_parts_switch_as_interpreted_ones(compile: Any, tmp_path: Path, 
     assert any("advance" in step for step in plant._engine("auto", compile)._machine_code.values())
 
 
+@pytest.mark.slow
 @COMPILER
 @pytest.mark.parametrize(("long", "many", "parts"), [(10**9, 50, False), (0, 50, True), (10**9, 0, True)])
 def test_parts_are_taken_for_long_steps_alone(

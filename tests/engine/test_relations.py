@@ -108,6 +108,7 @@ PUSHES: dict[str, tuple[Callable[[Pushed], pt.Symbol], bool]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("push", PUSHES)
 def test_a_switch_that_holds_for_a_moment(push: str, tmp_path: Path) -> None:
     """An impulse F dt, or a work F ds, of a mass of 1 kg; in Python, in steps, in C, and its derivative."""

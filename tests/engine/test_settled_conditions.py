@@ -40,6 +40,7 @@ def ends(plant: pt.Plant[Any], folder: Path) -> list[Any]:
     return [plant.simulate(1.0), plant.simulate(1.0, compile=True), plant.export_c(folder).simulate(1.0)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("initially", [False, True])
 @pytest.mark.parametrize("instant", [T, 0.0, -1.0])
 def test_a_hazard_in_a_chain_of_switches_is_no_edge(instant: float, initially: bool, tmp_path: Path) -> None:
@@ -64,6 +65,7 @@ class Behind(pt.Component):
         yield pt.when(negated < 0.5, pt.reinit(self.count, self.count + 1), initially=self.initially)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("instant", "initially", "count"), [(T, False, 1), (0.0, False, 0), (-1.0, False, 0), (0.0, True, 1)]
 )

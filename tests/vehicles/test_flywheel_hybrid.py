@@ -142,6 +142,7 @@ def test_cycles(name: str) -> None:
     assert 3.5 < charge_corrected(run, "flywheel") < 6.5
 
 
+@pytest.mark.slow
 def test_two_driven_axles_start() -> None:
     """The axle loads follow from accelerations, which have no value at a speed ratio of zero, its guess."""
     axle = DrivenAxle(final_drive=IdealGear(ratio=3.3), left=MagicFormulaWheel(), right=MagicFormulaWheel())

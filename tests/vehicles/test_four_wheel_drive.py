@@ -121,6 +121,7 @@ def test_comes_to_rest_on_a_slope(name: str) -> None:
     assert pt.energy_audit(result).closure < 1e-6
 
 
+@pytest.mark.slow
 def test_the_centre_differential_works_in_a_bend() -> None:
     """6 m beside the rear axle the front wheels run on 6.58 m on average: their cage turns 1.097 times as fast."""
     result = drive("bevel", stop=2.0, v=3.0, inputs={"curvature": 1 / 6, "driver.accelerator_pedal": 0.02})

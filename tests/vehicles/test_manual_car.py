@@ -83,6 +83,7 @@ def test_an_engine_that_stalls_is_told() -> None:
     assert run.result.time[-1] == 20
 
 
+@pytest.mark.slow
 def test_an_engine_that_cannot_start_again_is_told() -> None:
     """StartStop stops it at 2 s. The driver begins a second early, without a starter; at the end it is switched off again."""
     cycle = DriveCycle("one hill", ((0, 0), (5, 0), (9, 5), (13, 0), (18, 0)))

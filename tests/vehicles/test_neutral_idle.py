@@ -34,6 +34,7 @@ def test_the_clutch_opens_while_only_the_brake_is_pressed(kind: Any) -> None:
     assert creeps > 0.3
 
 
+@pytest.mark.slow
 def test_the_backward_calculation_idles_like_the_standing_car() -> None:
     """The converter drags the engine in neither."""
     car = VariatorCar(start=NeutralIdleConverter())

@@ -86,6 +86,7 @@ def speeds(grade: float) -> list[float]:
     return [brentq(excess, low, high) for low, high in pairwise(steps) if excess(low) * excess(high) < 0]
 
 
+@pytest.mark.slow
 def test_a_retarder_with_a_limit_of_power_holds_a_truck_at_several_speeds() -> None:
     """It holds at a low speed and lets the truck run away from a higher one, up to that at which the air holds it.
 

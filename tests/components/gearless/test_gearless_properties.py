@@ -98,6 +98,7 @@ def spun(differential: Differential, torque: float) -> Any:
     return run(joined(differential, *parts, joints=SPUN), 0.6, times=np.linspace(0, 0.6, 121))
 
 
+@pytest.mark.slow
 @quick
 @given(st.one_of(circular(), spherical(), linkages()), st.sampled_from([150.0, -80.0]))
 def test_torques_losses_and_efficiency(differential: Any, torque: float) -> None:

@@ -360,6 +360,7 @@ class Rolling(pt.Component):
         yield self.drive.tau.value == 30.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("back", [7, 5])
 def test_a_lever_that_jumps_selects_neutral_at_speed_without_the_gears_between(back: int) -> None:
     """From the direct gear: the engine runs up alone and the car rolls on; back in gear, elements slip until its ratio is reached."""

@@ -55,6 +55,7 @@ def test_closed_forms_of_a_simpson_set() -> None:
     assert [SIMPSON_FREEWHEEL.freewheels(name) for name in "123R"] == [("freewheel",), (), (), ()]
 
 
+@pytest.mark.slow
 def test_first_gear_in_drive_and_overrun() -> None:
     """It drives; it does not carry overrun, unless the low brake is pressed; the freewheel then carries nothing."""
     drive: Any = gear_table(lossless())

@@ -75,6 +75,7 @@ def test_no_gear_of_a_dual_clutch_gearbox_is_beyond_its_range() -> None:
     assert third == pytest.approx([0.0, 0.0, 0.0, 1 / 9, 1.0, 1.0, 4 / 9, 0.0, 0.0], abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BOXES)
 def test_a_shift_does_not_depend_on_the_lining(name: str) -> None:
     """Plates of the same torque capacity: the control presses them for the same torque, whatever their coefficient of friction."""
