@@ -110,6 +110,8 @@ def test_an_axis_has_one_unit(result: Result[Stopping]) -> None:
     ax = result.plot("disc.w")
     with pytest.raises(pt.ParameterError, match=r"shows Angular velocity \[rad/s\]; plot brake\.pin\.tau \[N·m\] in"):
         result.plot("brake.pin.tau", ax=ax)
+    with pytest.raises(pt.ParameterError, match=r"shows Mode; plot disc\.w \[rad/s\] in separate Axes"):
+        result.plot("disc.w", ax=result.plot("brake.mode"))
     assert len(ax.lines) == 1
     assert result.plot("disc.w", ax=ax).get_ylabel() == "Angular velocity [rad/s]"
     assert result.plot("brake.w", ax=ax).get_ylabel() == "[rad/s]"

@@ -39,7 +39,7 @@ def plot_signals(result: Any, *what: Any, ax: Axes | None = None, events: bool |
 
     ``what``: names, patterns ("clutch*.w_rel") and selectors. ``events``: True marks every event with a thin line, a
     pattern those of the laws that fit. ``line``: options of matplotlib's lines. ParameterError for more than two units, and for another
-    unit than that of the lines in ``ax``.
+    unit than that in the label of the lines in ``ax``.
     """
     groups: dict[str, list[tuple[str, str, Array]]] = {}
     for label, unit, doc, values in _signals(result, what):
@@ -133,14 +133,18 @@ def _signals(result: Any, what: Sequence[Any]) -> list[tuple[str, str, str, Arra
 def _name_axis(ax: Axes, signals: Sequence[tuple[str, str]], unit: str) -> None:
     """Label the axis; if its lines have another label with this unit, with the unit alone. ParameterError for another unit."""
     label, before = axis_label(signals, unit), ax.get_ylabel() if ax.lines else ""
-    if before.endswith("]") and label != before:
-        common = f"[{unit_text(unit)}]"
-        if not before.endswith(common):
+    if before and label != before:
+        if _bracketed(label) != _bracketed(before):
             raise ParameterError(
-                f"the axis of ax shows {before}; plot {signals[0][0]} {common} in separate Axes (ax=...)"
+                f"the axis of ax shows {before}; plot {signals[0][0]} [{unit_text(unit)}] in separate Axes (ax=...)"
             )
-        label = common
+        label = _bracketed(label)
     ax.set_ylabel(label)
+
+
+def _bracketed(label: str) -> str:
+    """The unit at the end of a label, '[rad/s]'; empty if there is none."""
+    return label[label.rfind("[") :] if label.endswith("]") else ""
 
 
 def _name_modes(result: Any, ax: Axes, labels: Sequence[str]) -> None:
