@@ -70,7 +70,7 @@ def test_indicators_that_are_barely_resolved_hold_the_step_back() -> None:
 
 def test_entries() -> None:
     """Norm, unresolved, growth, least indicator, stiffness, the minimum of each sample; the start of the step is none of them."""
-    samples = np.array([[5.0, 4.0, 3.0, 2.0, 1.0], [0.5, 2.0, 2.5, 3.0, 3.5]])
+    samples = np.array([[5.0, 4.0, 3.0, 2.0, 1.0], [1.5, 2.0, 2.5, 3.0, 3.5]])
     found = info(0.3, samples)
     np.testing.assert_allclose(found, [0.3, 0.0, factor(0.3), 1.0, 2.0, 2.0, 2.5, 2.0, 1.0], rtol=1e-12)
 
