@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from joined import joined
@@ -61,6 +62,37 @@ def test_what_is_braked_behind_a_freewheel_has_one_speed(wheel: str, speed: floa
     assert found.status == OK
     np.testing.assert_allclose(found["parts[5].w"], speed, atol=1e-9)
     np.testing.assert_allclose(found["parts[1].w"], speed or 30.0, rtol=1e-9)
+
+
+class Backstop(pt.Component):
+    """A wheel on a freewheel that lets it turn forward alone, where its drag grows with the square of the speed; backward it has none."""
+
+    forward: float = 1.0
+    wall: Fixed = Fixed()
+    backstop: Freewheel = Freewheel()
+    wheel: Inertia = Inertia(J=0.2)
+    drag: Torque = Torque()
+
+    def equations(self) -> pt.Equations:
+        ends = self.backstop.flange_a, self.backstop.flange_b
+        held, free = ends if self.forward > 0.0 else ends[::-1]
+        yield pt.connect(self.wall.flange, held)
+        yield pt.connect(free, self.wheel.flange_a)
+        yield pt.connect(self.wheel.flange_b, self.drag.flange)
+        yield self.drag.tau.value == -0.5 * self.forward * ca.fmax(self.forward * self.wheel.w, 0) ** 2
+
+
+@pytest.mark.parametrize("forward", [1.0, -1.0])
+def test_the_motion_that_a_freewheel_holds_is_none(forward: float) -> None:
+    """Without a load it is at the limit of its torque, and the equations balance at any speed backward."""
+    found = pt.steady(Backstop(forward=forward), {}, outputs=["wheel.w"])
+    assert found.status == OK
+    assert found["wheel.w"] == 0.0
+
+
+@pytest.mark.parametrize(("wheel", "status"), [(behind("flange_b"), SEVERAL), (behind("flange_b", Damper(d=0.5)), OK)])
+def test_a_freewheel_without_a_load_says_nothing_about_other_motions(wheel: pt.Component, status: int) -> None:
+    assert pt.steady(joined(wheel, Backstop(), joints=""), {}, outputs=["parts[1].wheel.w"]).status == status
 
 
 class LockedBench(pt.Component):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -35,9 +38,8 @@ def plant() -> pt.Plant[Pedalled]:
     return pt.compile(Pedalled())
 
 
-@pytest.mark.parametrize("seed", range(12))
-def test_every_reversal_is_an_event(plant: pt.Plant[Pedalled], seed: int) -> None:
-    """The same events with a tenth of the tolerance and steps that are short beside every dip."""
+def drawn(seed: int) -> dict[str, Any]:
+    """Random parameters, and starts on the move."""
     rng = np.random.default_rng(seed)
     inertia = 10.0 ** rng.uniform(-3.0, -2.0)
     parameters = {
@@ -47,13 +49,27 @@ def test_every_reversal_is_an_event(plant: pt.Plant[Pedalled], seed: int) -> Non
         "wheel.J": 10.0 ** rng.uniform(0.3, 1.3),
         "air.tau_nominal": -rng.uniform(5.0, 40.0),
     }
+    return {"parameters": parameters, "starts": {"crank.phi": 0.3, "wheel.w": 3.0}}
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_every_reversal_is_an_event(plant: pt.Plant[Pedalled], seed: int) -> None:
+    """The same events with a tenth of the tolerance and steps that are short beside every dip."""
     found, fine = (
-        plant.simulate(20.0, parameters=parameters, starts={"crank.phi": 0.3, "wheel.w": 3.0}, rtol=rtol, max_step=step)
-        for rtol, step in ((1e-5, np.inf), (1e-6, 0.003))
+        plant.simulate(20.0, **drawn(seed), rtol=rtol, max_step=step) for rtol, step in ((1e-5, np.inf), (1e-6, 0.003))
     )
     assert len(fine.events) > 20
     assert [(e.name, e.new) for e in found.events] == [(e.name, e.new) for e in fine.events]
     np.testing.assert_allclose([e.time for e in found.events], [e.time for e in fine.events], atol=1e-3)
+
+
+@pytest.mark.skipif(not (shutil.which("cc") or shutil.which("gcc")), reason="no C compiler on this machine")
+def test_steps_in_parts_in_c_see_them_as_well(plant: pt.Plant[Pedalled], monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reversal at the start of a step counts by the indicators of the side from which the step is taken."""
+    monkeypatch.setattr("powertrain.engine.prepared._LONG", 0)
+    plain, compiled = (plant.simulate(20.0, **drawn(1), rtol=1e-5, compile=in_c) for in_c in (False, True))
+    assert [(e.name, e.new) for e in compiled.events] == [(e.name, e.new) for e in plain.events]
+    assert compiled.statistics["steps"] == plain.statistics["steps"]
 
 
 class Held(pt.Component):

@@ -60,6 +60,7 @@ class OneStep:
         self.memory.y[0][: self.n] = 0.3 + 0.1 * np.arange(self.n)
         self.memory.p[: model.p.numel()] = 1.0 + 0.1 * np.arange(model.p.numel())
         self.memory.reached[0][: self.n] = 0.1 * self.memory.y[0][: self.n]
+        self.memory.reached[0][self.n :] = 1e6  # the indicators fall steeply
         if make:
             self.call = Parts(make(in_parts(common, method)), self.memory).calls[0]
             return
@@ -115,15 +116,16 @@ def test_a_step_by_sparse_factors_is_the_step_in_one_function(model: HybridDae, 
     whole.memory.reached[0][: whole.n] = np.array(rates(*whole.memory.instant(0))).ravel()
     expected = whole.after()
     expected["info"][4] = 0.0  # the explicit method's ratio
+    expected["indicators"] = expected["reached"][whole.n :]
     np.testing.assert_allclose(expected["dense"].reshape(5, -1).sum(axis=0), expected["y"], rtol=1e-12)
     for side in (0, 1):
         sparse = OneStep(model, "rodas5p")
         memory = sparse.memory
-        memory.y[side][:] = whole.memory.y[0]
+        memory.y[side][:], memory.reached[side][:] = whole.memory.y[0], whole.memory.reached[0]
         memory.time[1], memory.m[:] = h, whole.memory.m
         sparse.call = SparseStep(steps.Model(model), memory).calls[side]
-        found = sparse.after() | {"y": memory.y[1 - side]}
-        for key in ("y", "dense", "info", "outside"):
+        found = sparse.after() | {"y": memory.y[1 - side], "indicators": memory.reached[1 - side][whole.n :]}
+        for key in ("y", "dense", "info", "outside", "indicators"):
             np.testing.assert_allclose(found[key], expected[key], rtol=1e-8, atol=1e-10, err_msg=key)
 
 

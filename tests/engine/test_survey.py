@@ -52,6 +52,14 @@ def test_the_trough_of_a_sine_is_seen_wherever_it_lies(length: float) -> None:
     assert length > 0.4 or not any(surveyed(shape + 0.02)[0] for shape in shapes)
 
 
+@pytest.mark.parametrize("x", [4.0 * PLACES - 1.0, 3.0 - 4.0 * PLACES], ids=["first", "last"])
+def test_a_parabola_is_as_uncertain_as_the_differences_about_its_middle_say(x: np.ndarray) -> None:
+    """5 (x + 0.7)^2 + x^4 has no third difference about x = 0, but one of 24 a sample away: an error of 2.3 in place of 0.75."""
+    shape = 5.0 * (x + 0.7) ** 2 + x**4
+    assert surveyed(shape - 0.25)[0]
+    assert not surveyed(shape + 0.6)[0]
+
+
 @pytest.mark.parametrize("samples", [[0.05, 0.02, 0.01, 0.01, 0.1], [0.3, 0.1, 0.01, 0.01, 0.02]])
 def test_either_parabola_may_dip_between_the_inner_samples(samples: list[float]) -> None:
     """0.01 - 0.045^2/0.18 by the steep one, 0.009 by the other."""

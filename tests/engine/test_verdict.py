@@ -69,7 +69,7 @@ def test_indicators_that_are_barely_resolved_hold_the_step_back() -> None:
 
 
 def test_entries() -> None:
-    """Norm, unresolved, growth, least indicator, stiffness, the minimum of each later sample."""
+    """Norm, unresolved, growth, least indicator, stiffness, the minimum of each sample; the start of the step is none of them."""
     samples = np.array([[5.0, 4.0, 3.0, 2.0, 1.0], [1.5, 2.0, 2.5, 3.0, 3.5]])
     found = info(0.3, samples)
     np.testing.assert_allclose(found, [0.3, 0.0, factor(0.3), 1.0, 2.0, 2.0, 2.5, 2.0, 1.0], rtol=1e-12)
@@ -78,9 +78,10 @@ def test_entries() -> None:
 @pytest.mark.parametrize(("samples", "unresolved"), [
     ([[1.0, 1.0, 1.0, 1.0, 1.0]], False),
     ([[0.28, 0.1, 0.01, 0.01, 0.1]], True),  # least value of the parabola: 0.01 - 0.045^2/0.18
-    ([[0.28, 0.1, 0.02, 0.02, 0.1]], False),
-    ([[0.28, 0.1, 0.01, 0.01, 0.1], [1.5, 1.0, 0.5, -0.1, -0.5]], True),  # before the event of another indicator
-    ([[0.8, 0.4, 0.1, -0.01, 0.02]], False),  # its own fall is located
+    ([[0.26, 0.1, 0.02, 0.02, 0.1]], False),
+    ([[0.1, 0.01, 0.01, 0.1, 0.28]], True),  # between the start and the middle
+    ([[0.28, 0.1, 0.01, 0.01, 0.1], [1.2, 1.0, 0.5, -0.1, -0.5]], True),  # before the event of another indicator
+    ([[0.89, 0.4, 0.1, -0.01, 0.02]], False),  # its own fall is located
     ([[-1.0, 1.0, -1.0, 1.0, -1.0]], True),  # not resolved at all, event or not
     ([[5.0, 5.0, 5.0, 5.0, 5.0], [2.4, 1.0, 0.3, 0.3, 1.0]], False),
 ])  # fmt: skip
