@@ -796,7 +796,7 @@ class DrivenSun(pt.Component):
 def driven_sun(s: complex) -> NDArray[np.complex128]:
     """Angles of ring, carrier and far inertia over that of the sun; the last unknown is the torque of the sun, T, in T : 2.5 T : -3.5 T."""
     rows = [[-2.5, 3.5, 0, 0], [0.3 * s**2, 0, 0, 2.5], [0, 0.5 * s**2 + 40, -40, -3.5], [0, -40, 0.8 * s**2 + 40, 0]]
-    return np.linalg.solve(np.array(rows, complex), [1.0, 0.0, 0.0, 0.0])
+    return np.asarray(np.linalg.solve(np.array(rows, complex), [1.0, 0.0, 0.0, 0.0]), complex)
 
 
 @pytest.mark.parametrize("reduced", [False, True])
