@@ -163,7 +163,8 @@ def test_cars_shift_gears(kind: str, stop: float, tmp_path: Path) -> None:
     assert [e.time for e in events] == pytest.approx([e.time for e in others], abs=1e-4)
     for name in ("body.v", "body.s", "engine.fuel", "engine.w"):
         size = float(np.abs(wanted[name]).max())
-        np.testing.assert_allclose(found[name], wanted[name], rtol=0, atol=1e-5 * size, err_msg=name)
+        at_these_times = np.interp(found.time, wanted.time, wanted[name])
+        np.testing.assert_allclose(found[name], at_these_times, rtol=0, atol=1e-5 * size, err_msg=name)
 
 
 def test_other_parameters_and_starts_need_no_export(tmp_path: Path) -> None:
