@@ -49,8 +49,8 @@ def test_the_wltc_is_driven_at_either_tolerance(name: str) -> None:
 @pytest.mark.parametrize("cycle", sorted(set(CYCLES) - set(PHASES) - {"wltc"}))
 @pytest.mark.parametrize("name", KINDS)
 def test_every_cycle_is_driven(name: str, cycle: str) -> None:
-    """To its end, at most one per cent short where the cycle asks for more than the car has, and energy closes."""
-    run = drive_cycle(KINDS[name](), cycle, rtol=1e-5)
+    """To its end, at most one per cent short where the cycle asks for more than the car has, and energy closes to twice the tolerance."""
+    run = drive_cycle(KINDS[name](), cycle, rtol=5e-6)
     whole = DriveCycle.named(cycle)
     assert not run.message
     assert run.result.time[-1] == whole.duration
