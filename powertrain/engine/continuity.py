@@ -69,10 +69,9 @@ class Continuity:
         left, right = self._values(self._m, self._y), self._values(memory.m, memory.y[side])
         excess = np.abs(right - left) - JUMP * (1 + np.abs(left) + np.abs(right))
         if (excess > 0).any():
-            raise SimulationError(self._message(left, right))
+            raise SimulationError(self._message(left, right, int(np.argmax(excess))))
 
-    def _message(self, left: Array, right: Array) -> str:
-        k = int(np.argmax(np.abs(right - left) - JUMP * (np.abs(left) + np.abs(right))))
+    def _message(self, left: Array, right: Array, k: int) -> str:
         changed = np.flatnonzero(self.memory.m != self._m).tolist()
         smooth, dae = self.dae.smooth[k], self.dae
         inside = {key(s) for s in ca.symvar(smooth.value)}

@@ -18,9 +18,10 @@ _SKEW, _BLUNT = 0.065, 1 / 32
 The next terms of Stirling's formula: max |q^3 - q|/6 = 3^-1.5 / 3, and max |q^4 - q^2|/24 = 1/96, times three for what follows.
 """
 _BEYOND = 0.5
-"""How far beyond the last sample a minimum counts, in sample distances.
+"""How far outside the step a minimum counts, in sample distances.
 
-A next step five times as long finds a minimum near its start too early, by up to 0.1 of its own sample distances: before the step starts.
+Beyond its end: a next step five times as long finds a minimum near its start too early, by up to 0.1 of its own sample distances.
+Before its start, for the same reason, if the indicator falls there.
 """
 
 
@@ -50,6 +51,7 @@ def survey(samples: Sequence[ca.SX], noise: ca.SX) -> tuple[ca.SX, ca.SX]:
     start, a, b, c, d = samples
     bends = start - 2 * a + b, a - 2 * b + c, b - 2 * c + d
     early, late = bends[1] - bends[0], bends[2] - bends[1]  # third differences
+    # by the slope of the quartic through all samples
     falls = ca.logic_and(start > 0, 48 * a - 36 * b + 16 * c - 3 * d < 25 * start)
     straight, fourth = 4 * noise, late - early
     first = _dips((start, a, b), early - fourth / 2, fourth, straight, (-1.0 - _BEYOND, 1.0))
